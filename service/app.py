@@ -117,7 +117,7 @@ def create_app(settings: Settings) -> FastAPI:
         dependencies = [] if is_public else [Depends(authenticate)]
         # Scripts of the page read its addresses themselves.
         dependencies += [] if router is page.router else [Depends(check_query)]
-        answers = problem(422, "A parameter cannot be used.") | ({} if is_public else REFUSED)
+        answers = problem(422, "A parameter cannot be used.", "parameters") | ({} if is_public else REFUSED)
         app.include_router(router, dependencies=dependencies, responses=answers)
         app.include_router(heads_of(router), dependencies=dependencies)
     _document_bodies(app)

@@ -23,10 +23,10 @@ class Role(StrEnum):
 
 
 class WhoAmI(Message):
-    """The answer of ``/v1/session``: whom the service takes the asker for."""
+    """The current user, as ``/v1/session`` returns it."""
 
-    user: str = Field(description="Name of the user; `local` where the service asks for no keys.")
-    role: Role
+    user: str = Field(description="Name of the user; `local` without authentication.")
+    role: Role = Field(description="What the user may do.")
     keys_required: bool = Field(description="Whether a request needs a key, or the cookie of a session.")
 
 
@@ -34,27 +34,28 @@ Seconds = Annotated[float, Field(ge=0, le=1e10, allow_inf_nan=False)]
 
 
 class PruneRequest(Closed):
-    """The body of ``POST /v1/prune``: what is not given is as the settings of the service say."""
+    """The body of ``POST /v1/prune``. Rules that are not given come from the settings of the service."""
 
     keep_seconds: Seconds | None = Field(
-        default=None, description="How long pictures are kept after their jobs have succeeded."
+        default=None, description="Delete pictures of jobs that succeeded longer ago than this."
     )
     max_stored_bytes: Annotated[int, Field(strict=True, ge=0, le=2**62), WHOLE] | None = Field(
-        default=None, description="Bytes of all finished pictures."
+        default=None, description="Delete the oldest pictures beyond this size of all."
     )
     keep_asset_seconds: Seconds | None = Field(
-        default=None, description="How long textures and meshes are kept that no picture needs."
+        default=None,
+        description="Delete assets that no picture needs and that were sent longer ago than this.",
     )
-    dry_run: bool = Field(default=True, description="Report what would be deleted, and keep it.")
+    dry_run: bool = Field(default=True, description="Only report what would be deleted.")
 
 
 class Pruned(Message):
-    """The answer of ``POST /v1/prune``."""
+    """What was deleted, or would be, as ``POST /v1/prune`` returns it."""
 
-    dry_run: bool
-    expired: tuple[str, ...] = Field(description="Jobs that have lost their picture, or would.")
-    forgotten: tuple[str, ...] = Field(description="Jobs that are gone, or would be.")
-    pictures: int = Field(ge=0, description="Pictures that leave the disk: no other job shares them.")
-    assets: tuple[str, ...] = Field(description="Textures and meshes that leave the disk, by their SHA-256.")
-    bytes: int = Field(ge=0, description="How much of the disk that frees.")
-    more: bool = Field(default=False, description="There is more than is listed.")
+    dry_run: bool = Field(description="Whether it was only listed.")
+    expired: tuple[str, ...] = Field(description="Jobs whose picture is deleted, or would be.")
+    forgotten: tuple[str, ...] = Field(description="Jobs that are deleted, or would be.")
+    pictures: int = Field(ge=0, description="Pictures deleted from the disk: no other job shares them.")
+    assets: tuple[str, ...] = Field(description="Assets deleted from the disk, by their SHA-256.")
+    bytes: int = Field(ge=0, description="Bytes that this frees.")
+    more: bool = Field(default=False, description="Whether there is more than is listed.")

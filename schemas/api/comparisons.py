@@ -13,7 +13,7 @@ Share = Annotated[float, Field(strict=True, ge=0, le=1)]
 
 
 class SentPicture(Closed):
-    """A picture in the request itself, or that of a job which has succeeded: one of the two."""
+    """A picture of a job that has succeeded, or a file in the request: one of the two."""
 
     job: str | None = Field(
         default=None, max_length=64, description="The id of a job; its `error` and `samples` layers are used."
@@ -21,8 +21,8 @@ class SentPicture(Closed):
     content: str | None = Field(default=None, description="A PNG, NPY or EXR file in Base64.")
     encoding: Encoding | None = Field(
         default=None,
-        description="How the numbers of the file mean light. PNG is taken as `srgb` and floating point as "
-        "`linear` where it is not stated; the answer says so.",
+        description="What the numbers of the file mean. By default `srgb` for PNG and `linear` for "
+        "floating point; the response says so.",
     )
 
 
@@ -32,19 +32,19 @@ class ComparisonRequest(Closed):
     image: SentPicture = Field(description="The picture in question.")
     reference: SentPicture = Field(description="What it should look like.")
     tolerance: Share = Field(
-        default=0.01, description="Mean difference of a block, linear, that is never a reason to differ."
+        default=0.01, description="Linear difference of a block's mean that is always tolerated."
     )
     max_bias: Share = Field(
-        default=0.02, description="Share of biased blocks above which pictures differ, if noise is not known."
+        default=0.02, description="Share of blocks that may differ by more than noise and tolerance."
     )
-    limit: Share = Field(default=0.05, description="Of `frac_over`, in linear values.")
+    limit: Share = Field(default=0.05, description="Linear difference that `frac_over` counts above.")
     flip: bool = Field(
-        default=False, strict=True, description="Whether FLIP is computed too; it takes the longest."
+        default=False, strict=True, description="Compute FLIP too; it takes longer than all the rest."
     )
     pictures: bool = Field(
         default=False,
         strict=True,
-        description="Whether the answer has a heat map and a side-by-side picture.",
+        description="Return a heat map and a side-by-side picture too.",
     )
 
 
@@ -67,7 +67,7 @@ class ComparisonMetrics(Message):
         description="Share of blocks of 8 x 8 pixels brighter or darker than noise and tolerance allow.",
     )
     flip: float | None = Field(
-        description="Mean LDR-FLIP at 67 pixels a degree; null where it was not asked for."
+        description="Mean LDR-FLIP at 67 pixels a degree; null if it was not requested."
     )
 
 
@@ -76,34 +76,36 @@ class ComparisonCause(Message):
 
     cause: str = Field(description="A word for programs, such as `flipped_vertically`.")
     hint: str = Field(description="What was probably done, and what to do.")
-    rmse_before: float = Field(ge=0, description="All but the outermost pixels, as they are.")
+    rmse_before: float = Field(ge=0, description="`rmse` of all but the outermost pixels.")
     rmse_after: float = Field(ge=0, description="The same with the mistake undone.")
 
 
 class ComparisonRegion(Message):
     """A rectangle around blocks that touch each other and differ most; half open, rows from the top."""
 
-    x0: int
-    y0: int
-    x1: int
-    y1: int
-    share: float = Field(ge=0, le=1, description="Of the whole squared difference.")
-    rmse: float = Field(ge=0, description="Over its blocks.")
+    x0: int = Field(description="First column.")
+    y0: int = Field(description="First row, from the top.")
+    x1: int = Field(description="The column after the last.")
+    y1: int = Field(description="The row after the last.")
+    share: float = Field(ge=0, le=1, description="Share of the whole squared difference.")
+    rmse: float = Field(ge=0, description="`rmse` over its blocks.")
     brightness: float = Field(description="Mean difference; above 0 the picture is too bright.")
     shape: int | None = Field(description="Index of the shape seen there; -1 for none, null if not known.")
-    name: str | None = Field(description="The same in words.")
+    name: str | None = Field(description="Name of this shape.")
 
 
 class ComparisonInput(Message):
     """How a picture was read."""
 
-    name: str
-    sha256: str = Field(description="Of the file.")
+    name: str = Field(description="What it is called in messages.")
+    sha256: str = Field(description="SHA-256 of the file.")
     width: int = Field(description="Pixels.")
     height: int = Field(description="Pixels.")
-    encoding: Encoding
-    encoding_stated: bool = Field(description="False where it is what the kind of file usually means.")
-    bits: int = Field(description="Of a channel; 32 or 64 for floating point.")
+    encoding: Encoding = Field(description="What its numbers mean.")
+    encoding_stated: bool = Field(
+        description="Whether the request says so; otherwise it is the default of this format."
+    )
+    bits: int = Field(description="Bits of a channel; 32 or 64 for floating point.")
     clipped_pixels: int = Field(description="Pixels with a channel below 0 or above 1.")
     samples: float | None = Field(description="Camera samples a pixel in the mean; null if not known.")
     notes: tuple[str, ...] = Field(description="What was done to read it.")
@@ -112,16 +114,16 @@ class ComparisonInput(Message):
 class ComparisonInputs(Message):
     """Both pictures."""
 
-    image: ComparisonInput
-    reference: ComparisonInput
+    image: ComparisonInput = Field(description="The picture in question.")
+    reference: ComparisonInput = Field(description="What it should look like.")
 
 
 class ComparisonPolicy(Message):
-    """What was taken for the same."""
+    """Which differences were tolerated."""
 
-    tolerance: float
-    most_bias: float
-    limit: float
+    tolerance: float = Field(description="`tolerance` of the request.")
+    most_bias: float = Field(description="`max_bias` of the request.")
+    limit: float = Field(description="`limit` of the request.")
 
 
 class ComparisonPictures(Message):
@@ -132,29 +134,32 @@ class ComparisonPictures(Message):
 
 
 class ComparisonAnswer(Message):
-    """What comparing two pictures has shown."""
+    """The result of a comparison."""
 
     model_config = ConfigDict(populate_by_name=True, serialize_by_alias=True)
 
     schema_: Literal["penumbra/comparison/v1"] = Field(
-        alias="schema", description="The form of this document."
+        alias="schema", description="The format of this document."
     )
     verdict: Literal["match", "noisy_match", "mismatch"] = Field(
         description="Equal but for rounding, equal but for noise, or not."
     )
     score: float = Field(ge=0, le=1, description="1 unless the verdict is `mismatch`.")
-    reason: str = Field(description="What decided, a sentence.")
+    reason: str = Field(description="What decided, in a sentence.")
     test: Literal["rounding", "blocks", "variances", "diagnosis"] = Field(description="Which test decided.")
     margin: float | None = Field(
         description="How far the number that decided is from its limit, as a share of the limit; below 0 for "
         "a mismatch."
     )
     samples_factor: float | None = Field(
-        description="With so many times the samples in both pictures, this difference would count as real."
+        description="How many times as many samples both pictures would need for this difference to count "
+        "as real; null if nothing is beyond the tolerance."
     )
-    metrics: ComparisonMetrics
+    metrics: ComparisonMetrics = Field(description="The numbers.")
     diagnosis: tuple[ComparisonCause, ...] = Field(description="The best explanation first; often none.")
     worst_regions: tuple[ComparisonRegion, ...] = Field(description="At most 5, worst first.")
-    inputs: ComparisonInputs
-    policy: ComparisonPolicy
-    images: ComparisonPictures | None = Field(default=None, description="Where they were asked for.")
+    inputs: ComparisonInputs = Field(description="How both pictures were read.")
+    policy: ComparisonPolicy = Field(description="Which differences were tolerated.")
+    images: ComparisonPictures | None = Field(
+        default=None, description="Pictures of the differences, if they were requested."
+    )

@@ -16,25 +16,27 @@ Row = tuple[Number, Number, Number]
 class TraceRequest(Closed):
     """The body of ``POST /v1/traces``: ray i starts at origins[i] and runs along directions[i]."""
 
-    scene: Scene
-    origins: tuple[RayOrigin, ...]
-    directions: tuple[RayDirection, ...]
+    scene: Scene = Field(description="The scene that the rays are cast into.")
+    origins: tuple[RayOrigin, ...] = Field(description="Where each ray starts, scene units.")
+    directions: tuple[RayDirection, ...] = Field(description="Where each ray goes; any length above 0.")
 
 
 class TraceAnswer(Message):
-    """One entry for each ray. A ray that hits nothing has null in t, position, normal and uv and shape -1.
+    """One entry for each ray. A miss has null in `t`, `position`, `normal` and `uv`, and -1 in `shape`.
 
     ``t`` counts in units of the direction given, whatever its length. ``normal`` is the geometric unit
     normal on the side of the ray's origin. ``visibility`` has one number for each light.
     """
 
-    t: tuple[float | None, ...]
-    position: tuple[Row | None, ...]
-    normal: tuple[Row | None, ...]
-    uv: tuple[tuple[float, float] | None, ...]
-    shape: tuple[int, ...] = Field(description="Index into the scene's shapes, or -1.")
+    t: tuple[float | None, ...] = Field(description="Distance in units of the direction.")
+    position: tuple[Row | None, ...] = Field(description="The place that is hit, scene units.")
+    normal: tuple[Row | None, ...] = Field(description="Geometric normal there.")
+    uv: tuple[tuple[float, float] | None, ...] = Field(description="Texture coordinates there.")
+    shape: tuple[int, ...] = Field(description="Index into the scene's shapes, or -1 for a miss.")
     primitive: tuple[int, ...] = Field(description="Triangle of a mesh, or 0.")
-    visibility: tuple[tuple[float, ...], ...] = Field(description="Share of each light seen from the hit.")
+    visibility: tuple[tuple[float, ...], ...] = Field(
+        description="Share of each light's points that the hit sees."
+    )
 
 
 Triple = tuple[float, float, float]
@@ -58,29 +60,34 @@ class Part(Message):
 
 
 class Blocker(Part):
-    """A shape that stands between a point and a light."""
+    """A shape between a point and a light."""
 
     shape: int = Field(ge=0, description="Index into the scene's shapes.")
-    points: int = Field(ge=1, description="Points of the light that it hides as the first in the way.")
+    points: int = Field(ge=1, description="Points of the light that it is the first to block.")
 
 
 class InspectedLight(Message):
-    """One light as a point of a surface sees it, and what it adds to the light that leaves the point.
+    """One light as a point of a surface sees it, and what it adds there.
 
-    Its points add up: `points` = those seen, `below_horizon` and `blocked`.
+    `points` is the sum of those seen, `below_horizon` and `blocked`.
     """
 
     light: int = Field(ge=0, description="Index into the scene's lights.")
     pointer: str = Field(description="JSON pointer into the scene, or over HTTP into the request of the job.")
     visibility: float = Field(ge=0, le=1, description="Share of its points that are seen.")
-    points: int = Field(ge=1, description="Points looked at.")
-    below_horizon: int = Field(
-        ge=0, description="Points behind the surface, or all of them where the light shines the other way."
+    points: int = Field(
+        ge=1,
+        description="How many of its points were tested: those of a fixed quality, 64 with target quality.",
     )
-    blocked: int = Field(ge=0, description="Points with a shape in the way.")
-    blockers: tuple[Blocker, ...] = Field(description="What is in the way, the one that hides most first.")
+    below_horizon: int = Field(
+        ge=0, description="Points behind the surface, or all if the light shines the other way."
+    )
+    blocked: int = Field(ge=0, description="Points that a shape hides.")
+    blockers: tuple[Blocker, ...] = Field(
+        description="The shapes that block first, the one that blocks most points first."
+    )
     cosine: float = Field(
-        description="Of the angle between the shading normal and the direction to the light's middle."
+        description="Cosine of the angle between the shading normal and the direction to the light's centre."
     )
     turned_away: bool = Field(
         description="Whether the light shines to one side only, and the point is on the other."
@@ -90,37 +97,39 @@ class InspectedLight(Message):
 
 
 class InspectedSurface(Message):
-    """The place where a ray met a shape."""
+    """The place where a ray hits a shape."""
 
     shape: int = Field(ge=0, description="Index into the scene's shapes.")
-    part: Part
+    part: Part = Field(description="The shape in the request.")
     primitive: int = Field(ge=0, description="Triangle of a mesh, or 0.")
     t: float = Field(description="Distance from the ray's origin, scene units.")
     position: Triple = Field(description="Scene units.")
-    uv: tuple[float, float]
-    normal: Triple = Field(description="Geometric, of length 1, on the side the ray came from.")
-    shading_normal: Triple = Field(description="The normal that light is reckoned with.")
-    material: Part
-    texture: Part | None = Field(description="Where the colour comes from a texture.")
-    color: Triple = Field(description="Of the surface, linear RGB: the material's, or the texture's value.")
+    uv: tuple[float, float] = Field(description="Texture coordinates.")
+    normal: Triple = Field(description="Geometric normal of length 1, on the side of the ray's origin.")
+    shading_normal: Triple = Field(description="The normal that shading uses.")
+    material: Part = Field(description="The material in the request.")
+    texture: Part | None = Field(description="The texture, if the colour comes from one.")
+    color: Triple = Field(
+        description="Linear RGB of the surface: the material's colour, or the texture's value."
+    )
     ambient: Triple = Field(description="Linear RGB that ambient light adds.")
     lights: tuple[InspectedLight, ...] = Field(description="One for each light of the scene, in its order.")
 
 
 class InspectedRay(Message):
-    """A ray, what it met, and the rays that go on from there.
+    """A ray, what it hits, and the rays that continue from there.
 
-    `radiance` is that of the place itself: for a surface the sum of `ambient` and of every light's `diffuse`
-    and `specular`, else the colour of the light or background seen. The pixel is the sum of `weight` times
+    `radiance` is that of the place itself: for a surface, the sum of `ambient` and of every light's `diffuse`
+    and `specular`, otherwise the colour of the light or background. The pixel is the sum of `weight` times
     `radiance` over all rays.
     """
 
-    kind: RayKind
+    kind: RayKind = Field(description="Where the ray comes from.")
     weight: float = Field(ge=0, description="Share of `radiance` that reaches the camera.")
     origin: Triple = Field(description="Scene units.")
-    direction: Triple = Field(description="Of length 1.")
-    surface: InspectedSurface | None = Field(description="Null where no shape was met.")
-    light: Part | None = Field(description="The light that the ray ran into, if it did.")
+    direction: Triple = Field(description="Direction of length 1.")
+    surface: InspectedSurface | None = Field(description="The place that it hits; null if it hits no shape.")
+    light: Part | None = Field(description="The light that it hits, if any.")
     radiance: Triple = Field(description="Linear RGB.")
     rays: tuple[InspectedRay, ...] = Field(description="Mirrored, reflected and refracted rays.")
 
@@ -132,19 +141,23 @@ class Reason(Message):
         description="A word for programs, such as `blocked`, `faces_away`, `ambient_only`, `black_material`."
     )
     text: str = Field(description="A sentence.")
-    pointers: tuple[str, ...] = Field(description="The lines of the scene that it speaks of.")
+    pointers: tuple[str, ...] = Field(
+        description="JSON Pointers to the parts of the request that it is about."
+    )
 
 
 class Inspection(Message):
-    """What the ray through the middle of a pixel has seen, and why it is as bright as it is."""
+    """What the ray through the centre of a pixel hits, and why the pixel is as bright as it is."""
 
     x: int = Field(description="Column.")
     y: int = Field(description="Row, from the top.")
     color: Triple = Field(
-        description="Linear RGB of this one ray. The pixel of the picture is a mean over all of its samples."
+        description="Linear RGB of this one ray. The pixel of the picture is the mean of all its samples."
     )
-    reasons: tuple[Reason, ...] = Field(description="What explains most comes first.")
-    ray: InspectedRay
+    reasons: tuple[Reason, ...] = Field(
+        description="Why the pixel looks as it does, the most important reason first."
+    )
+    ray: InspectedRay = Field(description="What the ray hits.")
     complete: bool = Field(
-        description="False where more rays continue than are listed; then they add up to less than `color`."
+        description="False if more rays continue than are listed; then the rays add up to less than `color`."
     )

@@ -47,21 +47,21 @@ class JobRequest(Closed):
     scene: Scene = Field(description="The scene to render.")
     quality: Quality | None = Field(default=None, description="Overrides the scene's `sampling`.")
     layers: LayerNames = Field(
-        default=(), description="What to store of each pixel beside its colour; each layer is an image."
+        default=(), description="What to store of each pixel beside its colour; each layer is a picture."
     )
     priority: Annotated[int, Field(strict=True, ge=-10, le=10), WHOLE] = Field(
-        default=0, description="Your jobs of a higher priority go first; those of others are not concerned."
+        default=0, description="Your jobs with a higher priority run first. It does not affect other users."
     )
     labels: Annotated[dict[LabelName, LabelValue], Field(max_length=16)] = Field(
         default_factory=dict,
-        description="Words of your own to find the job by: at most 16. A name has 1 to 63 characters, "
-        "letters from A to Z, digits, `_`, `.` and `-`, with a letter or digit first; a value is a text of "
-        "at most 200.",
+        description="At most 16 names with values, to find the job by. A name has 1 to 63 characters: "
+        "letters from A to Z, digits, `_`, `.` and `-`, with a letter or digit first. A value has at most "
+        "200.",
     )
     time_limit: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
         default=None,
-        description="Seconds after its beginning when a job that is not finished ends: with target quality "
-        "with the error that it has reached, else it fails.",
+        description="Seconds after which an unfinished job ends, from the moment when it begins to run. "
+        "With target quality it succeeds with the error reached so far; otherwise it fails.",
     )
 
     @property
@@ -115,13 +115,14 @@ class Progress(Message):
     share: float = Field(
         ge=0,
         le=1,
-        description="Part of the work that is done, 0 to 1. It never falls. With target quality it is "
-        "estimated from the error, and with a time limit from the time; it is 1 when the picture is there.",
+        description="Share of the work that is done. It never falls. With target quality it is estimated "
+        "from the error, and with a time limit from the time. It is 1 when the picture is finished.",
     )
     remaining_seconds: float | None = Field(
         default=None,
         ge=0,
-        description="Predicted time of the rest; null while it does not run or cannot be predicted.",
+        description="Predicted time until it ends; null while the job does not run, and if there is no "
+        "prediction.",
     )
 
 
@@ -137,9 +138,9 @@ class ReachedError(Message):
 
 
 class Work(Message):
-    """What was counted beside rays."""
+    """Work that is counted beside rays."""
 
-    shading_points: int = Field(default=0, ge=0, description="Points where rays met shapes.")
+    shading_points: int = Field(default=0, ge=0, description="Points where rays hit shapes.")
     texture_lookups: int = Field(
         default=0, ge=0, description="Textures looked up at these points; a bump map takes four for a point."
     )
@@ -157,108 +158,115 @@ class Numerics(Message):
 
 
 class JobCost(Message):
-    """What a job was expected to cost and what it has cost so far."""
+    """The predicted cost of a job, and its cost so far."""
 
-    predicted_cpu_seconds: float
+    predicted_cpu_seconds: float = Field(description="CPU seconds predicted before it began.")
     cpu_seconds: float = Field(description="CPU seconds spent on finished tiles.")
     rays: dict[str, int] = Field(description="Rays cast by finished tiles, by kind.")
-    work: Work = Field(default=Work(), description="What finished tiles have worked on beside rays.")
+    work: Work = Field(default=Work(), description="Other work of finished tiles.")
 
 
 class TileAtWork(Message):
-    """A tile that a worker has in hand. The rectangle is that of a tile event."""
+    """A tile that a worker holds. The rectangle is that of a tile event."""
 
     tile: int = Field(ge=0, description="Index of the tile in its pass.")
     pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
-    x0: int
-    y0: int
-    x1: int
-    y1: int
+    x0: int = Field(description="First column.")
+    y0: int = Field(description="First row, from the top.")
+    x1: int = Field(description="The column after the last.")
+    y1: int = Field(description="The row after the last.")
 
 
 class JobLinks(Message):
-    """Where everything about a job is found, as paths on the same server."""
+    """Paths of everything that belongs to a job, on the same server."""
 
-    self: str
-    cancel: str
-    tiles: str
-    events: str
-    plan: str
-    image_png: str
-    image_npy: str
-    image_exr: str = ""
-    pause: str = ""
-    resume: str = ""
-    convergence: str = ""
-    log: str = ""
-    request: str = ""
-    inspections: str = ""
-    focus: str = ""
-    pin: str = ""
-    layers: dict[str, str] = Field(default={}, description="The layers that were asked for, by name.")
+    self: str = Field(description="The job.")
+    cancel: str = Field(description="Cancels it.")
+    tiles: str = Field(description="Tile events.")
+    events: str = Field(description="The same as a stream.")
+    plan: str = Field(description="What runs, and why.")
+    image_png: str = Field(description="The picture as displayed.")
+    image_npy: str = Field(description="The linear picture.")
+    image_exr: str = Field(default="", description="The linear picture with all layers.")
+    pause: str = Field(default="", description="Pauses it.")
+    resume: str = Field(default="", description="Resumes it.")
+    convergence: str = Field(default="", description="Error against time.")
+    log: str = Field(default="", description="Its history.")
+    request: str = Field(default="", description="The body that was sent.")
+    inspections: str = Field(default="", description="Inspects a pixel.")
+    focus: str = Field(default="", description="Renders a rectangle first.")
+    pin: str = Field(default="", description="Keeps its picture.")
+    layers: dict[str, str] = Field(default={}, description="The requested layers, by name.")
 
 
 class Job(Message):
     """A job as ``GET /v1/jobs/{id}`` shows it."""
 
-    id: str
+    id: str = Field(description="The job's id.")
     name: str | None = Field(default=None, description="The scene's name.")
-    user: str | None = Field(default=None, description="Who has submitted it.")
-    labels: dict[str, str] = Field(default={}, description="Those of the request.")
-    priority: int = Field(default=0, description="That of the request.")
-    state: JobState
+    user: str | None = Field(default=None, description="The user who submitted it.")
+    labels: dict[str, str] = Field(default={}, description="The labels of the request.")
+    priority: int = Field(default=0, description="The priority of the request.")
+    state: JobState = Field(description="All states but the first two are final.")
     paused: bool = Field(
         default=False,
-        description="Whether it is paused: until it is resumed no tiles are handed out.",
+        description="Whether the job is paused: workers get no tiles of it until it is resumed.",
     )
     cancelling: bool = Field(
         default=False,
-        description="Whether it is being cancelled: it ends when the workers have stopped their tiles of it.",
+        description="Whether the job is being cancelled: it ends when workers have stopped its tiles.",
     )
     width: int = Field(description="Pixels; 0 for a mesh.")
     height: int = Field(description="Pixels; 0 for a mesh.")
     quality: dict[str, Any] = Field(
-        description="What was asked for, as a request takes it: what the request left to the scene stands in "
-        "it, too.",
+        description="The requested quality, completed from the scene, in the form of a request.",
     )
-    progress: Progress
+    progress: Progress = Field(description="How much of it is rendered.")
     rendering: tuple[TileAtWork, ...] = Field(
         default=(),
-        description="The tiles that workers have in hand at this moment, at most two each: one is being "
-        "rendered, and another is next.",
+        description="The tiles that workers hold now, at most two each: the one in progress and the next "
+        "one.",
     )
     queue_position: int | None = Field(
         default=None,
-        description="How many queued jobs are to start before this one, by users' turns, priority and age; "
-        "null once it has started, and while it is paused.",
+        description="How many queued jobs start before this one, by users' turns, priority and age. It "
+        "can grow. Null once the job runs, and while it is paused.",
     )
     last_seq: int = Field(ge=0, description="Number of the newest tile event; 0 before the first.")
-    created_at: datetime
-    started_at: datetime | None = None
-    finished_at: datetime | None = None
+    created_at: datetime = Field(description="When it was submitted.")
+    started_at: datetime | None = Field(default=None, description="When it began to run.")
+    finished_at: datetime | None = Field(default=None, description="When it ended.")
     expires_at: datetime | None = Field(
         default=None,
-        description="When its picture is removed, or before if room is needed; null while it is not "
-        "finished, while it is pinned, or if there is no such time.",
+        description="When the picture will be deleted, or earlier if space is needed. Null until the job has "
+        "succeeded, while it is pinned, and if pictures are kept for ever.",
     )
-    pinned: bool = Field(default=False, description="Its picture stays until the job is unpinned or deleted.")
-    failure: Failure | None = None
-    cost: JobCost
-    numerics: Numerics | None = Field(default=None, description="Null until the picture is finished.")
+    pinned: bool = Field(
+        default=False, description="Whether the picture is kept until the job is unpinned or deleted."
+    )
+    failure: Failure | None = Field(default=None, description="Why it failed; null in other states.")
+    cost: JobCost = Field(description="What it was predicted to cost, and what it has cost.")
+    numerics: Numerics | None = Field(
+        default=None, description="Counts of numerical problems; null until the picture is finished."
+    )
     error: ReachedError | None = Field(
         default=None,
-        description="The error reached so far, with target quality and with random samples; null where it is "
-        "not known.",
+        description="The error reached so far, with target quality and with random samples; null if there "
+        "is no estimate.",
     )
-    warnings: tuple[Problem, ...] = Field(default=(), description="Valid, but probably not meant.")
-    links: JobLinks
+    warnings: tuple[Problem, ...] = Field(
+        default=(), description="Parts of the request that are valid, but probably not intended."
+    )
+    links: JobLinks = Field(description="Paths of everything that belongs to it.")
 
 
 class JobList(Message):
     """One page of ``GET /v1/jobs``, newest first."""
 
-    jobs: tuple[Job, ...]
-    next: str | None = Field(default=None, description="Give it as `cursor` for the next page.")
+    jobs: tuple[Job, ...] = Field(description="The jobs of this page.")
+    next: str | None = Field(
+        default=None, description="Pass it as `cursor` to get the next page; null on the last one."
+    )
 
 
 class TileEvent(Message):
@@ -269,43 +277,43 @@ class TileEvent(Message):
     are numbered from 1, and the event of tile 0 is that of the whole picture, after all others of its pass.
     """
 
-    seq: int = Field(ge=1)
+    seq: int = Field(ge=1, description="Number of the event.")
     tile: int = Field(ge=0, description="Index of the tile in its pass.")
     pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
-    stride: int = Field(ge=1)
-    x0: int
-    y0: int
-    x1: int
-    y1: int
+    stride: int = Field(ge=1, description="Side of the blocks of a preview; 1 for single pixels.")
+    x0: int = Field(description="First column.")
+    y0: int = Field(description="First row, from the top.")
+    x1: int = Field(description="The column after the last.")
+    y1: int = Field(description="The row after the last.")
 
 
 class TileBatch(Message):
-    """The answer of ``GET /v1/jobs/{id}/tiles`` as JSON."""
+    """Tile events, as ``GET /v1/jobs/{id}/tiles`` returns them."""
 
-    state: JobState
-    progress: Progress
-    events: tuple[TileEvent, ...]
-    next: int = Field(ge=0, description="Give it as `after` for what follows.")
-    complete: bool = Field(description="The state is final and no event follows `next`.")
-    failure: Failure | None = None
+    state: JobState = Field(description="The state of the job.")
+    progress: Progress = Field(description="How much of it is rendered.")
+    events: tuple[TileEvent, ...] = Field(description="The events, by number.")
+    next: int = Field(ge=0, description="Pass it as `after` to get what follows.")
+    complete: bool = Field(description="Whether the job has ended and no event follows `next`.")
+    failure: Failure | None = Field(default=None, description="Why the job failed; null in other states.")
 
 
 class Asset(Message):
-    """A stored texture or mesh, as ``PUT /v1/assets/{sha256}`` answers."""
+    """A stored texture or mesh, as ``PUT /v1/assets/{sha256}`` returns it."""
 
     name: str = Field(description="How a scene names it: `sha256:` and 64 hexadecimal digits.")
-    bytes: int = Field(ge=0)
-    media_type: str
+    bytes: int = Field(ge=0, description="Size of the file.")
+    media_type: str = Field(description="Type of the file, found from its content.")
     width: int = Field(description="Pixels.")
     height: int = Field(description="Pixels.")
 
 
 class Version(Message):
-    """The answer of ``GET /version``."""
+    """The version of a service, as ``GET /version`` returns it."""
 
-    name: Literal["penumbra"] = "penumbra"
-    version: str
-    api: Literal["v1"] = "v1"
+    name: Literal["penumbra"] = Field(default="penumbra", description="What this service is.")
+    version: str = Field(description="Version of the package.")
+    api: Literal["v1"] = Field(default="v1", description="Version of the API, as in its paths.")
 
 
 Edge = Annotated[int, Field(strict=True, ge=0), WHOLE]
@@ -329,10 +337,10 @@ class Region(Closed):
 
 
 class LogEntry(Message):
-    """One thing that happened."""
+    """One event in the history of a job."""
 
     at: datetime | None = Field(
-        default=None, description="When; null where only its place among the others is known."
+        default=None, description="When it happened; null if only its order is known."
     )
     event: str = Field(
         description="A word for programs: `submitted`, `shared`, `started`, `step_repeated`, "
@@ -340,16 +348,16 @@ class LogEntry(Message):
         "more."
     )
     message: str = Field(description="A sentence for people.")
-    pass_index: int | None = Field(default=None, description="The pass that it is about.")
-    tile: int | None = Field(default=None, description="The tile that it is about.")
-    attempts: int | None = Field(default=None, description="How often it was tried so far.")
-    workers_lost: int | None = Field(default=None, description="How many workers died of it.")
+    pass_index: int | None = Field(default=None, description="The pass, if it is about one.")
+    tile: int | None = Field(default=None, description="The tile, if it is about one.")
+    attempts: int | None = Field(default=None, description="How often the tile has been tried.")
+    workers_lost: int | None = Field(default=None, description="How many workers died on the tile.")
 
 
 class JobLog(Message):
-    """The answer of ``GET /v1/jobs/{id}/log``."""
+    """The history of a job, as ``GET /v1/jobs/{id}/log`` returns it."""
 
     job: str = Field(description="The job's id.")
-    state: JobState
-    entries: tuple[LogEntry, ...] = Field(description="In the order in which it happened.")
-    more: int = Field(default=0, ge=0, description="How many repeated steps are not listed.")
+    state: JobState = Field(description="The state of the job.")
+    entries: tuple[LogEntry, ...] = Field(description="The history, in order.")
+    more: int = Field(default=0, ge=0, description="How many repeated tiles are not listed.")

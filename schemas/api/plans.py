@@ -13,12 +13,12 @@ from schemas.scene import Scene
 
 
 class PlanStage(Message):
-    """One stage of the rendering, with the lines of the scene that asked for it."""
+    """One stage of the rendering, with the parts of the scene that require it."""
 
     name: str = Field(description="The stage.")
     effect: str = Field(description="The effect that it works for.")
     pointers: tuple[str, ...] = Field(
-        description="JSON Pointers to what asked for it, in the scene or, over HTTP, in the request."
+        description="JSON Pointers to what requires it, in the scene or, over HTTP, in the request."
     )
     detail: str = Field(description="What it does, in a sentence.")
     share: float | None = Field(
@@ -27,18 +27,18 @@ class PlanStage(Message):
 
 
 class LeftOut(Message):
-    """An effect that no line of the scene calls for."""
+    """An effect that does not run."""
 
     effect: str = Field(description="The effect.")
     pointers: tuple[str, ...] = Field(
         default=(),
-        description="JSON Pointers to what names it without effect, if any.",
+        description="JSON Pointers to parts that name it without effect, if any.",
     )
     reason: str = Field(description="Why it does not run.")
 
 
 class PlanCost(Message):
-    """What the plan is expected to cost."""
+    """The predicted cost of a plan."""
 
     camera_rays: int = Field(ge=0, description="Rays from the camera.")
     shadow_rays: int = Field(ge=0, description="Rays from points to lights, at most.")
@@ -54,49 +54,54 @@ class PlanDocument(Message):
         description="What the pilot samples of target quality do differently; none with fixed quality.",
     )
     left_out: tuple[LeftOut, ...] = Field(description="What does not run, and why.")
-    cost: PlanCost = Field(description="What it is expected to cost.")
+    cost: PlanCost = Field(description="The predicted cost.")
 
 
 class Interval(Message):
     """An estimate with a 95 % interval."""
 
-    estimate: float
+    estimate: float = Field(description="The estimate.")
     low: float = Field(description="Lower end of its interval.")
-    high: float | None = Field(description="Upper end of its interval; null where nothing bounds it.")
+    high: float | None = Field(description="Upper end of its interval; null if it has none.")
 
 
 class PassCost(Message):
-    """What a picture had taken when a pass ended, all passes before it included."""
+    """Cumulative totals of a picture at the end of a pass."""
 
     pass_index: int = Field(ge=0, description="Index of the pass; 0 is the coarse picture.")
-    seconds: float = Field(ge=0, description="Since the job began to run, whatever else ran meanwhile.")
+    seconds: float = Field(
+        ge=0, description="Wall-clock time since the job began to run, whatever else ran meanwhile."
+    )
     cpu_seconds: float = Field(ge=0, description="CPU seconds of all workers.")
     rays: dict[str, int] = Field(description="Rays by kind.")
-    error: ReachedError | None = Field(description="Null where it is not known.")
+    error: ReachedError | None = Field(description="The remaining error; null if there is no estimate.")
 
 
 class NextHalving(Message):
-    """What it would cost to halve the newest error, beyond what it has cost to reach it."""
+    """What half of the newest error would cost, beyond what was spent to reach it."""
 
-    seconds: Interval = Field(description="At the rate at which CPU seconds were spent so far.")
-    cpu_seconds: Interval
+    seconds: Interval = Field(
+        description="Wall-clock time, at the rate at which CPU seconds were spent so far."
+    )
+    cpu_seconds: Interval = Field(description="CPU seconds of all workers.")
 
 
 class Convergence(Message):
-    """The answer of ``GET /v1/jobs/{id}/convergence``: error against time."""
+    """Error against time, as ``GET /v1/jobs/{id}/convergence`` returns it."""
 
     job: str = Field(description="The job's id.")
-    state: JobState
-    mode: Literal["fixed", "target"] = Field(description="How the quality was asked for.")
-    target_error: float | None = Field(default=None, description="The error asked for, with target quality.")
+    state: JobState = Field(description="The state of the job.")
+    mode: Literal["fixed", "target"] = Field(description="The mode of the quality.")
+    target_error: float | None = Field(default=None, description="The requested error, with target quality.")
     passes: tuple[PassCost, ...] = Field(description="The passes that are finished, in their order.")
     order: Interval | None = Field(
-        description="The error falls like CPU seconds to this power. Null where nothing can be fitted."
+        description="The error falls like CPU seconds to this power: -0.5 for independent samples, which "
+        "take four times as long for half the error. Null if there are too few passes."
     )
-    next_halving: NextHalving | None = Field(description="Null where it cannot be predicted.")
-    reason: str | None = Field(
-        default=None, description="Why one of the two is null, or has no upper end, as a sentence."
+    next_halving: NextHalving | None = Field(
+        description="What half of the error would cost; null if there is no prediction."
     )
+    reason: str | None = Field(default=None, description="Why one of the two is null or has no upper end.")
 
 
 class QuoteRequest(Closed):
@@ -104,14 +109,14 @@ class QuoteRequest(Closed):
 
     scene: Scene = Field(description="The scene to render.")
     quality: Quality | None = Field(
-        default=None, description="What is to be priced first, in place of the scene's `sampling`."
+        default=None, description="The quality that is priced first, in place of the scene's `sampling`."
     )
     target_error: Annotated[float, Field(strict=True, ge=1e-6, le=1)] | None = Field(
         default=None,
-        description="A requested error, as in a quality of mode `target`: `for_error` reaches it soonest.",
+        description="A target error: `for_error` is the cheapest quality that reaches it.",
     )
     seconds: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
-        default=None, description="A given time: `for_seconds` is what comes closest in it."
+        default=None, description="A time limit: `for_seconds` is the most accurate quality within it."
     )
 
 
@@ -124,26 +129,28 @@ class Predicted(Message):
 
 
 class Offer(Message):
-    """A quality with what it is predicted to cost and to reach."""
+    """A quality with its predicted cost and error."""
 
-    quality: Quality = Field(description="As a job request takes it.")
+    quality: Quality = Field(description="The quality, in the form of a job request.")
     cpu_seconds: Predicted = Field(description="CPU seconds of all processes together.")
-    seconds: Predicted = Field(description="Seconds, if all workers do nothing else.")
+    seconds: Predicted = Field(description="Wall-clock time, if all workers do nothing else.")
     error: Predicted | None = Field(
         default=None,
-        description="Root mean square error of the linear picture, clipped to 0..1; null where the pilot "
+        description="Root mean square error of the linear picture, clipped to 0..1; null if the pilot "
         "could not estimate it.",
     )
 
 
 class EffectShare(Message):
-    """What an effect adds to the time of the quality that was asked for."""
+    """What a light, map, mirror or lens adds to the time of the quality that is priced first."""
 
     effect: str = Field(description="The effect.")
     pointers: tuple[str, ...] = Field(
-        description="JSON Pointers to what asked for it, in the scene or, over HTTP, in the request."
+        description="JSON Pointers to what requires it, in the scene or, over HTTP, in the request."
     )
-    cpu_seconds: float = Field(description="CPU seconds that go when it goes; below 0 where it saves work.")
+    cpu_seconds: float = Field(
+        description="CPU seconds that are saved without it; below 0 if it saves work itself."
+    )
     share: float = Field(le=1, description="The same as a share of all CPU seconds.")
 
 
@@ -152,22 +159,29 @@ class Pilot(Message):
 
     seconds: float = Field(ge=0, description="Seconds that it took.")
     blocks: int = Field(ge=0, description="Blocks of the picture that were timed.")
-    pixels: int = Field(ge=0, description="Pixels that were sampled twice to learn their errors.")
-    target_errors: int = Field(ge=0, description="Target errors whose pictures were begun.")
+    pixels: int = Field(ge=0, description="Pixels that were sampled twice to estimate their errors.")
+    target_errors: int = Field(ge=0, description="Target errors that were tried on the picture itself.")
 
 
 class Quote(Message):
-    """The answer of ``POST /v1/quotes``."""
+    """Predictions, as ``POST /v1/quotes`` returns them."""
 
     asked: Offer | None = Field(
-        description="The quality asked for; null where there was no time to price it."
+        description="The offer for the requested quality; null if there was no time to price it."
     )
-    offers: tuple[Offer, ...] = Field(description="Several qualities, with the one asked for among them.")
-    for_error: Offer | None = Field(default=None, description="What reaches `target_error` soonest.")
-    for_seconds: Offer | None = Field(default=None, description="What comes closest within `seconds`.")
+    offers: tuple[Offer, ...] = Field(
+        description="Several qualities: the scene's patterns and Sobol patterns, and target errors."
+    )
+    for_error: Offer | None = Field(
+        default=None, description="The cheapest that reaches `target_error`; null if none does."
+    )
+    for_seconds: Offer | None = Field(
+        default=None, description="The most accurate within `seconds`; null if none is."
+    )
     effects: tuple[EffectShare, ...] = Field(
-        description="What each effect costs, as far as there was time to measure it, most costly first."
+        description="What each effect costs, as far as there was time to measure it, the most expensive "
+        "first."
     )
-    price: PlanCost = Field(description="What admission goes by: predicted from the plan, without a pilot.")
-    workers: int = Field(ge=1, description="Processes that `seconds` counts on.")
-    pilot: Pilot
+    price: PlanCost = Field(description="The cost predicted from the plan alone.")
+    workers: int = Field(ge=1, description="Processes that `seconds` assumes.")
+    pilot: Pilot = Field(description="What was rendered for the quote.")

@@ -72,13 +72,16 @@ def _check_origin(request: Request) -> None:
 CurrentUser = Annotated[Principal, Depends(authenticate)]
 
 
-async def _seen(here: Here, user: CurrentUser, job_id: Annotated[str, Path(max_length=64)]) -> str:
+JOB_PATH = Path(max_length=64, description="The job's id.")
+
+
+async def _seen(here: Here, user: CurrentUser, job_id: Annotated[str, JOB_PATH]) -> str:
     if not user.sees_all:
         await run_in_threadpool(_owner, here, job_id, user.name)
     return job_id
 
 
-async def _changed(here: Here, user: CurrentUser, job_id: Annotated[str, Path(max_length=64)]) -> str:
+async def _changed(here: Here, user: CurrentUser, job_id: Annotated[str, JOB_PATH]) -> str:
     if not user.changes_all:
         owner = await run_in_threadpool(_owner, here, job_id, None if user.sees_all else user.name)
         if owner != user.name:

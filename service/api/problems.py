@@ -32,7 +32,7 @@ from service.storage.folder import NO_ROOM, NOT_WRITABLE
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER_SECONDS = 1
-NOWHERE = "There is nothing at this address. The addresses of the service are in /openapi.json."
+NOWHERE = "There is nothing at this address. /docs and /openapi.json list the addresses of the service."
 
 log = structlog.get_logger()
 

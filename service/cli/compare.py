@@ -37,15 +37,20 @@ def compare(  # noqa: PLR0913 - one argument for each option
         Encoding | None,
         typer.Option(help="What the numbers of IMAGE mean; by default srgb for .png, else linear."),
     ] = None,
-    reference_encoding: Annotated[Encoding | None, typer.Option(help="The same of REFERENCE.")] = None,
+    reference_encoding: Annotated[Encoding | None, typer.Option(help="The same for REFERENCE.")] = None,
     scene: Annotated[
-        str | None, typer.Option(metavar="SCENE", help="The scene, to name regions by its shapes.")
+        str | None,
+        typer.Option(metavar="SCENE", help="The scene of the reference: regions are named by its shapes."),
     ] = None,
     tolerance: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Mean difference of a block that is tolerated.")
+        float,
+        typer.Option(min=0.0, max=1.0, help="Linear difference of a block's mean that is always tolerated."),
     ] = 0.01,
     max_bias: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Share of biased blocks that is still noise.")
+        float,
+        typer.Option(
+            min=0.0, max=1.0, help="Share of blocks that may differ by more than noise and tolerance."
+        ),
     ] = 0.02,
     limit: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="Linear difference that `frac_over` counts above.")
@@ -55,11 +60,13 @@ def compare(  # noqa: PLR0913 - one argument for each option
     ] = False,
     fail_under: Annotated[
         float | None,
-        typer.Option(min=0.0, max=1.0, help="Exit with 1 if the score is lower; a mismatch scores 0."),
+        typer.Option(
+            min=0.0, max=1.0, help="Exit with 1 if the score is lower; a match scores 1, a mismatch 0."
+        ),
     ] = None,
     heat_map: Annotated[Path | None, typer.Option(help="Save a heat map of the differences, .png.")] = None,
     side_by_side: Annotated[
-        Path | None, typer.Option(help="Save picture, reference and heat map, .png.")
+        Path | None, typer.Option(help="Save picture, reference and heat map beside each other, .png.")
     ] = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,

@@ -48,8 +48,8 @@ def doctor(
         bool,
         typer.Option(
             "--numerics",
-            help="Instead run hard cases, inputs that plain formulas get wrong, and count the wrong answers. "
-            "Takes up to a minute; exit code 1 if there are any.",
+            help="Run hard cases instead: inputs that plain formulas get wrong. Exit with 1 if any answer "
+            "is wrong. Takes up to a minute.",
         ),
     ] = False,
     config: ConfigOption = None,

@@ -43,17 +43,23 @@ def grade(  # noqa: PLR0913 - one argument for each option
     ] = None,
     export: Annotated[
         list[str] | None,
-        typer.Option(metavar="FORM=PATH", help="Write the result in a platform's form; repeatable."),
+        typer.Option(metavar="FORM=PATH", help="Write the result in a platform's format too; repeatable."),
     ] = None,
     jobs: Annotated[
         int | None,
-        typer.Option(min=1, max=MOST_WORKERS, help="Tests at a time; by default one for each processor."),
+        typer.Option(
+            min=1,
+            max=MOST_WORKERS,
+            help="Tests at a time, each in its own process; by default one for each processor.",
+        ),
     ] = None,
     server: Annotated[
-        str | None, typer.Option(metavar="URL", help="A service that renders instead of this machine.")
+        str | None,
+        typer.Option(metavar="URL", help="A service that renders scenes in place of this machine."),
     ] = None,
     cache: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder in which rendered references are cached.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder that keeps rendered references for the next submission."),
     ] = None,
     student: Annotated[str | None, typer.Option(help="Name of the submitter, for the result.")] = None,
     submitted_at: Annotated[
@@ -64,7 +70,7 @@ def grade(  # noqa: PLR0913 - one argument for each option
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Grade a submission: points, why they were lost, and the result in the forms of platforms."""
+    """Run the tests of an assignment on a submission, and report the points and why they were lost."""
     for folder in filter(None, (out, cache)):
         make_folder(folder)
     targets = _targets(export or [])

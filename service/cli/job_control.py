@@ -51,9 +51,9 @@ def _command(change: str, about: Callable[[Job], str], text: str) -> Callable[..
     return command
 
 
-cancel = _command("cancel", _state, "Stop a job, queued or running.")
+cancel = _command("cancel", _state, "Stop a job that is queued or running.")
 pause = _command(
-    "pause", _state, "Pause a job: finished tiles stay, and no more are rendered until it is resumed."
+    "pause", _state, "Pause a job: finished tiles are kept, and no more are rendered until it is resumed."
 )
 resume = _command("resume", _state, "Resume a paused job.")
 pin = _command(
@@ -63,7 +63,7 @@ unpin = _command("unpin", _kept, "Let the picture of a job expire like any other
 
 
 def delete(job_ids: JobsArgument, server: ServerOption = DEFAULT_SERVER, as_json: JsonOption = False) -> None:
-    """Remove jobs and their images; one that is queued or running is stopped first."""
+    """Delete jobs and their pictures. A job that is queued or running is stopped first."""
     from service.client import NotFoundError
 
     deleted, missing = [], []
@@ -104,7 +104,7 @@ def prune(
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
-    """Delete what the rules of a service, or those given, do not keep. Pinned jobs stay. For admins."""
+    """Delete what a service no longer keeps, by its rules or by these. Pinned jobs stay. For admins."""
     seconds = None if older_than is None else amount(older_than, SECONDS, "7d")
     size = None if keep_bytes is None else int(amount(keep_bytes, BYTES, "20G"))
     assets = None if assets_older_than is None else amount(assets_older_than, SECONDS, "7d")

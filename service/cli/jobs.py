@@ -36,19 +36,19 @@ HEADINGS = ("id", "state", "done", "pixels", "submitted", "scene")
 
 def get(
     job_id: JobArgument,
-    out: Annotated[ImageTarget | None, image_option("Save the image")] = None,
+    out: Annotated[ImageTarget | None, image_option("Save the picture")] = None,
     layers: LayersOption = None,
     convergence: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Save what the error costs, pass by pass: .json, .csv, or a plot as .svg or .png.",
+            help="Save the error and the cost after each pass: .json, .csv, or a plot as .svg or .png.",
         ),
     ] = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
-    """Show a job, or save its image and its convergence; for a running job the finished part."""
+    """Show a job, or save its picture or its error against time, as far as they are finished."""
     names = parsed_layers(layers)
     if names and out is None:
         raise CommandError("--layers are saved beside the image. Give -o too.")

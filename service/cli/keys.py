@@ -41,13 +41,16 @@ def add(
     user: Annotated[str, typer.Argument(metavar="USER", help="Name of the user.", show_default=False)],
     role: Annotated[
         RoleName,
-        typer.Option(help="`submit`: own jobs; `staff`: sees all; `admin`: may stop and remove them too."),
+        typer.Option(
+            help="`submit` sees its own jobs, `staff` all jobs; `admin` may also stop and delete them."
+        ),
     ] = "submit",
     max_jobs: Annotated[
-        int | None, typer.Option(min=1, help="Jobs of the user that may wait or run.")
+        int | None, typer.Option(min=1, help="Most jobs of the user that may wait or run.")
     ] = None,
     max_cpu_seconds: Annotated[
-        float | None, typer.Option(min=0.001, help="CPU seconds of the user's jobs that may wait or run.")
+        float | None,
+        typer.Option(min=0.001, help="Most CPU seconds of the user's jobs that may wait or run."),
     ] = None,
     data: DataOption = None,
     database: DatabaseOption = None,
@@ -90,7 +93,7 @@ def revoke(
     data: DataOption = None,
     database: DatabaseOption = None,
 ) -> None:
-    """Revoke a key, at once. The user's jobs stay."""
+    """Revoke a key at once. The user's jobs stay."""
     from service.access import keys
 
     with _writing(data, database) as session:

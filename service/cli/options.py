@@ -49,24 +49,24 @@ ServerOption = Annotated[
 ]
 TimeoutOption = Annotated[
     float | None,
-    typer.Option("--timeout", min=0, help="Longest wait in seconds; the job keeps running afterwards."),
+    typer.Option("--timeout", min=0, help="Longest wait in seconds; the job continues."),
 ]
 LabelOption = Annotated[
     list[str] | None,
-    typer.Option("--label", metavar="NAME:VALUE", help="A label of the job; may be given several times."),
+    typer.Option("--label", metavar="NAME:VALUE", help="A label of the job; repeatable."),
 ]
 LayersOption = Annotated[
     str | None,
     typer.Option(
         "--layers",
         metavar="NAME,NAME",
-        help="Further values of each pixel to save: depth, position, normal, shading_normal, "
-        "albedo, uv, shape, primitive, samples, error. Saved beside OUT as OUT.NAME.npy.",
+        help="What to store of each pixel beside its colour: depth, position, normal, shading_normal, "
+        "albedo, uv, shape, primitive, samples, error. Saved as OUT.NAME.npy, or in OUT if that is .exr.",
     ),
 ]
 SeedOption = Annotated[
     int | None,
-    typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random numbers, instead of the scene's."),
+    typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random numbers, in place of the scene's."),
 ]
 WorkersOption = Annotated[
     int | None,
@@ -75,12 +75,13 @@ WorkersOption = Annotated[
 ConfigOption = Annotated[
     Path | None,
     typer.Option(
-        help="A TOML file of settings; by default that named by PENUMBRA_CONFIG.", show_default=False
+        help="A TOML file of settings; by default the one that PENUMBRA_CONFIG names.", show_default=False
     ),
 ]
-DataOption = Annotated[Path | None, typer.Option(help="Folder for everything that is kept.")]
+DataOption = Annotated[Path | None, typer.Option(help="Data folder of the service.")]
 DatabaseOption = Annotated[
-    str | None, typer.Option(help="SQLAlchemy URL; by default an SQLite file in the data folder.")
+    str | None,
+    typer.Option(help="SQLAlchemy URL of the database; by default an SQLite file in the data folder."),
 ]
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")

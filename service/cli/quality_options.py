@@ -32,11 +32,11 @@ class SampleOptions:
     """The options for fixed numbers of samples."""
 
     samples: Annotated[int | None, _option("Camera samples a pixel.", min=1)] = None
-    pattern: Annotated[Pattern | None, _option("Where they lie in the pixel.")] = None
+    pattern: Annotated[Pattern | None, _option("How camera samples are placed in a pixel.")] = None
     light_samples: Annotated[int | None, _option("Points on each rectangle light.", min=1)] = None
-    light_pattern: Annotated[LightPattern | None, _option("Where they lie on the light.")] = None
+    light_pattern: Annotated[LightPattern | None, _option("How points are placed on a light.")] = None
     precision: Annotated[
-        Precision | None, _option("Precision of the work on pairs of points and lights.")
+        Precision | None, _option("Arithmetic of the work on pairs of points and lights.")
     ] = None
 
     def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
@@ -78,15 +78,20 @@ class QualityOptions(SampleOptions):
     target_error: Annotated[
         float | None,
         _option(
-            "Sample where needed until the picture's root mean square error is at most this; "
-            "one code value of 255 is 0.0039."
+            "In place of all these: sample where needed until the root mean square error is at most this. "
+            "One code value of 255 is 0.0039."
         ),
     ] = None
     confidence: Annotated[
         float | None,
-        _option("With --target-error: the confidence of reaching it, 0.5 to below 1; usually 0.95."),
+        _option(
+            "With --target-error: share of pictures that must reach it, 0.5 to below 1; 0.95 by default."
+        ),
     ] = None
-    time_limit: Annotated[float | None, _option("With --target-error: stop after this many seconds.")] = None
+    time_limit: Annotated[
+        float | None,
+        _option("With --target-error: stop after this many seconds, with the error reached so far."),
+    ] = None
 
     def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
         """As in `SampleOptions`; a target error chooses the samples."""

@@ -43,7 +43,7 @@ def render(
     tile: Annotated[int | None, typer.Option(min=1, help="Side of a tile, pixels.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Render a scene here, without a server. The bytes do not depend on workers and tiles."""
+    """Render a scene on this machine, without a server. Workers and tiles do not change the picture."""
     names = parsed_layers(layers)
     out.check(names, as_json=as_json)
     if out.suffix == ".exr":

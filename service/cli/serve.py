@@ -87,28 +87,31 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="Bucket for pictures and textures, s3://bucket/prefix; else the data folder.",
+            help="Bucket for pictures and textures, s3://bucket/prefix; by default the data folder.",
         ),
     ] = None,
     workers: WorkersOption = None,
     database: DatabaseOption = None,
     engine: Annotated[
-        Engine | None, typer.Option(help="What renders: slots, processes of this machine (default), or dask.")
+        Engine | None,
+        typer.Option(
+            help="Where tiles are rendered: slots, processes of this machine (the default), or dask."
+        ),
     ] = None,
     dask: Annotated[
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="Scheduler of the Dask cluster, tls://host:8786; by default one starts here.",
+            help="Scheduler of the Dask cluster, tls://host:8786; by default a small cluster starts here.",
         ),
     ] = None,
     behind_proxy: Annotated[
         bool,
-        typer.Option("--behind-proxy", help="Require no keys: a proxy in front authenticates the users."),
+        typer.Option("--behind-proxy", help="Require no keys, because a proxy in front authenticates users."),
     ] = False,
     config: ConfigOption = None,
 ) -> None:
-    """Run the service. What is not given comes from PENUMBRA_HOST, PENUMBRA_PORT and so on, or a file."""
+    """Run the service. Other settings come from PENUMBRA_HOST, PENUMBRA_PORT and so on, then from a file."""
     from service.server import run
 
     options = {
@@ -144,7 +147,7 @@ def demo(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Start a service, render a scene of the gallery over HTTP, save the picture, stop everything."""
+    """Start a service, render a scene of the gallery over HTTP, save the picture, and stop the service."""
     out = out or ImageTarget.named(DEFAULT_OUT)
     make_folder(out.path.parent)
     out.check(as_json=as_json)

@@ -25,7 +25,8 @@ def study(
     *,
     scene: SceneArgument,
     out: Annotated[
-        Path, typer.Option(help="A folder for the report, and for the journal from which a study is resumed.")
+        Path,
+        typer.Option(help="A folder for the report and the journal, from which the same command resumes."),
     ],
     budget: Annotated[
         float | None,

@@ -54,8 +54,8 @@ OPTIONS = {
 def submit(  # noqa: PLR0913 - one argument for each option
     *,
     scene: SceneArgument,
-    out: Annotated[ImageTarget | None, image_option("Wait, and save the image")] = None,
-    wait: Annotated[bool, typer.Option("--wait", help="Wait until the image is complete.")] = False,
+    out: Annotated[ImageTarget | None, image_option("Wait, and save the picture")] = None,
+    wait: Annotated[bool, typer.Option("--wait", help="Wait until the picture is finished.")] = False,
     timeout: TimeoutOption = None,
     quality: QualityOptions,
     layers: LayersOption = None,

@@ -38,7 +38,7 @@ def wait(
     timeout: TimeoutOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Wait until a job has its image, without output."""
+    """Wait until a job has ended, without showing its progress."""
     with connect(server, retry=LONG_RETRY) as client, detachable(job_id):
         show_end(client.wait(job_id, timeout=timeout), as_json=as_json)
 

@@ -28,14 +28,13 @@ def checkout(tmp_path: Path) -> Path:
 def test_every_request_of_the_http_page_works(server: Server, checkout: Path) -> None:
     page = (ROOT / "docs" / "reference" / "http.md").read_text()
     blocks = re.findall(r"^```sh\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
-    assert len(blocks) > 10
+    assert len(blocks) >= 7
     script = "\n".join(["set -eu -o pipefail", *blocks]).replace("http://127.0.0.1:8000", server.url)
     done = subprocess.run(
         ["bash", "-c", script], capture_output=True, text=True, cwd=checkout, timeout=120, check=False
     )
     assert done.returncode == 0, done.stderr
     assert "304" in done.stdout
-    assert "262144 pixels" in done.stdout
     assert "unknown_field" in done.stdout
 
 

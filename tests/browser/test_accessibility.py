@@ -72,6 +72,7 @@ VIEWS = {
     "job": ("/jobs/{0}", one_job),
     "compare": ("/compare/{0}/{1}", compared),
     "missing": ("/compare", nothing),
+    "reference": ("/docs", nothing),
 }
 
 

@@ -32,7 +32,7 @@ def test_head_answers_like_get_without_a_body_everywhere(client: httpx2.Client, 
     found = addresses(client, job)
     got = [path for path, methods in found.items() if "GET" in methods]
     assert len(got) > 15
-    for path in [*got, "/", "/openapi.json", "/web/main.js"]:
+    for path in [*got, "/", "/openapi.json", "/docs", "/web/main.js"]:
         head, answer = client.head(path), client.get(path)
         assert (head.status_code, head.content) == (answer.status_code, b""), path
         assert head.headers["Content-Type"] == answer.headers["Content-Type"], path

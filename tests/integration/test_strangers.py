@@ -36,6 +36,7 @@ PUBLIC = {
     "/compare/{a}/{b}",
     "/web/{path:path}",
     "/gallery/{path:path}",
+    "/docs",
 }
 # Ids in an address: on every route those of another user must not be found.
 THINGS = {"job_id", "sha256"}

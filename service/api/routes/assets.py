@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
@@ -25,22 +25,42 @@ from service.storage.database.models import AssetRow
 router = APIRouter(prefix="/v1/assets", tags=["assets"])
 
 Sha256 = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="64 lower-case hexadecimal digits.")]
-UNKNOWN = problem(404, "The user has uploaded no such asset.")
+UNKNOWN: dict[int | str, dict[str, Any]] = problem(
+    404, "You have not uploaded such an asset.", "unknown_asset"
+)
+STORED: dict[int | str, dict[str, Any]] = {
+    200: {"description": "The file.", "content": {"application/octet-stream": BINARY}},
+    206: {
+        "description": "The bytes that `Range` asked for.",
+        "content": {"application/octet-stream": BINARY},
+    },
+    304: {"description": "You have it already: `If-None-Match` names it."},
+}
 UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-stream": BINARY}}}
 
 
 @router.put(
     "/{sha256}",
-    responses=problem(413, "The file is too large, or larger than what is left of the user's quota.")
-    | problem(415, "The body is compressed.")
-    | problem(422, "The bytes have another hash, or are not a usable picture or mesh.")
-    | problem(507, "The disk is full."),
+    responses=problem(408, "The body arrived too slowly.", "body_slow")
+    | problem(
+        413, "The file is too large, or there is no room in your quota.", "body_too_large", "upload_quota"
+    )
+    | problem(415, "The body is compressed.", "media_type")
+    | problem(
+        422,
+        "The bytes have a different hash, or are not a usable picture or mesh.",
+        "upload_mismatch",
+        "upload_unusable",
+    )
+    | problem(507, "The disk is full.", "store_full"),
     openapi_extra=UPLOAD,
+    summary="Upload a texture or a mesh",
+    response_description="The asset. `name` is how a scene names it.",
 )
 async def put_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -> Asset:
-    """Upload a texture or a mesh. Sending it again changes nothing.
+    """Upload a texture or a mesh by the SHA-256 of its bytes. Sending it again changes nothing.
 
-    Files that other users sent must be sent again: a hash gives access only to users who have the file.
+    Only users who have sent a file may use it: knowing its hash is not enough.
     """
     most, room = here.settings.max_asset_bytes, await run_in_threadpool(_room, here, user, sha256)
     content = chunks(request, min(most, room), here.settings.client_timeout_seconds)
@@ -89,10 +109,24 @@ def _describe(row: AssetRow) -> Asset:
     )
 
 
-@router.head("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="head_asset")
-@router.get("/{sha256}", response_class=Response, responses=UNKNOWN, operation_id="get_asset")
+@router.head(
+    "/{sha256}",
+    response_class=Response,
+    responses=UNKNOWN,
+    operation_id="head_asset",
+    summary="Check for an asset",
+    description="Ask whether you have uploaded a file. If so, the service keeps it for another day.",
+    response_description="You have uploaded it.",
+)
+@router.get(
+    "/{sha256}",
+    response_class=Response,
+    responses=STORED | UNKNOWN | problem(416, "The range is outside the file.", "range"),
+    operation_id="get_asset",
+    summary="Get an asset",
+)
 def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -> Response:
-    """Get a texture or a mesh exactly as it was sent. Files of other users are not found."""
+    """Get a texture or a mesh exactly as it was sent. Files of other users are answered 404."""
     with here.database.reading() as session:
         row = uploads.find_upload(session, sha256, user)
     if row is None:

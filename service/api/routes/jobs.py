@@ -26,28 +26,37 @@ from service.jobs.context import Here
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
-UNKNOWN = problem(404, "There is no such job.")
-NOT_YOURS = problem(403, "The job belongs to another user.")
-GONE = problem(410, "The job ended without a picture, and its request is gone.")
+UNKNOWN = problem(404, "There is no such job.", "unknown_job")
+NOT_YOURS = problem(403, "The job belongs to another user.", "forbidden")
+GONE = problem(410, "The job ended without a picture.", "picture_gone")
 CANCELLING: dict[int | str, dict[str, Any]] = {
     202: {"model": Job, "description": "The job is still being stopped: `cancelling` is true."}
 }
 BODY = (
-    problem(408, "The body came too slowly.")
-    | problem(413, "The body is too large.")
-    | problem(415, "The body is not JSON, or is compressed.")
-    | problem(429, "The service is at its limit of requests in progress.")
+    problem(408, "The body arrived too slowly.", "body_slow")
+    | problem(413, "The body is too large.", "body_too_large")
+    | problem(415, "The body is not JSON, or it is compressed.", "media_type")
+    | problem(429, "The service already handles as many requests as it may.", "busy")
 )
 
 
 @router.post(
     "",
     status_code=202,
+    summary="Submit a job",
+    response_description="The job is accepted. `Location` has its URL.",
     responses=BODY
     | problem(
-        422, "The request cannot be used; every reason is listed. Or its Idempotency-Key came with another."
+        422,
+        "The request cannot be used; `errors` lists every reason. Or its `Idempotency-Key` came with a "
+        "different request before.",
+        "scene_not_usable",
+        "idempotency_key_reused",
     )
-    | problem(429, "The job does not fit into the queue now; `Retry-After` says when to try again."),
+    | problem(
+        429, "The queue has no room for the job; `Retry-After` says when to try again.", "queue_full", "busy"
+    )
+    | problem(503, "A file of the scene was deleted at this moment. Send the request again.", "unavailable"),
     openapi_extra=json_request(JobRequest),
 )
 async def submit(
@@ -59,9 +68,10 @@ async def submit(
     prefer: Prefer = None,
     idempotency_key: IdempotencyKey = None,
 ) -> Job:
-    """Submit a scene. With `Prefer: wait=N` the answer comes when the job ends or N seconds have passed.
+    """Submit a scene to be rendered.
 
-    An equal picture in the store is the answer at once, unless `Cache-Control: no-cache` is sent.
+    With `Prefer: wait=N` the response comes when the job has ended, or after N seconds. If the service has
+    the same picture already, the job has succeeded at once; `Cache-Control: no-cache` renders it again.
     """
     anew = "no-cache" in request.headers.get("cache-control", "").lower()
     sent = submissions.Submission(user, body, idempotency_key, anew)
@@ -79,41 +89,48 @@ async def submit(
     return job
 
 
-@router.get("", responses=problem(422, "A parameter cannot be used."))
+@router.get("", summary="List jobs", response_description="One page of jobs, newest first.")
 def list_jobs(
     here: Here,
     user: CurrentUser,
     limit: Annotated[int, Query(ge=1, le=100, description="Jobs on a page.")] = 20,
     cursor: Annotated[
         int | None,
-        Query(ge=1, le=2**31 - 1, description="`next` of the page before; the newest jobs without it."),
+        Query(
+            ge=1, le=2**31 - 1, description="`next` of the previous page. Without it you get the newest jobs."
+        ),
     ] = None,
     state: Annotated[JobState | None, Query(description="Only jobs in this state.")] = None,
     label: Annotated[
         list[LabelFilter] | None,
         Query(
             max_length=16,
-            description="`name:value`: only jobs with this label, or with all of them if there are several.",
+            description="`name:value`: only jobs with this label. If repeated, only jobs with all of them.",
         ),
     ] = None,
 ) -> JobList:
-    """List jobs, newest first: your own, or for staff those of all users."""
+    """List jobs, newest first: your own, or everyone's if you are staff."""
     labels = dict(text.split(":", 1) for text in label or ())
     owner = None if user.sees_all else user.name
     return jobs.page(here, limit, cursor, owner=owner, state=state, labels=labels)
 
 
-@router.get("/{job_id}", responses=UNKNOWN)
+@router.get("/{job_id}", summary="Get a job", response_description="The job as it is now.", responses=UNKNOWN)
 def get_job(here: Here, job_id: JobId) -> Job:
-    """Describe a job."""
+    """Get the state of a job, its progress, cost and error, and links to all that belongs to it."""
     return jobs.show(here, job_id)
 
 
-@router.post("/{job_id}/cancel", responses=UNKNOWN | NOT_YOURS | CANCELLING)
+@router.post(
+    "/{job_id}/cancel",
+    summary="Cancel a job",
+    response_description="The job; no part of it runs any more.",
+    responses=UNKNOWN | NOT_YOURS | CANCELLING,
+)
 async def cancel_job(here: Here, response: Response, job_id: ChangedJob) -> Job:
-    """Stop a job. The answer comes when no part of it runs any more. A job that has ended stays as it is.
+    """Stop a job. The response comes when no part of it runs any more. A job that has ended does not change.
 
-    If that takes more than a few seconds the answer is 202, and `cancelling` is true until it has ended.
+    If that takes more than a few seconds, the status is 202, and `cancelling` is true until the job ends.
     """
     job = await jobs.stop(here, job_id)
     if not job.state.final:
@@ -121,18 +138,29 @@ async def cancel_job(here: Here, response: Response, job_id: ChangedJob) -> Job:
     return job
 
 
-@router.post("/{job_id}/pause", responses=UNKNOWN | NOT_YOURS)
+@router.post(
+    "/{job_id}/pause",
+    summary="Pause a job",
+    response_description="The job, paused.",
+    responses=UNKNOWN | NOT_YOURS,
+)
 def pause_job(here: Here, job_id: ChangedJob) -> Job:
-    """Pause a job: tiles in progress are finished, no more are started, and time limits stop.
+    """Pause a job. Workers finish the tiles that they hold and get no more of them.
 
-    If others requested the same picture, it continues for them. A job that has ended stays as it is.
+    The time limit is suspended. If other jobs share the picture, it continues for them. A job that has
+    ended does not change.
     """
     return jobs.pause(here, job_id)
 
 
-@router.post("/{job_id}/resume", responses=UNKNOWN | NOT_YOURS)
+@router.post(
+    "/{job_id}/resume",
+    summary="Resume a job",
+    response_description="The job, no longer paused.",
+    responses=UNKNOWN | NOT_YOURS,
+)
 def resume_job(here: Here, job_id: ChangedJob) -> Job:
-    """Resume a paused job. Other jobs stay as they are."""
+    """Resume a paused job. A job that is not paused does not change."""
     return jobs.resume(here, job_id)
 
 
@@ -140,28 +168,45 @@ def resume_job(here: Here, job_id: ChangedJob) -> Job:
     "/{job_id}",
     status_code=204,
     response_class=Response,
-    responses=UNKNOWN | NOT_YOURS | problem(503, "The job is still being stopped."),
+    summary="Delete a job",
+    response_description="The job is deleted.",
+    responses=UNKNOWN
+    | NOT_YOURS
+    | problem(503, "The job is still being stopped. Delete it again in a moment.", "unavailable"),
 )
 async def delete_job(here: Here, job_id: ChangedJob) -> None:
-    """Stop a job if it runs, and remove it with everything it made."""
+    """Stop a job if it runs, and delete it with its picture."""
     await jobs.remove(here, job_id)
 
 
-@router.get("/{job_id}/plan", responses=UNKNOWN)
+@router.get(
+    "/{job_id}/plan", summary="Get the plan of a job", response_description="The plan.", responses=UNKNOWN
+)
 def get_plan(here: Here, job_id: JobId) -> PlanDocument:
-    """Show the plan of a job, and which lines of the scene each stage comes from."""
+    """Get the stages that run for a job, and the parts of its request that each stage comes from."""
     return jobs.plan_of(here, job_id)
 
 
-@router.get("/{job_id}/log", responses=UNKNOWN)
+@router.get(
+    "/{job_id}/log",
+    summary="Get the history of a job",
+    response_description="What happened, in order.",
+    responses=UNKNOWN,
+)
 def get_log(here: Here, job_id: JobId) -> JobLog:
-    """Report the history of a job: states, passes, repeated steps, workers lost, failures."""
+    """Get the history of a job: when it began, its passes, repeated tiles, lost workers, failures."""
     return job_logs.log_of(here, job_id)
 
 
-@router.get("/{job_id}/request", response_model=JobRequest, responses=UNKNOWN)
+@router.get(
+    "/{job_id}/request",
+    response_model=JobRequest,
+    summary="Get the request of a job",
+    response_description="The body that was sent.",
+    responses=UNKNOWN,
+)
 def get_request(here: Here, job_id: JobId) -> Response:
-    """Return the body that the job was submitted with, byte for byte."""
+    """Get the body that the job was submitted with, byte for byte."""
     return Response(jobs.request_of(here, job_id), media_type="application/json")
 
 
@@ -172,24 +217,39 @@ REGION: dict[str, Any] = {"x0": 0, "y0": 0, "x1": 64, "y1": 64}
     "/{job_id}/focus",
     status_code=204,
     response_class=Response,
-    responses=BODY | UNKNOWN | NOT_YOURS | GONE | problem(422, "The rectangle cannot be used."),
+    summary="Render a rectangle first",
+    response_description="The rectangle comes first from now on.",
+    responses=BODY
+    | UNKNOWN
+    | NOT_YOURS
+    | GONE
+    | problem(422, "The rectangle cannot be used.", "scene_not_usable"),
     openapi_extra=json_request(Region, REGION),
 )
 async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
-    """Render a rectangle of the picture before the rest of each pass."""
+    """Render the tiles of a rectangle before the others of their pass. The picture stays the same.
+
+    The order outlasts a restart of the service. Of jobs that share a picture, the last request counts.
+    """
     await run_in_threadpool(jobs.focus, here, job_id, body)
 
 
 @router.put(
     "/{job_id}/pin",
-    responses=UNKNOWN | GONE | problem(403, "You have pinned as many jobs as you may."),
+    summary="Pin a job",
+    response_description="The job, pinned.",
+    responses=UNKNOWN
+    | problem(410, "The picture has expired.", "picture_gone")
+    | problem(403, "You have pinned as many jobs as you may.", "forbidden"),
 )
 def pin_job(here: Here, user: CurrentUser, job_id: JobId) -> Job:
-    """Keep the picture of a job until it is unpinned or deleted. For its owner and staff."""
+    """Keep the picture of a job until the job is unpinned or deleted. For its owner and staff."""
     return jobs.pin(here, job_id, user)
 
 
-@router.delete("/{job_id}/pin", responses=UNKNOWN)
+@router.delete(
+    "/{job_id}/pin", summary="Unpin a job", response_description="The job, not pinned.", responses=UNKNOWN
+)
 def unpin_job(here: Here, job_id: JobId) -> Job:
     """Let the picture of a job expire like any other."""
     return jobs.unpin(here, job_id)

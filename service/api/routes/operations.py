@@ -10,7 +10,7 @@ from fastapi import APIRouter
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 from prometheus_client import CONTENT_TYPE_LATEST
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 from sqlalchemy.exc import SQLAlchemyError
 
 from schemas.api.administration import Pruned, PruneRequest
@@ -32,21 +32,31 @@ staff_router = APIRouter(tags=["operations"])
 class Condition(BaseModel):
     """The answer of a health check that passes."""
 
-    status: str = "ok"
+    status: str = Field(default="ok", description="Always `ok`; a check that fails is answered 503.")
 
 
-@router.get("/livez", responses=problem(503, "The service must be restarted."))
+@router.get(
+    "/livez",
+    responses=problem(503, "Restart the service.", "unavailable"),
+    summary="Check that the process works",
+    response_description="It works.",
+)
 async def livez(here: Here) -> Condition:
-    """Report whether the process works; if not, it must be restarted."""
+    """Check that the process works. If not, restart it."""
     # On the event loop, because all threads may be waiting for an unreachable database.
     if not here.dispatcher.lives():
         raise UnavailableError("The service does not hand out work any more. Restart it.")
     return Condition()
 
 
-@router.get("/readyz", responses=problem(503, "What is missing is in `detail`."))
+@router.get(
+    "/readyz",
+    responses=problem(503, "`detail` says what is missing.", "unavailable"),
+    summary="Check that jobs can run",
+    response_description="They can.",
+)
 def readyz(here: Here) -> Condition:
-    """Report whether the service can accept and render jobs now."""
+    """Check that the service can accept and render jobs now: its database, workers, disk and data folder."""
     missing = [what for what, passes in _checks(here).items() if not passes]
     if missing:
         raise UnavailableError(f"Not ready: {', '.join(missing)}.")
@@ -89,19 +99,26 @@ def _disk_free(service: Service) -> bool:
     return shutil.disk_usage(service.settings.data).free >= service.settings.min_free_bytes
 
 
-@router.get("/version")
+@router.get("/version", summary="Get the version", response_description="The version.")
 def version() -> Version:
-    """Show the version of the service."""
+    """Get the version of the service and of its API."""
     return Version(version=installed("penumbra-render"))
 
 
 @staff_router.get(
     "/metrics",
     response_class=Response,
-    responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
+    responses={
+        200: {
+            "description": "The metrics, in the text format of Prometheus.",
+            "content": {"text/plain": {"schema": {"type": "string"}}},
+        }
+    }
+    | problem(403, "Only staff and admins may see the metrics.", "forbidden"),
+    summary="Get metrics",
 )
 def metrics(here: Here, user: CurrentUser) -> Response:
-    """Get metrics for Prometheus: queue, tiles, deaths, failures, CPU seconds, errors."""
+    """Get metrics for Prometheus: queue, tiles, lost workers, failures, CPU seconds, errors."""
     if not user.sees_all:
         raise ForbiddenError("The metrics name all users, so only staff and admins may see them.")
     return Response(here.dispatcher.metrics.text(here.database), media_type=CONTENT_TYPE_LATEST)
@@ -112,11 +129,18 @@ DRY_RUN: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
 
 @staff_router.post(
     "/v1/prune",
-    responses=BODY | problem(403, "Only for admins.") | problem(422, "The request cannot be used."),
+    responses=BODY
+    | problem(403, "Only admins may do this.", "forbidden")
+    | problem(422, "The request cannot be used; `errors` lists every reason.", "scene_not_usable"),
     openapi_extra=json_request(PruneRequest, DRY_RUN),
+    summary="Prune",
+    response_description="What was deleted, or would be.",
 )
 async def prune(here: Here, user: CurrentUser, body: JsonBody) -> Pruned:
-    """Delete what the rules do not keep, or only report what would be deleted. Pinned jobs stay."""
+    """Delete expired pictures, jobs and assets by these rules, or with `dry_run` only list them.
+
+    Rules that are not given come from the settings of the service. Pinned jobs stay.
+    """
     if not user.changes_all:
         raise ForbiddenError("Only an admin may delete what is kept for others.")
     asked, _ = read_document(body, PruneRequest)

@@ -1,4 +1,4 @@
-"""The live page: plain files that a browser runs, and the gallery that it starts from."""
+"""Pages for people: the live page with its files, the gallery that it starts from, and the HTTP reference."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from starlette.exceptions import HTTPException
 
 import scenes
 from service.api.middleware import ALWAYS
+from service.api.reference_page import page_of
 from service.api.routes.parameters import not_modified
 
 # Not part of the API: these addresses are for people.
@@ -64,13 +65,23 @@ def gallery_file(request: Request, path: FilePath) -> Response:
     return _file(request, GALLERY, path)
 
 
+@router.get("/docs")
+def reference(request: Request) -> Response:
+    """Serve the HTTP reference, written from the same document as `/openapi.json`."""
+    return _page(request, page_of(request.app.openapi()).encode(), TYPES[".html"])
+
+
 def _file(request: Request, folder: Path, path: str) -> Response:
-    """Serve the newest version of a file, or 304 if the browser has it."""
+    """Serve the newest version of a file."""
     wanted = folder / path
     media_type = TYPES.get(wanted.suffix)
     if media_type is None or not BELOW.fullmatch(path) or not wanted.is_file():
         raise HTTPException(404, "There is no such page.")
-    content = wanted.read_bytes()
+    return _page(request, wanted.read_bytes(), media_type)
+
+
+def _page(request: Request, content: bytes, media_type: str) -> Response:
+    """Serve some content, or 304 if the browser has it."""
     etag = f'"{hashlib.sha256(content).hexdigest()[:32]}"'
     headers = HEADERS | {"ETag": etag, "Cache-Control": "no-cache"}
     unchanged = not_modified(request, etag)

@@ -15,9 +15,12 @@ from schemas.api.jobs import LABEL_NAME, LABEL_NAMES
 from schemas.errors import ProblemDocument
 from service.api.problems import MEDIA_TYPE
 
-After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Number of the last event already known.")]
+After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Return the events with higher numbers.")]
 Wait = Annotated[
-    float, Query(ge=0, le=3600, description="Seconds to wait for new events; the service may wait less.")
+    float,
+    Query(
+        ge=0, le=3600, description="Wait up to this many seconds for new events; the service may wait less."
+    ),
 ]
 Prefer = Annotated[list[str] | None, Header(description="`wait=N` waits up to N seconds for the job to end.")]
 
@@ -58,10 +61,26 @@ BINARY: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 COMPONENTS = "#/components/schemas/{model}"
 
 
-def problem(status: int, description: str) -> dict[int | str, dict[str, Any]]:
-    """Describe an error answer for the OpenAPI document."""
+CODES = "x-codes"
+"""Where the OpenAPI document lists the codes that the problem document of a response may have."""
+
+
+def problem(status: int, description: str, *codes: str) -> dict[int | str, dict[str, Any]]:
+    """Describe an error response for the OpenAPI document.
+
+    Parameters
+    ----------
+    codes
+        What `code` of the problem document may be.
+    """
     schema = {"$ref": COMPONENTS.format(model=ProblemDocument.__name__)}
-    return {status: {"description": description, "content": {MEDIA_TYPE: {"schema": schema}}}}
+    return {
+        status: {
+            "description": description,
+            "content": {MEDIA_TYPE: {"schema": schema}},
+            CODES: list(codes),
+        }
+    }
 
 
 def json_request(model: type[BaseModel], example: dict[str, Any] | None = None) -> dict[str, Any]:

@@ -32,41 +32,64 @@ class Width(IntEnum):
 
 ThumbnailWidth = Annotated[
     Width | None,
-    Query(
-        description="Largest width of a thumbnail; its height follows. Without it you get the whole picture."
-    ),
+    Query(description="Most columns of a thumbnail. Without it you get the whole picture."),
 ]
 ShownEvent = Annotated[
     int | None,
     Query(
         ge=0,
         le=2**31 - 1,
-        description="Any event's number. It makes another address of the same picture, for browsers that do "
-        "not fetch one address twice.",
+        description="Any event's number. It does not change the picture, but the URL, so that browsers fetch "
+        "it again.",
     ),
 ]
 LayerPart = Annotated[str, Path(description="Name of the layer.", max_length=64)]
 
 
+NO_JOB = problem(
+    404,
+    "There is no such job, or nothing of its picture is finished yet: then there is `Retry-After`.",
+    "unknown_job",
+    "picture_not_ready",
+)
+NO_LAYER = problem(
+    404,
+    "There is no such job or layer, or nothing of it is finished yet: then there is `Retry-After`.",
+    "unknown_job",
+    "unknown_layer",
+    "picture_not_ready",
+)
+
+
 def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
     content = {pictures.MEDIA_TYPES[kind]: BINARY}
     return (
-        {200: {"content": content, "description": "The picture. `X-Progress` is the share of samples in it."}}
-        | {
-            206: {"content": content, "description": "The requested bytes."},
-            304: {"description": "Not changed."},
+        {
+            200: {
+                "content": content,
+                "description": "The file. `X-Progress` is the share of samples in it, 1 when it is final.",
+            }
         }
-        | problem(404, "There is no such job or layer, or no part of its picture yet.")
-        | problem(410, "The job failed or was cancelled.")
-        | problem(416, "The range is outside the file.")
+        | {
+            206: {"content": content, "description": "The bytes that `Range` asked for."},
+            304: {"description": "The file still has the `ETag` of `If-None-Match`."},
+        }
+        | NO_JOB
+        | problem(410, "The job failed, was cancelled or has expired.", "picture_gone")
+        | problem(416, "The range is outside the file.", "range")
     )
 
 
-NO_WIDTH = problem(422, "There are no thumbnails of this width.")
-NO_EXR = problem(501, "The service was installed without the extra `exr`.")
+NO_WIDTH = problem(422, "There are no thumbnails of this width.", "parameters")
+NO_EXR = problem(501, "The service was installed without the extra `exr`.", "extra_missing")
 
 
-@router.get("/image.png", response_class=Response, responses=_responses("png") | NO_WIDTH)
+@router.get(
+    "/image.png",
+    response_class=Response,
+    responses=_responses("png") | NO_WIDTH,
+    summary="Get the picture as PNG",
+)
 def get_png(
     here: Here,
     request: Request,
@@ -74,25 +97,44 @@ def get_png(
     width: ThumbnailWidth = None,
     after: ShownEvent = None,  # noqa: ARG001  (part of the address alone)
 ) -> Response:
-    """Get the picture as a PNG file, with the scene's display transfer and exposure."""
+    """Get the picture as a PNG file with the scene's `display` applied, as far as it is finished."""
     return _answer(here, request, job_id, ImageRequest("png", width=width))
 
 
-@router.get("/image.npy", response_class=Response, responses=_responses("npy"))
+@router.get(
+    "/image.npy",
+    response_class=Response,
+    responses=_responses("npy"),
+    summary="Get the picture as NumPy file",
+)
 def get_npy(here: Here, request: Request, job_id: JobId) -> Response:
-    """Get the picture as a NumPy file: float32, linear, height x width x 3."""
+    """Get the linear picture as a NumPy file: float32, height x width x 3, row 0 at the top."""
     return _answer(here, request, job_id, ImageRequest("npy"))
 
 
-@router.get("/image.exr", response_class=Response, responses=_responses("exr") | NO_EXR)
+@router.get(
+    "/image.exr",
+    response_class=Response,
+    responses=_responses("exr") | NO_EXR,
+    summary="Get the picture as OpenEXR",
+)
 def get_exr(here: Here, request: Request, job_id: JobId) -> Response:
-    """Get the picture as an OpenEXR file: linear, with all layers of the job as further channels."""
+    """Get the linear picture and all layers of the job in one OpenEXR file."""
     return _answer(here, request, job_id, ImageRequest("exr"))
 
 
-@router.get("/layers/{name}.npy", response_class=Response, responses=_responses("npy"))
+@router.get(
+    "/layers/{name}.npy",
+    response_class=Response,
+    responses=_responses("npy") | NO_LAYER,
+    summary="Get a layer",
+)
 def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart) -> Response:
-    """Get a requested layer as a NumPy file: height x width, or x channels."""
+    """Get a layer of the request as a NumPy file: height x width, or height x width x channels.
+
+    While the job runs, unfinished pixels look as if their ray hit nothing, and `X-Progress` is the share of
+    finished ones. With target quality, `samples` and `error` come at the end.
+    """
     return _answer(here, request, job_id, ImageRequest("npy", name))
 
 
@@ -110,7 +152,7 @@ def _answer(service: Service, request: Request, job_id: str, requested: ImageReq
 
 
 FormChoice = Annotated[
-    Form | None, Query(alias="format", description="Form of the answer; without it `Accept` chooses.")
+    Form | None, Query(alias="format", description="Format of the response. Without it, `Accept` chooses.")
 ]
 CONVERGENCE_EXAMPLE = {
     "job": "5f0c7a1be2d94c36",
@@ -141,14 +183,14 @@ CONVERGENCE_EXAMPLE = {
 }
 CONVERGENCE: dict[int | str, dict[str, Any]] = {
     200: {
-        "description": "The passes, how fast the error falls, and what half of it would cost. As CSV a row "
-        "for each pass; as SVG or PNG a plot with logarithmic axes.",
+        "description": "The passes, how fast the error falls, and what half of it would cost. CSV has a row "
+        "for each pass, SVG and PNG are a plot with logarithmic axes.",
         "model": Convergence,
         "content": {"application/json": {"example": CONVERGENCE_EXAMPLE}}
         | {MEDIA_TYPES["csv"]: {"schema": {"type": "string"}}}
         | {MEDIA_TYPES[form]: BINARY for form in ("svg", "png")},
     },
-    304: {"description": "Not changed."},
+    304: {"description": "It still has the `ETag` of `If-None-Match`."},
 }
 
 
@@ -156,11 +198,14 @@ CONVERGENCE: dict[int | str, dict[str, Any]] = {
     "/convergence",
     response_class=Response,
     responses=CONVERGENCE
-    | problem(404, "There is no such job.")
-    | problem(501, "The service was installed without the extra `study`, which draws plots."),
+    | problem(404, "There is no such job.", "unknown_job")
+    | problem(
+        501, "The service was installed without the extra `study`, which draws plots.", "extra_missing"
+    ),
+    summary="Get error against time",
 )
 def get_convergence(here: Here, request: Request, job_id: JobId, form: FormChoice = None) -> Response:
-    """Get what the error of a picture costs: its passes, and what halving the error again would cost."""
+    """Get what each pass has cost, the error after it, and what half of that error would cost."""
     chosen = form or _form_of(request)
     etag = convergence.etag_of(here, job_id, chosen)
     headers = {"ETag": etag, "Cache-Control": "no-cache", "Vary": "Accept"}

@@ -23,34 +23,63 @@ from service.jobs.context import Here
 router = APIRouter(prefix="/v1", tags=["scenes"])
 picture_router = APIRouter(prefix="/v1", tags=["pictures"])
 
-UNUSABLE = problem(422, "The request cannot be used; every reason is listed.")
+UNUSABLE = problem(422, "The request cannot be used; `errors` lists every reason.", "scene_not_usable")
 
 
-@router.post("/plans", responses=BODY | UNUSABLE, openapi_extra=json_request(JobRequest))
+def _of_scene(failed: str) -> dict[int | str, dict[str, Any]]:
+    """The same, or the renderer fails on a request that looks usable."""
+    text = "The request cannot be used; `errors` lists every reason. Or the renderer failed on it."
+    return problem(422, text, "scene_not_usable", failed)
+
+
+NO_WORKER = problem(503, "No worker was free in time, or it died.", "unavailable", "worker_lost")
+
+
+@router.post(
+    "/plans",
+    responses=BODY | UNUSABLE,
+    openapi_extra=json_request(JobRequest),
+    summary="Explain a request",
+    response_description="The plan.",
+)
 async def plan(here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
-    """Explain what would run for a scene, which parts of the scene require it, and what it would cost."""
+    """Explain what would run for a request, which parts of it require each stage, and the predicted cost."""
     return (await here.read(admit, here, user, body)).description
 
 
 @router.post(
     "/traces",
-    responses=BODY | UNUSABLE | problem(503, "Too many traces are running, or this one took too long."),
+    responses=BODY
+    | _of_scene("trace_failed")
+    | problem(503, "No worker was free in time, or the rays took too long.", "unavailable", "worker_lost"),
     openapi_extra=json_request(TraceRequest),
+    summary="Trace rays",
+    response_description="One entry for each ray.",
 )
 async def trace(here: Here, user: CurrentUser, body: TraceBody) -> TraceAnswer:
-    """Cast rays into a scene and report what each of them hits."""
+    """Cast rays into a scene and report what each of them hits first."""
     return await calls.trace(here, user, body)
 
 
-@router.get("/schemas/scene.json", response_model=None)
+@router.get(
+    "/schemas/scene.json",
+    response_model=None,
+    summary="Get the JSON Schema of scenes",
+    response_description="The JSON Schema.",
+)
 def scene_schema() -> dict[str, Any]:
-    """Get the JSON Schema of scenes."""
+    """Get the JSON Schema of scenes, for editors and validators."""
     return scene_json_schema()
 
 
-@router.get("/schemas/manifest.json", response_model=None)
+@router.get(
+    "/schemas/manifest.json",
+    response_model=None,
+    summary="Get the JSON Schema of manifests",
+    response_description="The JSON Schema.",
+)
 def manifest_schema() -> dict[str, Any]:
-    """Get the JSON Schema of the manifests of assignments."""
+    """Get the JSON Schema of the manifests of assignments, for editors and validators."""
     return manifest_json_schema()
 
 
@@ -110,13 +139,15 @@ OFFERS: dict[str, Any] = {
     "/quotes",
     responses={200: {"content": {"application/json": {"example": OFFERS}}}}
     | BODY
-    | problem(422, "The request cannot be used; every reason is listed.")
-    | problem(429, "Too many quotes are in progress.")
-    | problem(503, "No worker was free in time."),
+    | _of_scene("quote_failed")
+    | problem(429, "Too many quotes are in progress.", "busy")
+    | NO_WORKER,
     openapi_extra=json_request(QuoteRequest, QUOTED_SCENE),
+    summary="Predict cost and error",
+    response_description="Several qualities with their predicted cost and error.",
 )
 async def quote(here: Here, user: CurrentUser, body: JsonBody) -> Quote:
-    """Predict the cost and the error of a scene at several qualities. This takes about 1.5 s."""
+    """Predict the cost and the error of a scene at several qualities. This takes about 1.5 seconds."""
     return await calls.quote(here, user, body)
 
 
@@ -126,13 +157,21 @@ PICTURES: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content"
 @picture_router.post(
     "/comparisons",
     responses=BODY
-    | problem(422, "The request, or one of its pictures, cannot be used; every reason is listed.")
-    | problem(429, "Too many comparisons are in progress.")
-    | problem(503, "No worker was free in time."),
+    | problem(
+        422,
+        "The request cannot be used, or its pictures cannot be compared: different sizes, NaN, transparency.",
+        "scene_not_usable",
+        "not_comparable",
+        "comparison_failed",
+    )
+    | problem(429, "Too many comparisons are in progress.", "busy")
+    | NO_WORKER,
     openapi_extra=json_request(ComparisonRequest, PICTURES),
+    summary="Compare two pictures",
+    response_description="Metrics, a verdict, and likely mistakes.",
 )
 async def compare(here: Here, user: CurrentUser, body: JsonBody) -> ComparisonAnswer:
-    """Compare two pictures, uploaded or of jobs: metrics, a verdict that allows for noise, causes."""
+    """Compare two pictures, sent or of jobs: metrics, a verdict that allows for noise, likely mistakes."""
     return await comparisons.compare(here, user, body)
 
 
@@ -144,10 +183,20 @@ PIXEL: dict[str, Any] = {"x": 0, "y": 0}
     responses=BODY
     | UNKNOWN
     | GONE
-    | problem(422, "The request cannot be used, or the picture has no such pixel.")
-    | problem(503, "No worker was free in time."),
+    | problem(
+        422,
+        "The request cannot be used, or the picture has no such pixel.",
+        "scene_not_usable",
+        "inspection_failed",
+    )
+    | NO_WORKER,
     openapi_extra=json_request(InspectionRequest, PIXEL),
+    summary="Inspect a pixel",
+    response_description="What the ray hits, and why the pixel looks as it does.",
 )
 async def inspect(here: Here, job_id: JobId, body: JsonBody) -> Inspection:
-    """Explain a pixel: what its ray hits, what each light adds there, what blocks the light."""
+    """Trace the ray through the centre of a pixel: what it hits, what each light adds there, what blocks it.
+
+    The job need not have begun. The pixel of the picture is the mean of many such rays.
+    """
     return await calls.inspect(here, job_id, body)

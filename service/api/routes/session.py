@@ -16,17 +16,23 @@ from service.jobs.context import Here, Service
 router = APIRouter(prefix="/v1/session", tags=["access"])
 
 REFUSED = (
-    problem(401, "There is no key, or it is not valid.")
-    | problem(403, "A page of another site sent this.")
-    | problem(421, "This was sent to another host name.")
+    problem(401, "A key is needed, and none or a wrong one was sent.", "unauthenticated")
+    | problem(403, "A page of another site sent the request.", "cross_site")
+    | problem(421, "The request was sent to a host name that is not one of the service.", "unknown_host")
 )
 
 
-@router.post("", responses=REFUSED)
+@router.post(
+    "",
+    responses=REFUSED,
+    summary="Begin a session",
+    response_description="The user. `Set-Cookie` has the cookie.",
+)
 async def begin_session(here: Here, request: Request, response: Response, user: CurrentUser) -> WhoAmI:
-    """Begin a session with the key in `Authorization: Bearer`: the answer sets a cookie that replaces it.
+    """Begin a session with the key in `Authorization: Bearer`.
 
-    The cookie is not shown to scripts, and browsers send it from pages of this service alone.
+    The response sets a cookie that replaces the key. Scripts cannot read the cookie, and browsers send it
+    only from pages of this service.
     """
     key = read_key(bearer(request) or "")
     if key is not None and user is not LOCAL:
@@ -42,15 +48,22 @@ async def begin_session(here: Here, request: Request, response: Response, user: 
     return _who(here, user)
 
 
-@router.get("", responses=REFUSED)
+@router.get("", responses=REFUSED, summary="Get the current user", response_description="The user.")
 async def who_am_i(here: Here, user: CurrentUser) -> WhoAmI:
-    """Show the user of this session."""
+    """Get the user that a key or a cookie belongs to, and their role."""
     return _who(here, user)
 
 
-@router.delete("", status_code=204, response_class=Response, responses=REFUSED)
+@router.delete(
+    "",
+    status_code=204,
+    response_class=Response,
+    responses=REFUSED,
+    summary="End the session",
+    response_description="The cookie is deleted and no longer valid.",
+)
 async def end_session(here: Here, request: Request, response: Response, user: CurrentUser) -> None:  # noqa: ARG001
-    """End this session."""
+    """End the session of the cookie that comes with the request."""
     token = request.cookies.get(COOKIE)
     if token:
         await run_in_threadpool(_end, here, token)

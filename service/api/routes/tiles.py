@@ -23,7 +23,7 @@ router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["tiles"])
 
 Encoding = Annotated[
     Literal["float32", "rgb8"],
-    Query(description="Form of the pixels of a binary batch: linear float32, or 8 bits as displayed."),
+    Query(description="Pixels of a binary batch: linear RGB in float32, or RGB as displayed in 8 bits."),
 ]
 LastEventId = Annotated[
     int | None, Header(ge=0, le=2**31 - 1, description="Number of the last event received.")
@@ -32,15 +32,26 @@ LastEventId = Annotated[
 FORMS = ("application/json", batches.MEDIA_TYPE)
 TILES: dict[int | str, dict[str, Any]] = {
     200: {
-        "description": "The events after `after`. As `application/octet-stream`:\n\n"
-        + (batches.__doc__ or ""),
+        "description": "The events after `after`, as JSON, or with their pixels as a binary batch.",
         "model": TileBatch,
         "content": {batches.MEDIA_TYPE: BINARY},
     }
 }
 
 
-@router.get("/tiles", response_model=None, responses=TILES | problem(404, "There is no such job."))
+BATCH_FORM = (batches.__doc__ or "").partition("\n\n")[2].partition("\n\n>>>")[0]
+UNKNOWN = problem(404, "There is no such job.", "unknown_job")
+
+
+@router.get(
+    "/tiles",
+    response_model=None,
+    responses=TILES | UNKNOWN,
+    summary="List tile events",
+    description="List the events of finished tiles after a number. With `wait` the response comes as soon as "
+    "there is one. `complete` is true when the job has ended and no event follows.\n\n"
+    "`Accept: application/octet-stream` returns the pixels in a binary batch. " + BATCH_FORM,
+)
 async def get_tiles(
     here: Here,
     request: Request,
@@ -50,7 +61,7 @@ async def get_tiles(
     wait: Wait = 0.0,
     encoding: Encoding = "float32",
 ) -> TileBatch | Response:
-    """List tile events by number. An empty list after the wait means that there are none yet."""
+    """List tile events by number."""
     seconds = min(wait, here.settings.max_wait_seconds)
     await jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
     response.headers["Vary"] = "Accept"
@@ -72,11 +83,22 @@ async def events_exist(job_id: Annotated[str, Depends(known)]) -> Response:  # n
     return Response(media_type="text/event-stream")
 
 
-@router.get("/events", response_class=EventSourceResponse, responses=problem(404, "There is no such job."))
+@router.get(
+    "/events",
+    response_class=EventSourceResponse,
+    responses=UNKNOWN,
+    summary="Stream tile events",
+    response_description="A stream of events, until the job ends.",
+)
 async def get_events(
     here: Here, job_id: Annotated[str, Depends(known)], last_event_id: LastEventId = None
 ) -> AsyncIterator[ServerSentEvent]:
-    """Push tile events: `tile` with its number as id, and at the end `end` with the job."""
+    """Stream the events of finished tiles as Server-Sent Events: the same as `/tiles` returns.
+
+    Each event `tile` has its number as id; the event `end` has the job, and ends the stream. After a broken
+    connection, send the number of the last event in `Last-Event-ID`. A comment every 10 seconds keeps an idle
+    connection open.
+    """
     after = last_event_id or 0
     with here.job_events.watch(job_id) as watcher:
         while True:

@@ -1,0 +1,152 @@
+"""Write docs/reference/http-calls.md from the OpenAPI document of the service and recorded examples.
+
+Run it with ``python -m tools.docs.generate_http_reference``. With ``--record`` it first starts a service,
+sends the examples of ``http_examples.toml``, and keeps the responses in ``docs/figures/http_examples.json``.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import tempfile
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from service.api.reference import (
+    LEAF,
+    TITLES,
+    Call,
+    Member,
+    Object,
+    Reply,
+    anchor,
+    calls_of,
+    objects_of,
+    shared_replies,
+)
+from service.app import create_app
+from service.settings import Settings
+from tools.docs import http_examples
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+PAGE = http_examples.ROOT / "docs" / "reference" / "http-calls.md"
+TEMPLATE = Path(__file__).with_name("http_calls_template.txt")
+SEVERAL = 10
+"""Fields of a response that is not shown a second time with the same values."""
+PLACE = re.compile(r"^\{(\w+)\}$", re.MULTILINE)
+
+
+def page() -> str:
+    """Build the page; the kept responses must be there."""
+    document = create_app(Settings()).openapi()
+    calls = in_order(calls_of(document))
+    kept = json.loads(http_examples.KEPT.read_text(encoding="utf-8"))
+    parts = {
+        "setup": http_examples.EXAMPLES["setup"].strip(),
+        "contents": contents(calls),
+        "shared": replies(shared_replies(document)),
+        "calls": "\n\n".join(sections(calls, kept)),
+        "objects": "\n\n".join(described(found) for found in objects_of(document)),
+    }
+    text = PLACE.sub(lambda place: parts[place[1]], TEMPLATE.read_text(encoding="utf-8"))
+    return text.replace(f"(#{anchor(LEAF)})", "(scenes.md)")
+
+
+def in_order(calls: Sequence[Call]) -> list[Call]:
+    """Sort calls like their examples, which build on each other."""
+    order = [example["call"] for example in http_examples.EXAMPLES["example"]]
+    return sorted(calls, key=lambda call: order.index(call.title))
+
+
+def contents(calls: Sequence[Call]) -> str:
+    """List all calls, with links to their sections."""
+    rows = ([f"[`{call.title}`](#{anchor(call.name)})", f"{call.name}"] for call in calls)
+    return table(("call", "purpose"), rows)
+
+
+def sections(calls: Sequence[Call], kept: dict[str, Any]) -> Iterator[str]:
+    """The section of each tag, with its calls."""
+    earlier: dict[tuple[str, ...], list[str]] = {}
+    for tag, group in groupby(calls, key=lambda call: call.tag):
+        yield f"## {TITLES[tag]}"
+        for call in group:
+            answer = kept[call.title]
+            yield section(call, answer | {"body": unlike(answer["body"], earlier)})
+
+
+def unlike(body: list[str], earlier: dict[tuple[str, ...], list[str]]) -> list[str]:
+    """Leave out what an earlier response with the same fields has shown."""
+    names = tuple(line.split('"')[1] for line in body[1:-1] if line.startswith('  "'))
+    first = earlier.setdefault(names, body)
+    if first is body or len(names) < SEVERAL:
+        return body
+    return ["{", *(line for line in body[1:-1] if line not in first), "  …", "}"]
+
+
+def section(call: Call, answer: dict[str, Any]) -> str:
+    """Everything about one call."""
+    parts = [f"### {call.name}", f"**`{call.title}`**", call.text]
+    if not call.needs_key:
+        parts.append("It needs no key.")
+    own = [one for one in call.parameters if one.name != "job_id"]
+    if own:
+        rows = ([f"`{one.name}`", one.place, one.kind, meaning(one)] for one in own)
+        parts.append(table(("parameter", "in", "type", "meaning"), rows))
+    if call.body:
+        parts.append(f"Body: {call.body}")
+    parts += [replies(call.replies), example(call, answer)]
+    return "\n\n".join(parts)
+
+
+def replies(found: Iterable[Reply]) -> str:
+    """Responses, by status."""
+    rows = (
+        [str(one.status), one.text, ", ".join(one.kinds), ", ".join(f"`{code}`" for code in one.codes)]
+        for one in found
+    )
+    return table(("status", "when", "body", "code"), rows)
+
+
+def example(call: Call, answer: dict[str, Any]) -> str:
+    """The commands of a call, and what they print."""
+    [run] = [one["run"].strip() for one in http_examples.EXAMPLES["example"] if one["call"] == call.title]
+    headers = [f"{name}: {value}" for name, value in answer["headers"].items()]
+    body = ["", *answer["body"]] if answer["body"] else []
+    printed = "\n".join([answer["status"], *headers, *body])
+    return f"```sh\n{run}\n```\n\n```http\n{printed}\n```"
+
+
+def described(found: Object) -> str:
+    """The fields of an object."""
+    rows = ([f"`{one.name}`", one.kind, meaning(one)] for one in found.members)
+    return "\n\n".join([f"### {found.name}", found.text, table(("field", "type", "meaning"), rows)])
+
+
+def meaning(member: Member) -> str:
+    """The text of a parameter or a field, with its default if that says something."""
+    given = member.default not in (None, [], {}, "")
+    shown = json.dumps(member.default).strip('"')
+    return f"{member.text} Default: `{shown}`.".strip() if given else member.text
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |" for row in lines)
+
+
+def record() -> None:
+    """Keep the responses of a service that is started for it."""
+    with tempfile.TemporaryDirectory() as folder, http_examples.service(Path(folder)) as url:
+        found = http_examples.answers(url, Path(folder))
+    http_examples.KEPT.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    if "--record" in sys.argv:
+        record()
+    PAGE.write_text(page(), encoding="utf-8")
