@@ -1,8 +1,8 @@
 """Write docs/reference/numerics.md, and a page for each section of the hard cases.
 
 ``python tools/docs/generate_numerics_reference.py`` tries every case, which takes up to a minute, and keeps
-the counts in docs/figures/hard_cases.json; with ``--kept`` it takes the counts that are kept. The texts are in
-tools/docs/numerics_*.toml and *.txt. Times are those that
+the counts in docs/figures/hard_cases.json; with ``--kept`` it takes the counts that are kept. The texts are
+in tools/docs/numerics_*.toml and *.txt. Times are those that
 ``python -m benchmarks stability --runs 9 --out docs/figures/stability.json`` measured.
 """
 
@@ -24,7 +24,7 @@ from service.cli import trials
 from tests.numerics.test_remedies import SWITCHED_OFF
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
     from accuracy.hard_cases import Case, Outcome, Section
 
@@ -43,14 +43,20 @@ Counts = dict[str, dict[str, dict[str, Any]]]
 """Tried, wrong, textbook and textbook_single of each case, by section and name."""
 
 COUNTED = ("tried", "wrong", "textbook", "textbook_single")
+ASKED = ("tried", "textbook", "textbook_single")
 WAYS = ("penumbra", "textbook", "factored")
 NEEDED = ("symptom", "cause", "remedy", "expected")
 OPTIONAL = ("example", "source")
 
-WRITTEN = (
-    "<!-- Written by tools/docs/generate_numerics_reference.py from tools/docs/{name}. Change that, then run it. "
-    "-->\n"
-)
+WRITTEN = """\
+<!-- Written by tools/docs/generate_numerics_reference.py from tools/docs/numerics_cases.toml and
+tools/docs/numerics_sections.toml. Change those, then run it. -->
+"""
+
+READING = """\
+Penumbra gets {wrong} of {tried:,} answers wrong. The table counts the textbook's wrong answers, and links the code without
+which a case fails. [How to read it](../numerics.md#what-counts). The cases: {modules}.
+"""
 
 _SCENE_ROW = re.compile(r"\| \[(\w+)\.json\]\([^)]*\) \| (.*?) \| (.*?) \|")
 _CODE_OR_SIGN = re.compile(r"(`[^`]*`)|([*<])")
@@ -58,7 +64,9 @@ _CODE_OR_SIGN = re.compile(r"(`[^`]*`)|([*<])")
 
 def main() -> None:
     """Try all cases and keep their counts, unless those that are kept will do; write the pages."""
-    parser = argparse.ArgumentParser(description="Write docs/reference/numerics.md and a page for each section.")
+    parser = argparse.ArgumentParser(
+        description="Write docs/reference/numerics.md and a page for each section."
+    )
     parser.add_argument("--kept", action="store_true", help="take the counts of docs/figures/hard_cases.json")
     if not parser.parse_args().kept:
         COUNTS.write_text(json.dumps(tried(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
@@ -112,52 +120,53 @@ def path_of(title: str, about: dict[str, Any]) -> Path:
 def results(counts: Counts, about: dict[str, Any]) -> str:
     """The page with one row for each section."""
     rows = [
-        row(f"[{title}]({FOLDER.name}/{about[title]['file']}.md)", len(cases), cases.values())
+        row(f"[{title}]({FOLDER.name}/{about[title]['file']}.md) | {len(cases)}", list(cases.values()))
         for title, cases in counts.items()
     ]
     every = [case for cases in counts.values() for case in cases.values()]
-    rows.append(row("all", len(every), every))
+    rows.append(row(f"all | {len(every)}", every))
     return RESULTS_TEXT.read_text(encoding="utf-8").format(
         cases=len(every), table="\n".join(rows), digits=DIGITS, times=ranges(kept(COSTS)["stability"])
     )
 
 
-def row(title: str, *cells: int | Iterable[dict[str, Any]]) -> str:
-    """Numbers, then the sums over some cases; empty where nobody was asked."""
-    *numbers, cases = cells
-    known = [[case[name] for case in cases if case[name] is not None] for name in COUNTED]
+def row(title: str, cases: list[dict[str, Any]], names: tuple[str, ...] = COUNTED) -> str:
+    """The sums over some cases; empty where no formula was asked."""
+    known = [[case[name] for case in cases if case[name] is not None] for name in names]
     sums = [f"{sum(values):,}" if values else "" for values in known]
-    return f"| {' | '.join([title, *map(str, numbers), *sums])} |"
+    return f"| {' | '.join([title, *sums])} |"
 
 
-def section_page(section: Section, texts: dict[str, Any], about: dict[str, Any], counts: dict[str, Any]) -> str:
+def section_page(
+    section: Section, texts: dict[str, Any], about: dict[str, Any], counts: dict[str, Any]
+) -> str:
     """The page of one section: counts, pictures, cases, sources."""
     said = about[section.title]
-    modules = ", ".join(map(linked_module, SECTIONS[section.title]))
-    parts = [f"# {section.title}: hard cases\n", WRITTEN.format(name=CASES.name)]
-    parts += [said["introduction"].format(digits=DIGITS), f"The cases are computed by {modules}.\n"]
-    parts += [table(section, counts), *pictures(said.get("pictures", [])), "## Cases\n"]
-    parts += [described(case, texts[case.heading]) for case in section.cases]
+    parts = [f"# {section.title}: hard cases\n", WRITTEN]
+    parts += [said["introduction"].lstrip(), table(section, counts), *pictures(said.get("pictures", []))]
+    parts += ["## Cases\n", *(described(case, texts[case.heading]) for case in section.cases)]
     parts += cited(about["sources"], [texts[case.heading] for case in section.cases])
     return "\n".join(parts)
+
+
+def table(section: Section, counts: dict[str, Any]) -> str:
+    """What is tried, and one row a case: how often the textbook is wrong, and what the case fails without."""
+    sums = {name: sum(case[name] for case in counts.values()) for name in ("tried", "wrong")}
+    rows = [
+        READING.format(**sums, modules=", ".join(map(linked_module, SECTIONS[section.title]))),
+        "| case | answers | wrong, float64 | wrong, float32 | fails without |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for case in section.cases:
+        link = f"[{heading(case)}](#{anchor(heading(case))})"
+        rows.append(f"{row(link, [counts[case.name]], names=ASKED)} {held(case)} |")
+    return "\n".join(rows) + "\n"
 
 
 def linked_module(name: str) -> str:
     """A link to a module of hard cases."""
     path = f"accuracy/hard_cases/{name.replace('.', '/')}.py"
-    return f"[{path}](../../../{path})"
-
-
-def table(section: Section, counts: dict[str, Any]) -> str:
-    """One row a case."""
-    rows = [
-        "| case | answers | wrong here | textbook, float64 | textbook, float32 |",
-        "| --- | --- | --- | --- | --- |",
-    ]
-    for case in section.cases:
-        link = f"[{heading(case)}](#{anchor(heading(case))})"
-        rows.append(row(link, [counts[case.name]]))
-    return "\n".join(rows) + "\n"
+    return f"[{name}](../../../{path})"
 
 
 def heading(case: Case) -> str:
@@ -171,20 +180,20 @@ def anchor(title: str) -> str:
 
 
 def described(case: Case, texts: dict[str, str]) -> str:
-    """What goes wrong and why, what is done about it, what counts as right, and what holds it."""
+    """What goes wrong and why, what is done about it, and what counts as right."""
     source = f" Source: {', '.join(texts['source'].split('; '))}." if "source" in texts else ""
     lines = [f"### {heading(case)}\n", marked(f"{texts['symptom']} {texts['cause']}\n")]
     if "example" in texts:
         lines.append(f"```pycon\n{texts['example'].strip()}\n```\n")
     lines.append(f"**Remedy:** {marked(texts['remedy'])}{source}\n")
-    lines.append(f"**Right:** {marked(texts['expected'])} {held(case)}\n")
+    lines.append(f"**Right:** {marked(texts['expected'])}\n")
     return "\n".join(lines)
 
 
 def held(case: Case) -> str:
     """What the case fails without, as tests/numerics/test_remedies.py switches it off."""
     found = dict.fromkeys(filter(None, map(located, SWITCHED_OFF[case.heading])))
-    return f"Fails without {' and '.join(f'[`{name}`](../../../{path})' for name, path in found)}."
+    return ", ".join(f"[`{name}`](../../../{path})" for name, path in found)
 
 
 def located(dotted: str) -> tuple[str, str] | None:
@@ -211,15 +220,14 @@ def split(dotted: str) -> tuple[str, str]:
 
 
 def pictures(names: list[str]) -> Iterator[str]:
-    """Show some of the hard scenes, each with what to notice."""
+    """Show some of the hard scenes, each with what plain formulas make of it."""
     rows = _SCENE_ROW.findall((SCENES / "README.md").read_text(encoding="utf-8"))
-    said = {name: texts for name, *texts in rows}
+    artefacts = {name: wrong for name, _, wrong in rows}
     if names:
         yield "## Scenes\n"
     for name in names:
-        notice, wrong = said[name]
         yield f"![{name}](../../images/hard/{name}.png)\n"
-        yield f"[{name}](../../../scenes/hard/{name}.json): {notice} With plain formulas: {lowered(wrong)}\n"
+        yield f"[{name}](../../../scenes/hard/{name}.json). Plain formulas: {lowered(artefacts[name])}\n"
 
 
 def lowered(sentence: str) -> str:
@@ -228,8 +236,8 @@ def lowered(sentence: str) -> str:
 
 
 def cited(sources: dict[str, str], texts: list[dict[str, str]]) -> Iterator[str]:
-    """What the short names of sources stand for; nothing where no case names one."""
-    names = {name for text in texts if "source" in text for name in text["source"].split("; ")}
+    """What the short names of papers and books stand for; nothing where no case has one."""
+    names = {name for text in texts for name in text.get("source", "").split("; ")} & sources.keys()
     if names:
         yield "## Sources\n"
         yield "\n".join(f"- {name}: {sources[name]}" for name in sorted(names)) + "\n"
