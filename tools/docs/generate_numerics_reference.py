@@ -54,8 +54,8 @@ tools/docs/numerics_sections.toml. Change those, then run it. -->
 """
 
 READING = """\
-Penumbra gets {wrong} of {tried:,} answers wrong. The table counts the textbook's wrong answers, and links the code without
-which a case fails. [How to read it](../numerics.md#what-counts). The cases: {modules}.
+Penumbra gets {wrong} of {tried:,} answers wrong. The table counts the textbook's wrong answers, and links
+what a case fails without ([how to read it](../numerics.md#what-counts)). The cases are in {modules}.
 """
 
 _SCENE_ROW = re.compile(r"\| \[(\w+)\.json\]\([^)]*\) \| (.*?) \| (.*?) \|")
