@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from accuracy.hard_cases import SECTIONS, sections
 from accuracy.hard_cases.harness import DIGITS
+from accuracy.hard_cases.oracle import BITS
 from service.cli import trials
 from tests.numerics.test_remedies import SWITCHED_OFF
 
@@ -126,7 +127,11 @@ def results(counts: Counts, about: dict[str, Any]) -> str:
     every = [case for cases in counts.values() for case in cases.values()]
     rows.append(row(f"all | {len(every)}", every))
     return RESULTS_TEXT.read_text(encoding="utf-8").format(
-        cases=len(every), table="\n".join(rows), digits=DIGITS, times=ranges(kept(COSTS)["stability"])
+        cases=len(every),
+        table="\n".join(rows),
+        digits=DIGITS,
+        bits=BITS,
+        times=ranges(kept(COSTS)["stability"]),
     )
 
 
@@ -181,7 +186,7 @@ def anchor(title: str) -> str:
 
 def described(case: Case, texts: dict[str, str]) -> str:
     """What goes wrong and why, what is done about it, and what counts as right."""
-    source = f" Source: {', '.join(texts['source'].split('; '))}." if "source" in texts else ""
+    source = f" Source: {texts['source']}." if "source" in texts else ""
     lines = [f"### {heading(case)}\n", marked(f"{texts['symptom']} {texts['cause']}\n")]
     if "example" in texts:
         lines.append(f"```pycon\n{texts['example'].strip()}\n```\n")
