@@ -17,11 +17,10 @@ from renderer.adaptive.strata import Survey
 from renderer.math.arrays import Floats, Integers
 
 BINS = 256
-"""Of the logarithm of variances, four an octave, for the search of the multiplier."""
+"""Bins of the logarithm of variances, four an octave, in the search for the multiplier."""
 
 RAY_PRICE = 1 / 12
-"""CPU seconds of a ray that finds what a pixel shows, over those of a camera sample, on `soft` and
-`chess`."""
+"""CPU time of a ray that finds what a pixel shows, over that of a camera sample, on `soft` and `chess`."""
 
 _COVERED = np.maximum(COVERAGES, 1)
 """Samples that a coverage is worth: where there is none, the pilot sample is one."""
@@ -47,7 +46,7 @@ class Allocation:
 
 
 PRECISE = 1.05
-"""Factor within which the multiplier is searched: counts of samples are proportional to its power 0.4."""
+"""Precision of the multiplier, as a factor: numbers of samples follow its power 0.4."""
 
 
 def allocate(

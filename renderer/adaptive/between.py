@@ -17,14 +17,14 @@ Ways = NDArray[np.uint8]
 """(H, W) uint8, how each pixel gets its value: one of the following."""
 
 NODE, ACROSS, ALONG = 0, 1, 2
-"""From samples of its own; from both sides in its row; from both sides in its column."""
+"""A value comes from samples of its own; from both sides in its row; from both sides in its column."""
 
 WIDEST = 64
-"""Stride of a lattice at least as coarse as any picture begins with; coarser ones than that cost nothing."""
+"""Stride at least as coarse as any picture's first lattice; a larger one would cost nothing."""
 
 LEFT = 0.55
-"""Share of the nodes' squared noise that is left between them: from 4 / 9, where values are interpolated
-along both axes, to 2 / 3, along one."""
+"""Share of the nodes' squared noise that is left between them: from 4 / 9, interpolated along both axes, to 2
+/ 3, along one."""
 
 _BESIDE, _BELOW, _MIDDLE = (0, 1), (1, 0), (1, 1)
 """Row and column, modulo 2, of the three sorts of nodes of a finer lattice."""

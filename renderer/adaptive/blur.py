@@ -27,30 +27,31 @@ from renderer.adaptive.levels import COUNTS, SAMPLED, Levels, levels_of
 from renderer.math.arrays import Floats, Masks
 
 COARSER = 2
-"""Times the stride of pilot samples that the lattice begins with: a node costs eight rays or more."""
+"""Stride of the lattice over that of pilot samples: a node costs eight rays or more."""
 
 NODES = 8, 4 / 255
-"""Samples of a new node, and the error for which they are enough; smaller errors need more, in proportion."""
+"""Samples of a new node, and the error for which they are enough; smaller errors need proportionally more."""
 
 MOST = 128
-"""Most samples of a new node: these show how many more it needs."""
+"""Most samples of a new node: they show how many more it needs."""
 
 NOISY = 1.0
-"""Standard deviations of a node's noise that a second difference may show and still count as straight."""
+"""A second difference of up to this many standard deviations of a node's noise counts as straight."""
 
 PEAK = 4.0
 """Difference from both sides at which interpolation errs by one, were the picture a parabola: bends show an
 eighth of the second difference."""
 
 MEAN_SQUARE = 0.5
-"""Of the error between nodes, over the square of the largest that bends predict: 8 / 15 for a parabola."""
+"""Mean square of the error between nodes, over the square of the largest that bends predict: 8 / 15 for a
+parabola."""
 
 CLOSER_PROBES = 2
-"""Probes, over those of pilot samples: less is known beforehand of what lies between noisy nodes."""
+"""Probes over those for pilot samples: less is known beforehand of what lies between noisy nodes."""
 
 MUCH = 4.0
-"""Times the budget that errors expected of all pixels count for at most when probes are shared out: where
-more is expected, samples come first."""
+"""When probes are shared out, expected errors count for at most this many times the budget; beyond that,
+samples come first."""
 
 HIGHEST_PROBED = 9
 """Highest level of a new probe: 256 samples."""

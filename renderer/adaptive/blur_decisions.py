@@ -39,26 +39,28 @@ from renderer.adaptive.uncertainty import standard_errors
 from renderer.math.arrays import Floats
 
 MARGIN = 0.9
-"""Share of the budget for noise, doubts and bends together: what samples will find is not known exactly."""
+"""Share of the budget for noise, doubts and bends together, as what samples will find is not known
+exactly."""
 
 LEAST_FOR_ALL, LEAST_FOR_NOISE = 0.6, 0.3
-"""Shares of the budget below which neither doubts nor bends press noise: they are cured by other means."""
+"""Shares of the budget that doubts and bends leave for noise at least: they are cured by other means."""
 
 BENT = 0.3
 """Share of the budget that interpolation may err by before nodes are added where it bends by less."""
 
 STRAIGHTEST = 1 / 4
-"""Share of the aim that bends are compared with at least."""
+"""Least share of the aim that bends are compared with."""
 
 UNEXPLAINED, LATER, ROUNDS = 8.0, 2.0, 5
-"""Times the noise of nodes that a stratum errs by before it is sampled as a whole: what bends do not show, as
-things narrower than the lattice, is not cured by more nodes. Less is enough when so many rounds did not."""
+"""A stratum is sampled as a whole if its error is this many times the noise of its nodes, or the second
+number after so many rounds: more nodes do not cure what bends do not show, such as things narrower than the
+lattice."""
 
 DOUBT = 0.15
 """Share of the budget that all strata together may be uncertain by."""
 
 CLOSEST = 10
-"""Highest level of a probe: 512 samples. What is still uncertain then needs more probes."""
+"""Highest level of a probe: 512 samples. If that leaves doubt, more probes are needed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -28,12 +28,12 @@ STEPS = dict(zip(FIBONACCI, (1, *FIBONACCI), strict=False))
 edge is aligned with them."""
 
 USUAL = 12, 2.0**-8
-"""Rays for a pixel, and the error that they leave at the borders of `soft`. Other errors take rays in
-proportion to their inverse to the power 4 / 3, as the error of a share of a pixel falls like the number of
-rays to the power -3 / 4."""
+"""Rays for a pixel, and the error that they leave at the borders of `soft`. For other errors the number
+follows their inverse to the power 4 / 3, as the error of a share of a pixel falls with the number of rays to
+the power -3 / 4."""
 
 UNEVEN = 1 / 8
-"""Squared error to expect of a pilot sample, over the variance of those around that show the same: on an even
+"""Expected squared error of a pilot sample, over the variance of those around that show the same: on an even
 slope the variance within a pixel is 1 / 12, that among three pixels in a row 2 / 3."""
 
 

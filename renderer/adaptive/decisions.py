@@ -29,66 +29,66 @@ from renderer.halves import HALVES
 from renderer.math.arrays import Floats, Integers, Masks
 
 MARGIN = 0.95
-"""Share of the budget for samples and doubts together: what samples will find is not known exactly."""
+"""Share of the budget for samples and doubts together, as what samples will find is not known exactly."""
 
 EASES = (1.0, 0.7, 0.5, 0.3, 0.1)
-"""Shares of the goals, tried in turn until they ask for something: the error was not reached, so they were
-set too high."""
+"""Shares of the goals, tried in turn until one asks for work: the error was not reached, so the goals were
+too high."""
 
 LEAP = 3
 """Levels that a pixel may rise at once, to eight times its samples: few predict poorly how many more are
 needed."""
 
 STEP = 1
-"""Levels that a pixel may rise that showed its pilot sample: its own samples will predict better than those
-of its stratum."""
+"""Levels that a pixel with only a pilot sample may rise: its own samples will predict better than its
+stratum."""
 
 BISECTIONS = 20
-"""Of the share of the error that samples aim at: to a millionth."""
+"""Bisections of the share of the error that samples aim at: to a millionth."""
 
 DOUBT = 0.2
 """Share of the budget that all strata together may be uncertain by."""
 
 MOSTLY = 0.5
-"""Share of a stratum's pixels that are probes from which on it is sampled as a whole."""
+"""If this share of a stratum's pixels are probes, it is sampled as a whole."""
 
 SHOWN = SAMPLED + 3
-"""Level that the pixels of such a stratum get, 32 samples: they are few, and fewer samples are worse than a
-pilot sample."""
+"""Level of the pixels of such a stratum, 32 samples: they are few, and fewer samples are worse than a pilot
+sample."""
 
 CLOSEST = 9
-"""Highest level of a probe: 256 samples. What is still uncertain then needs more probes."""
+"""Highest level of a probe: 256 samples. If that leaves doubt, more probes are needed."""
 
 FIND = 16.0
-"""A probe found something if its squared error is this many times the target, and that of its stratum."""
+"""A probe is a find if its squared error is this many times the target's, and that of its stratum."""
 
 CLEAR = 4.0
-"""Standard errors by which a probe must have found something."""
+"""Standard errors of its own noise that a find must exceed."""
 
 WORTH = 0.01
-"""Share of the budget that the pixels a probe stands for must err by together for a search around it."""
+"""Share of the budget that the pixels a find stands for must err by before its surroundings are searched."""
 
 NEAR = 2
-"""How far around a find is searched, pixels."""
+"""Distance in pixels that is searched around a find."""
 
 MANY, MOST_PROBED = 4096, 0.25
-"""Of a stratum of more pixels than these, no more than this share are probes: all would be to sample all."""
+"""In a stratum of more pixels than this, at most this share are probes: to probe all would be to sample
+all."""
 
 AGAIN = 0.05
 """Share of the budget by which more rays at borders must lower the error."""
 
 RAISED = 2
-"""Levels that a probe in doubt and pixels near a find rise by, to four times their samples."""
+"""Levels that an uncertain probe and pixels near a find rise by, to four times their samples."""
 
 LEAST_GOAL = 1 / 4
-"""Share of the budget that samples aim at, at least, however uncertain the error is."""
+"""Least share of the budget that samples aim at, however uncertain the error is."""
 
 LEAST = 0.1
-"""Least share of all samples so far that a pass asks for, if it asks for any: each pass has a cost of its
-own."""
+"""A pass asks for at least this share of all samples so far, or for none: each pass has a cost of its own."""
 
 MOST_ROUNDS = 38
-"""Most decisions about samples: more have never been needed, and the loop must end."""
+"""Most decisions about samples. More have never been needed, and the loop must end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

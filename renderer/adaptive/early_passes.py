@@ -15,45 +15,45 @@ from renderer.math.arrays import Masks
 from schemas.tiles import Tile
 
 BORDERS = 0.75
-"""Share of the budget that pixels at borders may err by because shares are not exact."""
+"""Share of the budget for border pixels, as the shares of what they show are not exact."""
 
 UNKNOWN = 2.0**-8
-"""Contrast of borders where pilot samples have found none in all of the picture."""
+"""Contrast of borders if pilot samples found none in the whole picture."""
 
 TOGETHER = np.float32(4)
-"""Product of a step of light and one of colour over the error that both make in a pixel: a shadow's edge
-along that of a field, half of the pixel on either side."""
+"""A step of light times a step of colour, over the error that both make in a pixel: a shadow's edge along
+that of a field, half of the pixel on either side."""
 
 FAINT, RIM = 2.0**-7, 2.0**-4
-"""Shares of the mean contrast of borders that the least of them is taken to have, and that of the outermost
-pixels."""
+"""Least contrast of a border, and contrast of the outermost pixels, as shares of the borders' mean."""
 
 HIDDEN = 2.0**-6
-"""Share of the contrast of a pixel at a border that its brightness is expected to err by as well: shadows end
-where things touch, and pilot samples beside miss that."""
+"""Share of a border's contrast that its brightness is expected to be wrong by too: shadows end where things
+touch, and pilot samples beside the border miss that."""
 
 CALM = 2
-"""Times the target error that interpolation may err by. It mostly errs by far less: the least smooth place
-decides."""
+"""Interpolation may err by this many times the target error. Mostly it errs by far less: the least smooth
+place decides."""
 
 FEWEST_PROBES, MOST_PROBES = 2.0**-8, 2.0**-2
-"""Least share of all pixels that are probes, for a coarse error and for a fine one."""
+"""Bounds of the least share of pixels that are probes, for a coarse error and for a fine one."""
 
 PROBES_BY_AIM = 2.0**-15
-"""Share of probes times the error aimed at: one pixel in 128 is a probe for an error of 1/256."""
+"""That share times the error aimed at: one pixel in 128 is a probe for an error of 1/256."""
 
 PROBED = SAMPLED + 1
 """Level of a new probe: 8 samples."""
 
 WIDE = 2
-"""How far around, in pixels, pilot samples show what is finer than pixels: its own may have missed it."""
+"""Distance in pixels within which pilot samples show what is finer than a pixel: its own may have missed
+it."""
 
 BENT = np.float32(2.0**-10)
-"""Share of the error of a look-up at a point that is left: means are taken over parallelograms, and a distant
+"""Share of the error of a point look-up that a mean leaves: means are over parallelograms, and a distant
 pixel is not quite one."""
 
 SHADED = np.float32(2.0**-4)
-"""Share of a shape's own brightness, squared, that a shadow between pilot samples is expected to hide."""
+"""Square of the share of a shape's own brightness that a shadow between pilot samples may hide."""
 
 
 def refine_preview(estimate: Estimate) -> None:

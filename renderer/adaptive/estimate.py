@@ -30,7 +30,7 @@ from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 
 FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
-"""The first error aimed at where there is a time limit, and each next one's share of the last."""
+"""With a time limit: the first error aimed at, and each next one as a share of the last."""
 
 
 def first_levels(plan: RenderPlan, tile: Tile) -> Levels:

@@ -11,13 +11,13 @@ from renderer.adaptive.strata import COUNT, Survey, survey, typical_error
 from renderer.math.arrays import Floats, Integers, Masks
 
 UNMODELLED = 1 / 8
-"""Standard error of the sum of squared errors, as a share of it, for what samples have not hit: errors are
-large in few pixels."""
+"""Standard error of the sum of squared errors, as a share of it, for what samples have not hit: large errors
+are in few pixels."""
 
 
 GLARE = 1 / 4
-"""Probability that a pixel beside one brighter than white shows a part of what is so bright. A lamp 225 times
-as bright as white that covers 1 % of a pixel makes it white, and 8 samples miss it in 9 of 10 pictures."""
+"""Probability that a pixel beside one brighter than white shows part of the same source. A lamp 225 times as
+bright as white that covers 1 % of a pixel makes it white, and 8 samples miss it in 9 of 10 pictures."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -30,41 +30,40 @@ USUAL = {PILOTS: 3.0, BORDERS: 0.6, SAMPLES: 2.0, LAYERS: 0.5}
 Pilot samples have many light points, layers none."""
 
 UNSURE = 2.75
-"""Times their usual price that pilot samples may cost: 8 times what the plan says of a ray, on `soft`."""
+"""Pilot samples may cost this many times their usual price: on `soft` 8 times what the plan says of a ray."""
 
 GROWTH, MORE = 2.0, 2.0
 """Pilot samples of the next finer lattice for each of this one: twice as many where they follow edges, four
 times where all of the lattice is refined."""
 
 OUTLINE = 7
-"""Pixels at borders for each pixel of half the picture's perimeter, before any is known: 4 to 14 in the
-gallery."""
+"""Border pixels per pixel of half the picture's perimeter, before any is known: 4 to 14 in the gallery."""
 
 AFTER_PROBES = 4.0
 """Rays of all samples after the probes, over those of the probes: from 0 in large pictures at a coarse error
-to 20 in small ones at a fine one, 4 in the median of 19 pictures. Nothing before the probes predicts it."""
+to 20 in small ones at a fine one, 4 in the median of 19 pictures. Nothing earlier predicts it."""
 
 ONE_MORE, SURPRISES = 1.5, 2.0
 """Rays of all passes after one with samples, over those of that one, at least; and all rays to come over
-those that the allocation predicts. Samples find what was not expected. Medians of 90 passes."""
+those that the allocation predicts, as samples find the unexpected. Medians of 90 passes."""
 
 PASSES = 0.06
-"""CPU seconds of the passes themselves that follow the probes, however few rays they have: 3 of 0.02 each in
-the median. In later passes the price of a ray includes it."""
+"""CPU seconds of the passes after the probes, apart from their rays: 3 of 0.02 each in the median. In later
+passes the price of a ray includes it."""
 
 TILE_SECONDS, MOST_CALLS = 0.0035, 0.75
-"""CPU seconds that a tile of `soft` costs apart from its rays, and the most that these are of a pass."""
+"""CPU seconds of a tile of `soft` apart from its rays, and the largest share of a pass that these can be."""
 
 SCATTERED = 16.0
-"""Samples of each pixel that shows a mirror, glass, a bent normal or a texture no mean was taken of: its
-pilot sample says little. 14 to 23 in the gallery at 1/255, and 200 where a texture is finer than pixels."""
+"""Samples of each pixel that shows a mirror, glass, a bent normal or a texture without a mean, as its pilot
+sample says little. 14 to 23 in the gallery at 1/255, and 200 where a texture is finer than pixels."""
 
 AFTER_FIRST = 4.0
-"""Rays of all samples after a pass, over those of the pass, where a picture begins with samples, as it does
-with a lens."""
+"""Rays of all samples after a pass, over those of the pass, if a picture begins with samples, as with a
+lens."""
 
 MOST = 0.99
-"""No picture is reported finished before it is."""
+"""Largest progress of a picture that is not finished."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ UNLIKE = 0.3
 eight around: the mean over the borders of `soft`, `chess` and `lamp`."""
 
 GLARING = 4.0
-"""Brightness beyond which a larger contrast asks for no more rays: all that is shown of it is white."""
+"""Brightness above which more contrast asks for no more rays: everything shows as white."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,7 +101,7 @@ def unpacked(tile: Tile, pilots: NDArray[np.float32]) -> Surroundings:
 
 
 DARKEST = 2.0**-10
-"""Darker textures than this are taken to be as bright, so that the light on them can be estimated."""
+"""Darker textures count as this bright, so that the light on them can be estimated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

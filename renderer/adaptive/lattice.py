@@ -13,10 +13,10 @@ from renderer.adaptive.rays import Labels
 from renderer.math.arrays import Masks
 
 COARSEST = 8
-"""Most pixels between the first pilot samples: `ENOUGH` of them up to 1024 x 1024 pixels."""
+"""Most pixels between the first pilot samples: at 1024 x 1024 pixels that makes `ENOUGH` of them."""
 
 ENOUGH = 16384
-"""This many pilot samples cost as much as half of them, and find more: for few samples, calls are most of the
+"""Half as many pilot samples would cost as much and find less: for few samples, calls are most of the
 cost."""
 
 Picture = NDArray[np.float32]

@@ -14,10 +14,10 @@ Levels = NDArray[np.uint8]
 """(H, W) uint8."""
 
 PREVIEWED, COVERED, SAMPLED = 1, 2, 3
-"""Level of a pixel with a pilot sample, of one at a border, and the first level with samples."""
+"""Levels of a pilot sample and of a pixel at a border, and the first level with samples."""
 
 HIGHEST = 17
-"""65,536 samples, the most that fixed quality takes as well."""
+"""65,536 samples, the most that fixed quality accepts too."""
 
 COUNTS = np.array([0, 0, 0, *(1 << level - 1 for level in range(SAMPLED, HIGHEST + 1))], dtype=np.int64)
 """Camera samples at each level, without those of pilot samples."""
@@ -45,7 +45,7 @@ FIBONACCI = (
     17711,
     28657,
 )
-"""Rays of one of the two lattices that find what a pixel at a border shows."""
+"""Rays in one of the two lattices that find what a border pixel shows."""
 
 COVERAGES = np.array([0, *(2 * count for count in FIBONACCI)], dtype=np.int64)
 """Rays of both lattices, by the number that maps keep."""

@@ -16,20 +16,20 @@ from renderer.tiling import tiles
 from schemas.tiles import Pass, Tile
 
 PER_WORKER = 4
-"""Tiles for each worker: while one is at the last of them the others have little to wait for."""
+"""Tiles for each worker: while one is at its last, the others have little to wait for."""
 
 WHOLE, SHORTEST, LONGEST = 0.03, 0.006, 0.25
 """CPU seconds. A pass of less than `WHOLE` is one tile: predictions are right within a factor of 1.7, so that
-all are cut that take 0.05. No pass is cut so that its tiles are worth less than `SHORTEST`: one of `soft`
-costs 3 to 4 ms apart from its rays. None is worth more than `LONGEST`, as a watcher waits for it and a
-deadline may lose it."""
+all passes of 0.05 are cut. No cut leaves tiles worth less than `SHORTEST`: one of `soft` costs 3 to 4 ms
+apart from its rays. None is worth more than `LONGEST`, as a watcher waits for it and a deadline may lose
+it."""
 
 CELLS = 128
-"""Cells along the longer side of the picture at most; tiles are cut between them. Finding the cuts takes far
+"""Most cells along the longer side of the picture; tiles are cut between them. Finding the cuts takes far
 less than a tile."""
 
 NARROWEST = 0.25
-"""Share of a rectangle's side that either part keeps at least, so that no tile is a sliver."""
+"""Least share of a rectangle's side on either side of a cut, so that no tile is a sliver."""
 
 
 def pass_tiles(

@@ -16,37 +16,34 @@ from renderer.math.arrays import Floats, Integers, Masks
 from renderer.math.streams import bits, keys, uniforms
 
 STEPS = 24
-"""Strata of a kind: 1.5 octaves each of the squared error, from below 1e-10 up to 1."""
+"""Strata of each kind: 1.5 octaves of the squared error each, from below 1e-10 to 1."""
 
 INTERPOLATED, EVEN, BORDER, NEEDS_SAMPLING, SUSPECT = range(5)
-"""Kinds: no pilot sample; away from other shapes; beside one; with something fine on it; near what a probe
-found."""
+"""Kinds: without a pilot sample; away from other shapes; beside one; with something fine; near a find."""
 
 KINDS = np.array([INTERPOLATED, EVEN, BORDER])
 """By the level of a pixel without samples."""
 
 TRUSTED = 16.0
-"""Where probes find no error beyond their own noise, the error is at most this many times the expected
-one."""
+"""If probes find only their own noise, the error is at most this many times the expected one."""
 
 UNSEEN = 16.0
-"""Times the expected error that the next probe may find: a few probes miss what is rare."""
+"""The next probe may find this many times the expected error: a few probes miss what is rare."""
 
 CERTAIN = 1 / 2
 """Least share of the expected error that the next probe may find `UNSEEN` times."""
 
 ALONE = 2.0**-8
-"""Share of the budget that a single pixel is expected to err by from which on all of its stratum are
-probes."""
+"""If one pixel is expected to use this share of the budget, all of its stratum are probes."""
 
 PROBES_AT_LEAST, PROBES_OF_BUDGET = 16, 50
-"""Probes of each stratum at least, and of one that is expected to use up the budget of squared errors."""
+"""Least number of probes of a stratum, and of one that is expected to use the whole budget."""
 
 COUNT = STEPS * (SUSPECT + 1)
 """Number of strata."""
 
 PROBES = 1 << 41
-"""Stream of the choice of probes, beyond those of lights and lens."""
+"""Stream of random numbers for the choice of probes, apart from those of lights and lens."""
 
 
 def expected_errors(values: Picture) -> NDArray[np.float32]:

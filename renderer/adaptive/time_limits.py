@@ -9,21 +9,21 @@ import numpy as np
 from renderer.math.arrays import Integers
 
 BATCH = 32768
-"""Rays worked on at once: twice those of a block, as they are scattered and calls are most of their price."""
+"""Rays of a batch: twice those of a block, as they are scattered and calls are most of their price."""
 
 FEWEST = 256
-"""Rays between two readings of the clock at least; calls are then nearly all of the price."""
+"""Fewest rays between two readings of the clock; calls are then nearly all of their price."""
 
 CLOCK_SECONDS = 0.1
-"""Between two readings of the clock where there is a limit: a fifth of what a picture may come too late."""
+"""Between two readings of the clock under a time limit: a fifth of how late a picture may be."""
 
 
 LAST_SECONDS = 0.4e-6
-"""CPU seconds of a pixel for what comes after the last tile: the longest decision between passes, or the
-picture, its error and the layer of errors. Measured on `soft` at 1024 x 1024 with one core to itself."""
+"""CPU seconds a pixel for what follows the last tile: the longest decision between passes, or the picture,
+its error and the layer of errors. Measured on `soft` at 1024 x 1024 with one core to itself."""
 
 MOST_RESERVED = 0.25
-"""Share of a time limit that is kept for the last decision at most."""
+"""Largest share of a time limit that is kept for the last decision."""
 
 
 class OutOfTimeError(Exception):

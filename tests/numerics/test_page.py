@@ -1,13 +1,25 @@
-"""docs/reference/numerics.md describes every hard case, in the words of tools/docs/numerics_cases.toml."""
+"""The pages about numerics describe every hard case, in the words of tools/docs/numerics_cases.toml."""
 
+import doctest
+import json
+import math
+import re
 import runpy
+from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from accuracy.hard_cases import sections
+from accuracy.hard_cases.harness import DIGITS
 from benchmarks.stability import COMPARED, OFFSETS, PRICED, WAYS
 from tests.architecture.sources import ROOT
+
+CASES = [case for section in sections() for case in section.cases]
+IMPORTED = {"json": json, "math": math, "np": np, "Fraction": Fraction}
+"""What the page of results says that its lines of Python need."""
 
 
 @pytest.fixture(scope="module")
@@ -15,16 +27,23 @@ def generator() -> dict[str, Any]:
     return runpy.run_path(str(ROOT / "tools" / "docs" / "generate_numerics_reference.py"))
 
 
-def test_every_case_has_its_texts_and_no_text_is_without_a_case(generator: dict[str, Any]) -> None:
-    texts = generator["tomllib"].loads(generator["CASES"].read_text(encoding="utf-8"))
-    assert list(texts) == [case.heading for section in sections() for case in section.cases]
-    fields = set(generator["TEXTS"].values())
+@pytest.fixture(scope="module")
+def texts(generator: dict[str, Any]) -> dict[str, dict[str, str]]:
+    found: dict[str, dict[str, str]] = generator["read"](generator["CASES"])
+    return found
+
+
+def test_every_case_has_its_texts_and_no_text_is_without_a_case(
+    generator: dict[str, Any], texts: dict[str, dict[str, str]]
+) -> None:
+    assert list(texts) == [case.heading for case in CASES]
+    needed = set(generator["NEEDED"])
     for heading, text in texts.items():
-        assert fields - {"source"} <= text.keys() <= fields, heading
+        assert needed <= text.keys() <= needed | set(generator["OPTIONAL"]), heading
 
 
 def test_every_case_has_counts_and_none_of_them_is_wrong(generator: dict[str, Any]) -> None:
-    counts = generator["json"].loads(generator["COUNTS"].read_text(encoding="utf-8"))
+    counts = generator["kept"](generator["COUNTS"])
     counted = [(section, case) for section, cases in counts.items() for case in cases]
     assert counted == [(section.title, case.name) for section in sections() for case in section.cases], (
         "run python tools/docs/generate_numerics_reference.py"
@@ -32,15 +51,56 @@ def test_every_case_has_counts_and_none_of_them_is_wrong(generator: dict[str, An
     assert {case["wrong"] for cases in counts.values() for case in cases.values()} == {0}
 
 
-def test_the_page_is_made_of_the_texts_of_the_cases_and_their_counts(generator: dict[str, Any]) -> None:
-    page = generator["PAGE"].read_text(encoding="utf-8")
-    assert generator["page"]() == page, "run python tools/docs/generate_numerics_reference.py"
+def test_the_pages_are_made_of_the_texts_of_the_cases_and_their_counts(generator: dict[str, Any]) -> None:
+    written = generator["pages"]()
+    assert set(written) == {generator["PAGE"], *generator["FOLDER"].iterdir()}
+    assert {path: path.read_text(encoding="utf-8") for path in written} == written, (
+        "run python tools/docs/generate_numerics_reference.py --kept"
+    )
+
+
+def test_no_page_is_written_without_figures(generator: dict[str, Any], tmp_path: Path) -> None:
+    with pytest.raises(SystemExit, match=r"lost\.json"):
+        generator["kept"](tmp_path / "lost.json")
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.heading)
+def test_the_lines_of_python_of_a_case_give_what_the_page_shows(
+    case: Any, texts: dict[str, dict[str, str]]
+) -> None:
+    example = texts[case.heading].get("example", "")
+    parsed = doctest.DocTestParser().get_doctest(example, dict(IMPORTED), case.heading, None, None)
+    with np.errstate(all="ignore"):
+        result = doctest.DocTestRunner(verbose=False).run(parsed)
+    assert (result.failed, result.attempted) == (0, example.count(">>> "))
+
+
+def test_every_page_gives_the_precision_that_the_exact_answers_have(generator: dict[str, Any]) -> None:
+    found = {
+        number
+        for text in generator["pages"]().values()
+        for number in re.findall(r"(\d+) (?:decimal )?digits", text)
+    }
+    assert found == {str(DIGITS)}
+
+
+def test_each_source_of_the_list_is_one_of_a_case(
+    generator: dict[str, Any], texts: dict[str, dict[str, str]]
+) -> None:
+    named = {name for text in texts.values() for name in text.get("source", "").split("; ")}
+    assert generator["read"](generator["SECTION_TEXTS"])["sources"].keys() <= named
+
+
+def test_each_hard_scene_is_on_the_page_of_one_section(generator: dict[str, Any]) -> None:
+    about = generator["read"](generator["SECTION_TEXTS"])
+    shown = [name for section in sections() for name in about[section.title].get("pictures", [])]
+    assert sorted(shown) == sorted(path.stem for path in generator["SCENES"].glob("*.json"))
 
 
 def test_the_page_gives_the_price_and_the_errors_of_what_the_benchmark_measures(
     generator: dict[str, Any],
 ) -> None:
-    measured = generator["json"].loads(generator["COSTS"].read_text(encoding="utf-8"))["stability"]
+    measured = generator["kept"](generator["COSTS"])["stability"]
     assert [price["name"] for price in measured["prices"]["pictures"]] == [each.name for each in PRICED]
     assert [(errors["scene"], errors["offset"]) for errors in measured["errors"]] == [
         (setting.scene, offset) for setting in COMPARED for offset in OFFSETS

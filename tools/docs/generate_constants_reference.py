@@ -20,37 +20,33 @@ PAGE = Path(__file__).parents[2] / "docs" / "reference" / "constants.md"
 
 PACKAGE = "renderer.adaptive"
 
-MODULES = (
-    "levels",
-    "lattice",
-    "early_passes",
-    "guides",
-    "coverage",
-    "strata",
-    "findings",
-    "uncertainty",
-    "allocation",
-    "estimate",
-    "decisions",
-    "between",
-    "blur",
-    "blur_decisions",
-    "forecast",
-    "partition",
-    "time_limits",
-)
-"""In the order in which a picture uses them."""
+STAGES = {
+    "Pilot samples and borders": ("levels", "lattice", "early_passes", "guides", "coverage"),
+    "Strata, probes and the error": ("strata", "findings", "uncertainty"),
+    "Decisions about samples": ("allocation", "estimate", "decisions"),
+    "Pictures through a lens": ("between", "blur", "blur_decisions"),
+    "Progress, tiles and time": ("forecast", "partition", "time_limits"),
+}
+"""Modules by what they decide, in the order in which a picture uses them."""
+
+MODULES = tuple(module for modules in STAGES.values() for module in modules)
+
+LONG = 60
+"""Characters of a value that a row has space for: a series is shown by its ends."""
 
 INTRODUCTION = """# Constants of target quality
 
-The numbers that [target quality](../explanation/target-quality.md) decides by, where they stand in the code,
-and the measurement or the bound behind each. Where a row gives neither, none was kept: the value is a choice.
-What all of them together lead to is measured by `python -m benchmarks targets`: how often pictures reach
-the target error, and how far below it they are ([how we know](../explanation/accuracy.md)).
+<!-- Written by tools/docs/generate_constants_reference.py from renderer/adaptive. Change those modules. -->
 
-Scenes named are those of the gallery. Levels count samples by powers of two, as `levels.py` says; the
-budget is the sum of squared errors that the target allows.
-`python tools/docs/generate_constants_reference.py` writes this page.
+The numbers by which [target quality](../explanation/target-quality.md) decides, each with the measurement or
+the bound behind it; without either, the value is a choice. You never set them. Look here when you read the
+code, when a picture got more passes, probes or samples than you expected, or before you change one. After a
+change, run `python -m benchmarks targets`: it measures how often pictures reach the target error, and how far
+below it they are ([how we know](../explanation/accuracy.md)).
+
+Levels count samples by powers of two. The budget is the sum of squared errors that the target allows. A find
+is a probe whose error is far above the expected one. Other words are in the [glossary](glossary.md). Scenes
+are those of the gallery.
 """
 
 
@@ -64,7 +60,8 @@ class Constant(NamedTuple):
 
 def page() -> str:
     """Put the whole page together."""
-    return "\n".join([INTRODUCTION, *(section(module) for module in MODULES)])
+    stages = ("\n".join([f"## {title}\n", *map(section, modules)]) for title, modules in STAGES.items())
+    return "\n".join([INTRODUCTION, *stages])
 
 
 def section(module: str) -> str:
@@ -72,7 +69,8 @@ def section(module: str) -> str:
     head = (inspect.getdoc(importlib.import_module(f"{PACKAGE}.{module}")) or "").splitlines()[0]
     rows = [f"| `{name}` | `{value}` | {meaning} |" for name, value, meaning in constants(module)]
     table = "\n".join(["| constant | value | meaning |", "| --- | --- | --- |", *rows])
-    return f"## {module}.py\n\n{head}\n\n{table}\n"
+    path = f"{PACKAGE.replace('.', '/')}/{module}.py"
+    return f"### {module}.py\n\n{head} [Source](../../{path})\n\n{table}\n"
 
 
 def constants(module: str) -> Iterator[Constant]:
@@ -85,7 +83,15 @@ def constants(module: str) -> Iterator[Constant]:
             name = ast.unparse(statement.targets[0]).strip("()")
             if all(is_number(getattr(loaded, part, None)) for part in name.split(", ")) and name[0] != "_":
                 value = ast.get_source_segment(source, statement.value) or ""
-                yield Constant(name, " ".join(value.split()), text(after))
+                yield Constant(name, shortened(" ".join(value.split())), text(after))
+
+
+def shortened(value: str) -> str:
+    """A value, or the ends of a long series."""
+    if len(value) <= LONG:
+        return value
+    parts = value.strip("(), ").split(", ")
+    return f"{', '.join(parts[:3])}, ..., {parts[-1]}"
 
 
 def is_number(value: object) -> bool:

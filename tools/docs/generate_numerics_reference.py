@@ -1,104 +1,182 @@
-"""Write docs/reference/numerics.md from the hard cases.
+"""Write docs/reference/numerics.md, and a page for each section of the hard cases.
 
 ``python tools/docs/generate_numerics_reference.py`` tries every case, which takes up to a minute, and keeps
-the counts in docs/figures/hard_cases.json. The page is made from an introduction, the texts of the cases in
-tools/docs/numerics_cases.toml, these counts, and what
-``python -m benchmarks stability --runs 9 --out docs/figures/stability.json`` has measured.
+the counts in docs/figures/hard_cases.json; with ``--kept`` it takes the counts that are kept. The texts are
+in tools/docs/numerics_*.toml and *.txt. Times are those that
+``python -m benchmarks stability --runs 9 --out docs/figures/stability.json`` measured.
 """
 
 from __future__ import annotations
 
+import argparse
+import importlib
+import inspect
 import json
+import operator
 import re
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from accuracy.hard_cases import sections
+from accuracy.hard_cases import SECTIONS, sections
+from accuracy.hard_cases.harness import DIGITS
+from accuracy.hard_cases.oracle import BITS
 from service.cli import trials
+from tests.numerics.test_remedies import SWITCHED_OFF
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from accuracy.hard_cases import Case, Outcome
+    from accuracy.hard_cases import Case, Outcome, Section
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "reference" / "numerics.md"
+FOLDER = PAGE.with_suffix("")
 COUNTS = ROOT / "docs" / "figures" / "hard_cases.json"
 COSTS = COUNTS.with_name("stability.json")
-INTRODUCTION = Path(__file__).with_name("numerics_introduction.txt")
+RESULTS_TEXT = Path(__file__).with_name("numerics_results.txt")
 COSTS_TEXT = Path(__file__).with_name("numerics_costs.txt")
 CASES = Path(__file__).with_name("numerics_cases.toml")
+SECTION_TEXTS = Path(__file__).with_name("numerics_sections.toml")
 SCENES = ROOT / "scenes" / "hard"
 
 Counts = dict[str, dict[str, dict[str, Any]]]
 """Tried, wrong, textbook and textbook_single of each case, by section and name."""
 
+COUNTED = ("tried", "wrong", "textbook", "textbook_single")
+ASKED = ("tried", "textbook", "textbook_single")
 WAYS = ("penumbra", "textbook", "factored")
-TEXTS = {
-    "Symptom": "symptom",
-    "Cause": "cause",
-    "Remedy": "remedy",
-    "Expected": "expected",
-    "Source": "source",
-}
+NEEDED = ("symptom", "cause", "remedy", "expected")
+OPTIONAL = ("example", "source")
 
-GEOMETRY = "geometry"
-"""Where a remedy comes from that names no source."""
+WRITTEN = """\
+<!-- Written by tools/docs/generate_numerics_reference.py from tools/docs/numerics_cases.toml and
+tools/docs/numerics_sections.toml. Change those, then run it. -->
+"""
+
+READING = """\
+Penumbra gets {wrong} of {tried:,} answers wrong. The table counts the textbook's wrong answers, and links
+what a case fails without ([how to read it](../numerics.md#what-counts)). The cases are in {modules}.
+"""
 
 _SCENE_ROW = re.compile(r"\| \[(\w+)\.json\]\([^)]*\) \| (.*?) \| (.*?) \|")
 _CODE_OR_SIGN = re.compile(r"(`[^`]*`)|([*<])")
 
 
 def main() -> None:
-    """Try all cases, keep their counts, write the page."""
+    """Try all cases and keep their counts, unless those that are kept will do; write the pages."""
+    parser = argparse.ArgumentParser(
+        description="Write docs/reference/numerics.md and a page for each section."
+    )
+    parser.add_argument("--kept", action="store_true", help="take the counts of docs/figures/hard_cases.json")
+    if not parser.parse_args().kept:
+        COUNTS.write_text(json.dumps(tried(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    FOLDER.mkdir(exist_ok=True)
+    for path, text in pages().items():
+        path.write_text(text, encoding="utf-8")
+
+
+def tried() -> Counts:
+    """Counts of all cases; an error if one of them broke off."""
     counts: Counts = {}
     for trial in trials.one_after_another(sections()):
         if trial.outcome is None:
             raise RuntimeError(f"{trial.section}: {trial.case}: {trial.error}")
         counts.setdefault(trial.section, {})[trial.case] = of_outcome(trial.outcome)
-    COUNTS.write_text(json.dumps(counts, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    PAGE.write_text(page(), encoding="utf-8")
+    return counts
 
 
 def of_outcome(outcome: Outcome) -> dict[str, Any]:
     """What of an outcome is the same every time: no seconds."""
-    return {name: getattr(outcome, name) for name in ("tried", "wrong", "textbook", "textbook_single")}
+    return {name: getattr(outcome, name) for name in COUNTED}
 
 
-def page() -> str:
-    """Put the whole page together."""
-    counts: Counts = json.loads(COUNTS.read_text(encoding="utf-8"))
-    texts = tomllib.loads(CASES.read_text(encoding="utf-8"))
-    parts = [INTRODUCTION.read_text(encoding="utf-8"), summary(counts), costs(), *pictures()]
+def kept(path: Path) -> Any:
+    """The figures of a file; without it no page is written."""
+    if not path.is_file():
+        raise SystemExit(f"{path.name} is missing: without its figures the page cannot be written.")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def read(path: Path) -> dict[str, Any]:
+    """The texts of a file."""
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+def pages() -> dict[Path, str]:
+    """Texts of all pages, by their paths."""
+    counts: Counts = kept(COUNTS)
+    texts, about = read(CASES), read(SECTION_TEXTS)
+    written = {PAGE: results(counts, about), FOLDER / "cost.md": costs()}
     for section in sections():
-        parts.append(f"## {section.title}\n")
-        parts += [
-            described(case, texts[case.heading], counts[section.title][case.name]) for case in section.cases
-        ]
+        written[path_of(section.title, about)] = section_page(section, texts, about, counts[section.title])
+    return written
+
+
+def path_of(title: str, about: dict[str, Any]) -> Path:
+    """The page of a section."""
+    return FOLDER / f"{about[title]['file']}.md"
+
+
+def results(counts: Counts, about: dict[str, Any]) -> str:
+    """The page with one row for each section."""
+    rows = [
+        row(f"[{title}]({FOLDER.name}/{about[title]['file']}.md) | {len(cases)}", list(cases.values()))
+        for title, cases in counts.items()
+    ]
+    every = [case for cases in counts.values() for case in cases.values()]
+    rows.append(row(f"all | {len(every)}", every))
+    return RESULTS_TEXT.read_text(encoding="utf-8").format(
+        cases=len(every),
+        table="\n".join(rows),
+        digits=DIGITS,
+        bits=BITS,
+        times=ranges(kept(COSTS)["stability"]),
+    )
+
+
+def row(title: str, cases: list[dict[str, Any]], names: tuple[str, ...] = COUNTED) -> str:
+    """The sums over some cases; empty where no formula was asked."""
+    known = [[case[name] for case in cases if case[name] is not None] for name in names]
+    sums = [f"{sum(values):,}" if values else "" for values in known]
+    return f"| {' | '.join([title, *sums])} |"
+
+
+def section_page(
+    section: Section, texts: dict[str, Any], about: dict[str, Any], counts: dict[str, Any]
+) -> str:
+    """The page of one section: counts, pictures, cases, sources."""
+    said = about[section.title]
+    parts = [f"# {section.title}: hard cases\n", WRITTEN]
+    parts += [said["introduction"].lstrip(), table(section, counts), *pictures(said.get("pictures", []))]
+    parts += ["## Cases\n", *(described(case, texts[case.heading]) for case in section.cases)]
+    parts += cited(about["sources"], [texts[case.heading] for case in section.cases])
     return "\n".join(parts)
 
 
-def summary(counts: Counts) -> str:
-    """One row a section."""
+def table(section: Section, counts: dict[str, Any]) -> str:
+    """What is tried, and one row a case: how often the textbook is wrong, and what the case fails without."""
+    sums = {name: sum(case[name] for case in counts.values()) for name in ("tried", "wrong")}
     rows = [
-        "## The count\n",
-        "Wrong answers of Penumbra, and of the textbook's formulas to the same questions.\n",
-        "| section | cases | answers | wrong here | textbook, float64 | textbook, float32 |",
-        "| --- | --- | --- | --- | --- | --- |",
+        READING.format(**sums, modules=", ".join(map(linked_module, SECTIONS[section.title]))),
+        "| case | answers | wrong, float64 | wrong, float32 | fails without |",
+        "| --- | --- | --- | --- | --- |",
     ]
-    for section, cases in counts.items():
-        rows.append(row(f"[{section}](#{anchor(section)})", list(cases.values())))
-    rows.append(row("all", [case for cases in counts.values() for case in cases.values()]))
+    for case in section.cases:
+        link = f"[{heading(case)}](#{anchor(heading(case))})"
+        rows.append(f"{row(link, [counts[case.name]], names=ASKED)} {held(case)} |")
     return "\n".join(rows) + "\n"
 
 
-def row(title: str, cases: list[dict[str, Any]]) -> str:
-    """The sums over some cases."""
-    sums = (
-        sum(case[name] or 0 for case in cases) for name in ("tried", "wrong", "textbook", "textbook_single")
-    )
-    return f"| {title} | {len(cases)} | " + " | ".join(f"{total:,}" for total in sums) + " |"
+def linked_module(name: str) -> str:
+    """A link to a module of hard cases."""
+    path = f"accuracy/hard_cases/{name.replace('.', '/')}.py"
+    return f"[{name}](../../../{path})"
+
+
+def heading(case: Case) -> str:
+    """The numbers and the name of a case, as its heading."""
+    return f"{', '.join(case.ids)}: {case.name[0].upper()}{case.name[1:]}"
 
 
 def anchor(title: str) -> str:
@@ -106,22 +184,95 @@ def anchor(title: str) -> str:
     return re.sub(r"[^\w -]", "", title).lower().replace(" ", "-")
 
 
+def described(case: Case, texts: dict[str, str]) -> str:
+    """What goes wrong and why, what is done about it, and what counts as right."""
+    source = f" Source: {texts['source']}." if "source" in texts else ""
+    lines = [f"### {heading(case)}\n", marked(f"{texts['symptom']} {texts['cause']}\n")]
+    if "example" in texts:
+        lines.append(f"```pycon\n{texts['example'].strip()}\n```\n")
+    lines.append(f"**Remedy:** {marked(texts['remedy'])}{source}\n")
+    lines.append(f"**Right:** {marked(texts['expected'])}\n")
+    return "\n".join(lines)
+
+
+def held(case: Case) -> str:
+    """What the case fails without, as tests/numerics/test_remedies.py switches it off."""
+    found = dict.fromkeys(filter(None, map(located, SWITCHED_OFF[case.heading])))
+    return ", ".join(f"[`{name}`](../../../{path})" for name, path in found)
+
+
+def located(dotted: str) -> tuple[str, str] | None:
+    """Name and file of what is switched off, where it is defined; None for what is none of the renderer's."""
+    module, name = split(dotted)
+    thing = operator.attrgetter(name)(importlib.import_module(module))
+    if inspect.isroutine(thing):
+        module, name = thing.__module__, thing.__qualname__
+    if module.startswith("accuracy."):
+        return None
+    path = module.replace(".", "/")
+    file = f"{path}.py" if (ROOT / f"{path}.py").is_file() else f"{path}/__init__.py"
+    return f"{module.removeprefix('renderer.')}.{name}", file
+
+
+def split(dotted: str) -> tuple[str, str]:
+    """The longest part that is a module, and the rest."""
+    parts = dotted.split(".")
+    for end in range(len(parts) - 1, 0, -1):
+        module = "/".join(parts[:end])
+        if (ROOT / f"{module}.py").is_file() or (ROOT / module / "__init__.py").is_file():
+            return ".".join(parts[:end]), ".".join(parts[end:])
+    raise ValueError(dotted)
+
+
+def pictures(names: list[str]) -> Iterator[str]:
+    """Show some of the hard scenes, each with what plain formulas make of it."""
+    rows = _SCENE_ROW.findall((SCENES / "README.md").read_text(encoding="utf-8"))
+    artefacts = {name: wrong for name, _, wrong in rows}
+    if names:
+        yield "## Scenes\n"
+    for name in names:
+        yield f"![{name}](../../images/hard/{name}.png)\n"
+        yield f"[{name}](../../../scenes/hard/{name}.json). Plain formulas: {lowered(artefacts[name])}\n"
+
+
+def lowered(sentence: str) -> str:
+    """With a small first letter."""
+    return sentence[0].lower() + sentence[1:]
+
+
+def cited(sources: dict[str, str], texts: list[dict[str, str]]) -> Iterator[str]:
+    """What the short names of papers and books stand for; nothing where no case has one."""
+    names = {name for text in texts for name in text.get("source", "").split("; ")} & sources.keys()
+    if names:
+        yield "## Sources\n"
+        yield "\n".join(f"- {name}: {sources[name]}" for name in sorted(names)) + "\n"
+
+
+def marked(text: str) -> str:
+    """Text as Markdown shows it literally, but for its code."""
+    return _CODE_OR_SIGN.sub(lambda found: found[1] or f"\\{found[2]}", text.format(digits=DIGITS))
+
+
 def costs() -> str:
     """What stability costs in time, and what that buys."""
-    measured = json.loads(COSTS.read_text(encoding="utf-8"))
-    prices, errors = measured["stability"]["prices"], measured["stability"]["errors"]
-    ratios = {way: sorted(ratio(price, way) for price in prices["pictures"]) for way in WAYS[1:]}
-    machine = measured["machine"]
+    measured = kept(COSTS)
+    stability, machine = measured["stability"], measured["machine"]
     return COSTS_TEXT.read_text(encoding="utf-8").format(
         date=machine["date"][:10],
         cpu=machine["cpu"],
         python=machine["python"],
         numpy=machine["numpy"],
-        times={way: f"{values[0]:.2f} to {values[-1]:.2f}" for way, values in ratios.items()},
-        kernels=priced(prices["kernels"]),
-        pictures=priced(prices["pictures"]),
-        errors="\n".join(map(wrong_pixels, errors)),
+        times=ranges(stability),
+        kernels=priced(stability["prices"]["kernels"]),
+        pictures=priced(stability["prices"]["pictures"]),
+        errors="\n".join(map(wrong_pixels, stability["errors"])),
     )
+
+
+def ranges(stability: dict[str, Any]) -> dict[str, str]:
+    """How many times as long as with other formulas whole pictures take, from the least to the most."""
+    ratios = {way: sorted(ratio(price, way) for price in stability["prices"]["pictures"]) for way in WAYS[1:]}
+    return {way: f"{values[0]:.2f} to {values[-1]:.2f}" for way, values in ratios.items()}
 
 
 def ratio(price: dict[str, Any], way: str) -> float:
@@ -145,53 +296,6 @@ def wrong_pixels(errors: dict[str, Any]) -> str:
     shares = [errors["off"][way] for way in WAYS] + [errors["dark"]["textbook"]]
     cells = " | ".join(f"{100 * share:.3f} %" for share in shares)
     return f"| {errors['scene']} | {errors['offset']:,.0f} | {cells} |"
-
-
-def pictures() -> Iterator[str]:
-    """Show the hard scenes, each with what to notice."""
-    yield "## What it looks like\n"
-    yield (
-        "These scenes are in [scenes/hard](../../scenes/hard/README.md); `make gallery` renders the "
-        "pictures. They look like\nordinary scenes here; the last sentence says what a renderer without the "
-        "remedies shows.\n"
-    )
-    for name, notice, wrong in _SCENE_ROW.findall((SCENES / "README.md").read_text(encoding="utf-8")):
-        yield f"### {name}\n\n![{name}](../images/hard/{name}.png)\n"
-        yield f"{notice} Where it goes wrong: {lowered(wrong)}\n"
-
-
-def lowered(sentence: str) -> str:
-    """With a small first letter."""
-    return sentence[0].lower() + sentence[1:]
-
-
-def described(case: Case, texts: dict[str, str], counts: dict[str, Any]) -> str:
-    """All that is known about a case."""
-    lines = [f"### {', '.join(case.ids)}: {marked(capitalised(case.name))}\n"]
-    lines += [f"- **{title}:** {marked(texts.get(field, GEOMETRY))}" for title, field in TEXTS.items()]
-    return "\n".join([*lines, f"- **Tried:** {counted(counts)}", ""])
-
-
-def capitalised(name: str) -> str:
-    """With a large first letter, and the others as they are."""
-    return name[0].upper() + name[1:]
-
-
-def marked(text: str) -> str:
-    """Text as Markdown shows it literally, but for its code."""
-    return _CODE_OR_SIGN.sub(lambda found: found[1] or f"\\{found[2]}", text)
-
-
-def counted(counts: dict[str, Any]) -> str:
-    """The counts of one case in a sentence."""
-    here = f"{counts['tried']:,} answers, {counts['wrong'] or 'none'} wrong."
-    plain = [(counts["textbook"], "float64"), (counts["textbook_single"], "float32")]
-    asked = [f"{count:,} in {arithmetic}" for count, arithmetic in plain if count is not None]
-    return (
-        f"{here} The textbook gets {' and '.join(asked)} wrong."
-        if asked
-        else f"{here} The textbook formula is not tried."
-    )
 
 
 if __name__ == "__main__":
