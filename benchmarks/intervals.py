@@ -1,10 +1,12 @@
 """How often the reported interval of one scene holds its true error, seed by seed.
 
-``python -m benchmarks.intervals`` renders the pictures and keeps the figures, which a diagram shows.
+``python -m benchmarks.intervals --out docs/figures/intervals.json`` renders the pictures and keeps the
+figures, which a diagram shows.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 from pathlib import Path
 from typing import TypedDict
@@ -78,8 +80,10 @@ def _document(seed: int) -> dict[str, object]:
 
 
 def main() -> None:
-    """Measure, and keep the figures."""
-    KEPT.write_text(json.dumps(measure(), indent=1) + "\n")
+    """Measure, and write the figures."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.intervals")
+    parser.add_argument("--out", type=Path, default=KEPT, help="where to write the figures")
+    parser.parse_args().out.write_text(json.dumps(measure(), indent=1) + "\n")
 
 
 if __name__ == "__main__":

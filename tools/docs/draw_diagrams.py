@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tools.docs.diagrams import crashes, errors, light
+from tools.docs.diagrams import crashes, errors, light, structure
 
 FOLDER = Path(__file__).parents[2] / "docs" / "images" / "diagrams"
 
@@ -23,6 +23,9 @@ def diagrams() -> dict[str, str]:
         "killed-worker.svg": crashes.killed_worker(),
         "task-states.svg": crashes.task_states(),
         "terms.svg": crashes.terms(),
+        "job.svg": structure.job(),
+        "ray.svg": structure.ray(),
+        "states.svg": structure.states(),
     }
 
 

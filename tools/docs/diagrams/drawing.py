@@ -88,14 +88,30 @@ def cross(place: Place, color: str = BLOCKED, *, radius: float = 7) -> str:
     return falling + line((x - radius, y + radius), (x + radius, y - radius), color, width=3)
 
 
+def loop(foot: Place) -> str:
+    """An arrow from the top of a box back to it; `foot` is the middle of that top."""
+    x, y = foot
+    way = f"M {x - 18:g} {y:g} C {x - 26:g} {y - 40:g}, {x + 26:g} {y - 40:g}, {x + 18:g} {y - 6:g}"
+    head = polygon([(x + 16, y), (x + 13, y - 9), (x + 22, y - 7)], INK)
+    return f'<path d="{way}" fill="none" stroke="{INK}" stroke-width="1.5"/>{head}'
+
+
 def label(
-    place: Place, text: str, *, anchor: str = "middle", size: int = TEXT, color: str = INK, bold: bool = False
+    place: Place,
+    text: str,
+    *,
+    anchor: str = "middle",
+    size: int = TEXT,
+    color: str = INK,
+    bold: bool = False,
+    halo: bool = False,
 ) -> str:
-    """Words; `place` is on their baseline."""
+    """Words; `place` is on their baseline. A `halo` keeps them apart from lines behind them."""
     font = f' font-size="{size}"' if size != TEXT else ""
     weight = ' font-weight="bold"' if bold else ""
+    around = f' paint-order="stroke" stroke="{PAPER}" stroke-width="4"' if halo else ""
     where = f'x="{place[0]:.1f}" y="{place[1]:.1f}" text-anchor="{anchor}"'
-    return f'<text {where} fill="{color}"{font}{weight}>{escape(text, quote=False)}</text>'
+    return f'<text {where} fill="{color}"{font}{weight}{around}>{escape(text, quote=False)}</text>'
 
 
 def labels(place: Place, texts: Iterable[str], *, anchor: str = "middle", size: int = SMALL) -> str:
