@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import renderer
 from benchmarks.machine import Machine, describe
@@ -74,7 +74,7 @@ def rendered(seed: int) -> renderer.RenderResult:
     return renderer.render(plan)
 
 
-def _document(seed: int) -> dict[str, object]:
+def _document(seed: int) -> dict[str, Any]:
     document = small(json.loads((SCENES / f"{SCENE}.json").read_text(encoding="utf-8")), SIDE)
     return document | {"sampling": {**document.get("sampling", {}), "seed": seed}}
 
