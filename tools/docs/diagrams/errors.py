@@ -37,7 +37,7 @@ MEASURED = Path(__file__).parents[3] / "docs" / "figures" / "intervals.json"
 
 PIXELS = 32
 """Of a row of a picture, between its first and its last pilot sample."""
-STRIDE, ALLOWED, PROBE = 4, 0.012, 14
+STRIDE, ALLOWED, PROBE = 4, 0.022, 18
 """Of the first lattice; what interpolation may err by; and the pixel that is a probe."""
 
 
@@ -58,7 +58,7 @@ def interpolation() -> str:
         [
             line(_at(0, 0), _at(PIXELS, 0)),
             line(_at(0, 0), _at(0, 1)),
-            label((44, 26), "brightness", anchor="start", size=SMALL),
+            label((52, 26), "brightness", anchor="start", size=SMALL),
             label((690, 268), "pixels of a row", anchor="end", size=SMALL),
             *missed,
             curve([_at(n / 20, brightness(n / 20)) for n in range(20 * PIXELS + 1)]),
@@ -66,7 +66,7 @@ def interpolation() -> str:
             *(dot(_at(n, brightness(n)), OPEN) for n in pilots),
             line(guess, truth, BLOCKED, width=2),
             diamond(truth, BLOCKED),
-            label((truth[0] + 12, truth[1] + 5), "a probe finds what pilot samples missed", anchor="start"),
+            label((truth[0] - 14, truth[1] + 5), "a probe finds what pilot samples missed", anchor="end"),
             *_legend(),
         ],
     )
@@ -91,10 +91,10 @@ def _legend() -> list[str]:
 
 def brightness(place: float) -> float:
     """Light that falls off, a thin dark line, and the edge of a soft shadow."""
-    lit = 0.25 + 0.62 * exp(-(((place - 9) / 8) ** 2))
-    edge = min(max((place - 23.5) / 3, 0.0), 1.0)
-    shadow = 1 - 0.75 * edge * edge * (3 - 2 * edge)
-    return lit * shadow * (1 - 0.7 * exp(-(((place - 13.9) / 0.45) ** 4)))
+    lit = 0.4 + 0.5 * exp(-(((place - 9) / 10) ** 2))
+    edge = min(max((place - 24.2) / 2, 0.0), 1.0)
+    shadow = 1 - 0.8 * edge * edge * (3 - 2 * edge)
+    return lit * shadow * (1 - 0.7 * exp(-(((place - 17.9) / 0.6) ** 4)))
 
 
 def _pilots() -> set[int]:

@@ -82,13 +82,13 @@ def shadow_ray(point: Place, target: Place, bar: tuple[float, float, float]) -> 
 def epsilon() -> str:
     """A small step on the floor: a ray with an epsilon, without one, and as it should be."""
     return picture(
-        240,
+        214,
         "What an epsilon does",
-        "Three times the same floor with a small step that stands between a point and the light. A ray that "
-        "begins a rounding below the floor is blocked by the floor itself. A ray whose origin is moved up by "
-        "an epsilon passes above the step. A ray that begins on the floor hits the step.",
+        "Three rays from a point on a floor to the light. One begins a rounding below the floor, which "
+        "blocks it. The others have a small step in their way: one whose origin is moved up by an epsilon "
+        "passes above the step, and one that begins on the floor hits it.",
         [
-            *_step(0, -3.0, ("rounded to below the floor:", "the floor shades itself")),
+            *_step(0, -10.0, ("rounded to below the floor:", "the floor shades itself")),
             *_step(PANEL, 24.0, ("moved up by an epsilon:", "light leaks over the step")),
             *_step(2 * PANEL, 0.0, ("left where it is:", "the step blocks the light")),
         ],
@@ -96,7 +96,7 @@ def epsilon() -> str:
 
 
 def _step(left: float, moved: float, texts: tuple[str, str]) -> list[str]:
-    """One panel: the floor, the step, and a ray from a place that is moved up or down."""
+    """One panel: the floor, a step unless the floor itself is in the way, and a ray from a moved place."""
     floor, height = 190.0, 14.0
     place, near, far, right = left + 60, left + 90, left + 130, left + PANEL - 14
     begin = (place, floor - moved)
@@ -111,15 +111,14 @@ def _step(left: float, moved: float, texts: tuple[str, str]) -> list[str]:
     is_blocked = end[0] < right
     parts = [
         line((left + 14, floor), (right, floor)),
-        box((near, floor - height), (far - near, height), SOLID),
+        *([box((near, floor - height), (far - near, height), SOLID)] if moved >= 0 else []),
         labels((left + PANEL / 2, 28), texts, size=14),
         label((right, 78), "to the light", anchor="end", size=SMALL),
         arrow((right - 58, 103), (right - 18, 87), LIGHT),
     ]
     if is_blocked:
         parts.append(line(end, (right, end[1] + slope * (right - end[0])), FAINT))
-    ray = arrow if not is_blocked or moved >= 0 else line
-    return [*parts, ray(begin, end, BLOCKED if is_blocked else OPEN, dashed=is_blocked), dot(begin)]
+    return [*parts, arrow(begin, end, BLOCKED if is_blocked else OPEN, dashed=is_blocked), dot(begin)]
 
 
 def sides() -> str:

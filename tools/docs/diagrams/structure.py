@@ -47,7 +47,7 @@ def job() -> str:
     """Who sends what to whom, from the request to the picture."""
     first, step = 62, 27
     height = first + step * len(MESSAGES)
-    top, bottom = first + step * ROUND.start - 16, first + step * ROUND.stop - 14
+    top, bottom = first + step * ROUND.start - 16, first + step * ROUND.stop - 19
     return picture(
         height + 6,
         "The life of a job",
@@ -56,8 +56,8 @@ def job() -> str:
         "in one transaction and gives tiles to workers, which store pixels and report a checksum; the client "
         "gets events and pixels. After the last step a worker composes the picture.",
         [
-            box((12, top), (696, bottom - top), "#f3f3f3"),
-            label((704, top + 16), "until all steps are done", anchor="end", size=SMALL),
+            box((12, top), (696, bottom - top), edge=SOLID, round_by=8, dashed=True),
+            label((698, top + 18), "until all steps are done", anchor="end", size=SMALL, halo=True),
             *(line((_lane(n), 34), (_lane(n), height - 8), SOLID, width=1) for n in range(len(LANES))),
             *(label((_lane(n), 24), name, bold=True) for n, name in enumerate(LANES)),
             *(part for n, sent in enumerate(MESSAGES) for part in _message(first + step * n, *sent)),
@@ -113,7 +113,7 @@ def ray() -> str:
             label((360, 120), "misses, visible lights", size=SMALL),
             arrow((490, 194), (530, 266)),
             labels((524, 226), ("each light:", "which points face it"), anchor="start"),
-            arrow((458, 290), (370, 290)),
+            arrow((458, 290), (366, 290)),
             labels((414, 310), ("each family:", "which are blocked"), size=SMALL),
             arrow((330, 266), (410, 194)),
             label((352, 236), "diffuse, highlight", anchor="end", size=SMALL),
