@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, TypedDict
 
 import renderer
@@ -47,8 +48,9 @@ class Intervals(TypedDict):
 
 def measure() -> Intervals:
     """Render the scene once for each seed."""
-    reference = Reference(_document(0))
-    pictures = [picture(seed, reference) for seed in SEEDS]
+    with TemporaryDirectory() as folder:
+        reference = Reference(_document(0), Path(folder))
+        pictures = [picture(seed, reference) for seed in SEEDS]
     return Intervals(machine=describe(), scene=SCENE, side=SIDE, target=TARGET_255, pictures=pictures)
 
 

@@ -20,6 +20,7 @@ def diagrams() -> dict[str, str]:
         "sides.svg": light.sides(),
         "interpolation.svg": errors.interpolation(),
         "probes.svg": errors.probes(),
+        "intervals.svg": errors.intervals(),
         "killed-worker.svg": crashes.killed_worker(),
         "task-states.svg": crashes.task_states(),
         "terms.svg": crashes.terms(),

@@ -216,11 +216,11 @@ def intervals() -> str:
             *(part for number, one in enumerate(found) for part in _interval(at, number, one)),
             label((left, 276), f"{len(found)} seeds, sorted by the true error", anchor="start", size=SMALL),
             line((64, 296), (64, 312), OPEN, width=5),
-            label((74, 309), f"{held} intervals contain the true error", anchor="start"),
-            line((330, 296), (330, 312), BLOCKED, width=2),
-            label((340, 309), f"{len(found) - held} do not", anchor="start"),
-            diamond((440, 304), radius=4.5),
-            label((450, 309), f"true error, {reached} at most the target", anchor="start"),
+            label((74, 309), f"contains the true error: {held}", anchor="start"),
+            line((312, 296), (312, 312), BLOCKED, width=2),
+            label((322, 309), f"does not: {len(found) - held}", anchor="start"),
+            diamond((434, 304), radius=4.5),
+            label((446, 309), f"true error, up to the target: {reached}", anchor="start"),
         ],
     )
 
