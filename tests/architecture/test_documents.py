@@ -1,7 +1,6 @@
 """What is written about the project is true of it, and speaks of the project alone."""
 
 import re
-import runpy
 from pathlib import Path
 
 import pytest
@@ -106,12 +105,6 @@ def test_the_index_has_each_page_once_under_its_kind() -> None:
     pages = [(path.parent.name, path.stem) for path in (ROOT / "docs").glob("*/*.md")]
     assert sorted(listed) == sorted(pages)
     assert {kind for kind, _ in listed} == {"tutorials", "how-to", "reference", "explanation"}
-
-
-def test_the_diagrams_are_what_their_script_draws() -> None:
-    script = runpy.run_path(str(ROOT / "tools" / "docs" / "draw_diagrams.py"))
-    kept = {path.name: path.read_text() for path in script["FOLDER"].iterdir()}
-    assert kept == script["diagrams"](), "run python tools/docs/draw_diagrams.py"
 
 
 def test_help_lists_every_target_of_the_makefile() -> None:
