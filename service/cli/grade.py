@@ -43,11 +43,13 @@ def grade(  # noqa: PLR0913 - one argument for each option
     ] = None,
     export: Annotated[
         list[str] | None,
-        typer.Option(metavar="FORM=PATH", help="Write the result in a platform's form; repeatable."),
+        typer.Option(
+            metavar="FORM=PATH", help="Also write the result in the format of a platform; repeatable."
+        ),
     ] = None,
     jobs: Annotated[
         int | None,
-        typer.Option(min=1, max=MOST_WORKERS, help="Tests at a time; by default one for each processor."),
+        typer.Option(min=1, max=MOST_WORKERS, help="Tests that run at once; by default one per processor."),
     ] = None,
     server: Annotated[
         str | None, typer.Option(metavar="URL", help="A service that renders instead of this machine.")
@@ -69,7 +71,7 @@ def grade(  # noqa: PLR0913 - one argument for each option
         make_folder(folder)
     targets = _targets(export or [])
     if not submission.is_dir():
-        raise InputError(f"{submission} is not a folder. Name the folder with the submission.")
+        raise InputError(f"{submission} is not a folder. Give the folder with the submission.")
     _check_time(submitted_at)
     read = _read(manifest)
     if server is not None:
@@ -113,7 +115,7 @@ def _read(path: Path) -> Manifest:
     from schemas.grading.manifest_reading import read_manifest
 
     if path.suffix.lower() not in (*YAML, ".json"):
-        raise CommandError(f"{path} must end in .yaml, .yml or .json. The ending says how it is read.")
+        raise CommandError(f"{path} must end in .yaml, .yml or .json. The ending decides how it is read.")
     text = scene_files.read_bytes(str(path))
     try:
         return read_manifest(text, yaml=path.suffix.lower() in YAML)

@@ -29,8 +29,10 @@ def _state(job: Job) -> str:
 
 def _kept(job: Job) -> str:
     if job.pinned:
-        return f"Job {job.id} is pinned: its picture stays."
-    until = f"until {job.expires_at.astimezone():%Y-%m-%d %H:%M}" if job.expires_at else "like any other"
+        return f"Job {job.id} is pinned: its picture is kept."
+    until = (
+        f"until {job.expires_at.astimezone():%Y-%m-%d %H:%M}" if job.expires_at else "as long as any other"
+    )
     return f"Job {job.id} is kept {until}."
 
 
@@ -53,7 +55,7 @@ def _command(change: str, about: Callable[[Job], str], text: str) -> Callable[..
 
 cancel = _command("cancel", _state, "Stop a job, queued or running.")
 pause = _command(
-    "pause", _state, "Pause a job: finished tiles stay, and no more are rendered until it is resumed."
+    "pause", _state, "Pause a job: finished tiles stay, no more are rendered until you resume it."
 )
 resume = _command("resume", _state, "Resume a paused job.")
 pin = _command(
@@ -63,7 +65,7 @@ unpin = _command("unpin", _kept, "Let the picture of a job expire like any other
 
 
 def delete(job_ids: JobsArgument, server: ServerOption = DEFAULT_SERVER, as_json: JsonOption = False) -> None:
-    """Remove jobs and their images; one that is queued or running is stopped first."""
+    """Delete jobs and their images; one that is queued or running is stopped first."""
     from service.client import NotFoundError
 
     deleted, missing = [], []
@@ -139,7 +141,7 @@ def _say_pruned(pruned: Pruned) -> None:
             output.result(f"{word}\tand {len(ids) - MOST_NAMED} more")
     for sha256 in pruned.assets:
         output.result(f"asset\t{sha256}")
-    would = "would leave the disk" if pruned.dry_run else "left the disk"
+    would = "would be deleted" if pruned.dry_run else "were deleted"
     more = " There is more." if pruned.more else ""
     output.say(
         f"{pruned.pictures} pictures and {len(pruned.assets)} textures or meshes {would}: "

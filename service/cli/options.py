@@ -49,7 +49,7 @@ ServerOption = Annotated[
 ]
 TimeoutOption = Annotated[
     float | None,
-    typer.Option("--timeout", min=0, help="Longest wait in seconds; the job keeps running afterwards."),
+    typer.Option("--timeout", min=0, help="Longest wait in seconds; the job continues afterwards."),
 ]
 LabelOption = Annotated[
     list[str] | None,
@@ -60,7 +60,7 @@ LayersOption = Annotated[
     typer.Option(
         "--layers",
         metavar="NAME,NAME",
-        help="Further values of each pixel to save: depth, position, normal, shading_normal, "
+        help="Layers, values of each pixel to save: depth, position, normal, shading_normal, "
         "albedo, uv, shape, primitive, samples, error. Saved beside OUT as OUT.NAME.npy.",
     ),
 ]
@@ -70,7 +70,7 @@ SeedOption = Annotated[
 ]
 WorkersOption = Annotated[
     int | None,
-    typer.Option(min=1, max=MOST_WORKERS, help="Worker processes; by default one for each processor."),
+    typer.Option(min=1, max=MOST_WORKERS, help="Worker processes; by default one per processor."),
 ]
 ConfigOption = Annotated[
     Path | None,
@@ -78,7 +78,7 @@ ConfigOption = Annotated[
         help="A TOML file of settings; by default that named by PENUMBRA_CONFIG.", show_default=False
     ),
 ]
-DataOption = Annotated[Path | None, typer.Option(help="Folder for everything that is kept.")]
+DataOption = Annotated[Path | None, typer.Option(help="Folder for the data of the service.")]
 DatabaseOption = Annotated[
     str | None, typer.Option(help="SQLAlchemy URL; by default an SQLite file in the data folder.")
 ]

@@ -80,7 +80,7 @@ Engine = Literal["slots", "dask"]
 def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     host: Annotated[str | None, typer.Option(help="Address to listen on; 127.0.0.1 by default.")] = None,
     port: Annotated[
-        int | None, typer.Option(min=0, max=65535, help="Port; 8000 by default, 0 takes a free one.")
+        int | None, typer.Option(min=0, max=65535, help="Port; 8000 by default, 0 picks a free one.")
     ] = None,
     data: DataOption = None,
     store: Annotated[
@@ -93,7 +93,7 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     workers: WorkersOption = None,
     database: DatabaseOption = None,
     engine: Annotated[
-        Engine | None, typer.Option(help="What renders: slots, processes of this machine (default), or dask.")
+        Engine | None, typer.Option(help="What renders: slots, processes on this machine (default), or dask.")
     ] = None,
     dask: Annotated[
         str | None,
@@ -108,7 +108,7 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     ] = False,
     config: ConfigOption = None,
 ) -> None:
-    """Run the service. What is not given comes from PENUMBRA_HOST, PENUMBRA_PORT and so on, or a file."""
+    """Run the service. Options left out come from PENUMBRA_HOST, PENUMBRA_PORT and so on, or a file."""
     from service.server import run
 
     options = {
@@ -193,7 +193,7 @@ class Arrivals:
 
     def summary(self, job: Job) -> str:
         """A summary for the end."""
-        first = "" if self.first is None else f"The first pixels were here after {self.first:.2f} s, "
+        first = "" if self.first is None else f"The first pixels arrived after {self.first:.2f} s, "
         rays = sum(job.cost.rays.values())
         return f"{first}all {job.progress.total} tiles after {self.last:.2f} s: {rays:,} rays."
 
