@@ -82,7 +82,7 @@ async def _changed(here: Here, user: CurrentUser, job_id: Annotated[str, Path(ma
     if not user.changes_all:
         owner = await run_in_threadpool(_owner, here, job_id, None if user.sees_all else user.name)
         if owner != user.name:
-            raise ForbiddenError("Only its owner or an admin stops and removes a job.")
+            raise ForbiddenError("Only the owner of a job, or an admin, can stop or delete it.")
     return job_id
 
 

@@ -152,7 +152,9 @@ class JobExpiredError(NoImageError):
     """The job ended longer ago than the service keeps jobs."""
 
     def __init__(self, *, job_id: str) -> None:
-        super().__init__(f"Job {job_id} has expired, and its image is gone. Submit it again.", job_id=job_id)
+        super().__init__(
+            f"Job {job_id} has expired, and its image has been deleted. Submit it again.", job_id=job_id
+        )
 
 
 def what_next(job_id: str) -> str:

@@ -93,7 +93,7 @@ def leaving(job_id: str) -> Iterator[None]:
         raise
     except BaseException as error:
         if not isinstance(error, Exception):
-            error.add_note(f"Job {job_id} keeps running: only the waiting has ended. {what_next(job_id)}")
+            error.add_note(f"Job {job_id} continues: only the waiting has ended. {what_next(job_id)}")
         raise
 
 

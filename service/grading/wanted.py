@@ -85,4 +85,4 @@ def _scene(folder: Folder, name: str) -> LoadedScene:
     try:
         return load_scene(folder.read(name), assets=folder.assets(name))
     except SceneError as error:
-        raise folder.fault(f"{name} is no usable scene. {error}") from error
+        raise folder.fault(f"{name} is not a usable scene. {error}") from error

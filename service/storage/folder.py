@@ -18,7 +18,7 @@ from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
 from service.storage.objects import Found, Objects, Stored
 
 NO_ROOM = "The disk is full. Try again when there is room."
-NOT_WRITABLE = "The data folder cannot be written now. Try again when its operator has seen to it."
+NOT_WRITABLE = "The data folder cannot be written now. Try again when its operator has fixed it."
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 READ_ONLY = (errno.EROFS, errno.EACCES, errno.EPERM)
@@ -44,7 +44,7 @@ class Folder:
     def check(self) -> None:
         """Raise StoreAwayError if it is not there; the message says what to do."""
         if not self._folder.is_dir():
-            raise StoreAwayError(f"{self.place} is not there. Mount the service's data folder there.")
+            raise StoreAwayError(f"{self.place} does not exist. Mount the service's data folder there.")
 
     def begin(self, prefix: str) -> None:
         """Make a folder and its parents; files are written only to existing folders."""

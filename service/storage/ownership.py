@@ -50,7 +50,7 @@ def held(folder: Path, *, shared: bool) -> Iterator[None]:
         except BlockingIOError:
             message = (
                 f"Another service uses {folder}. Stop it, or name another folder; "
-                "several services can share one on PostgreSQL alone."
+                "only services on PostgreSQL can share one."
             )
             raise StoreTakenError(message) from None
         yield

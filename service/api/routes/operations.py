@@ -40,11 +40,11 @@ async def livez(here: Here) -> Condition:
     """Report whether the process works; if not, it must be restarted."""
     # On the event loop, because all threads may be waiting for an unreachable database.
     if not here.dispatcher.lives():
-        raise UnavailableError("The service does not hand out work any more. Restart it.")
+        raise UnavailableError("The service no longer hands out work. Restart it.")
     return Condition()
 
 
-@router.get("/readyz", responses=problem(503, "What is missing is in `detail`."))
+@router.get("/readyz", responses=problem(503, "`detail` says what is missing."))
 def readyz(here: Here) -> Condition:
     """Report whether the service can accept and render jobs now."""
     missing = [what for what, passes in _checks(here).items() if not passes]
@@ -118,7 +118,7 @@ DRY_RUN: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
 async def prune(here: Here, user: CurrentUser, body: JsonBody) -> Pruned:
     """Delete what the rules do not keep, or only report what would be deleted. Pinned jobs stay."""
     if not user.changes_all:
-        raise ForbiddenError("Only an admin may delete what is kept for others.")
+        raise ForbiddenError("Only an admin may delete what others keep.")
     asked, _ = read_document(body, PruneRequest)
     return await run_in_threadpool(_prune, here, asked)
 
