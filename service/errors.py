@@ -1,4 +1,4 @@
-"""What can go wrong in the service. ``problems.py`` says how each of them is answered.
+"""Exceptions of the service; ``api/problems.py`` maps each to a response.
 
 ServiceError
 ├── RequestError                a header or a parameter is malformed

@@ -1,4 +1,4 @@
-"""Comparing pictures for a request, in a worker."""
+"""Comparisons of two pictures, computed by a worker while the client waits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The convergence of a job as requests ask for it: as a document, as a table, and as a plot."""
+"""The convergence of a job, error against time: as JSON, as a table, or as a plot."""
 
 from __future__ import annotations
 

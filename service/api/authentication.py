@@ -1,4 +1,4 @@
-"""Authentication: the user of a request, before any route does anything."""
+"""Authentication: the user of a request, before any route runs."""
 
 from __future__ import annotations
 

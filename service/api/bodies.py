@@ -1,4 +1,4 @@
-"""Request bodies: their type is checked first, their length and throughput while they arrive."""
+"""Request bodies: checks of type, length and throughput while they arrive."""
 
 from __future__ import annotations
 

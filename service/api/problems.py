@@ -1,4 +1,4 @@
-"""How errors are answered: one table from exceptions to statuses, and one form for all of them (RFC 9457)."""
+"""Error responses: one table from exceptions to statuses, and problem documents (RFC 9457)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of commands, and completion by shells."""
+"""The table of commands, and shell completion."""
 
 from __future__ import annotations
 

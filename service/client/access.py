@@ -1,4 +1,4 @@
-"""The address of the service and the key to it: from arguments, else from the environment."""
+"""The address of the service and its key: from arguments, or from the environment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Requests to the service, each with the function that reads its answer. Nothing here sends anything."""
+"""Requests to the service, each with the function that reads its response. Nothing here sends anything."""
 
 from __future__ import annotations
 

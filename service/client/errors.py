@@ -1,4 +1,4 @@
-"""What can go wrong when a client talks to a service.
+"""Exceptions of the clients.
 
 ClientError
 ├── UnreachableError           no connection, or it broke before the answer was complete

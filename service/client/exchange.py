@@ -1,4 +1,4 @@
-"""Errors of the transport, refusals, and when a request is sent again."""
+"""Transport errors, refusals, and when a request is retried."""
 
 from __future__ import annotations
 

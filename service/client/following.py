@@ -1,4 +1,4 @@
-"""Following a job: the next request, the time-out, progress callbacks, and how the job ended."""
+"""Following a job: the next request, the timeout, progress callbacks, and how the job ended."""
 
 from __future__ import annotations
 

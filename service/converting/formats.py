@@ -1,4 +1,4 @@
-"""The table of formats, and the one way through all of them."""
+"""The table of formats, and the conversion that they share."""
 
 from __future__ import annotations
 

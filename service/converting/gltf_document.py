@@ -1,4 +1,4 @@
-"""The parts of a glTF 2.0 document that scenes have something for.
+"""The parts of a glTF 2.0 document that have a counterpart in scenes.
 
 Source: Khronos Group, glTF 2.0 specification, and its extensions KHR_lights_punctual, KHR_materials_ior and
 KHR_materials_transmission. Lengths are metres, angles radians, matrices are stored column by column.

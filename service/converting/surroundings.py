@@ -1,4 +1,4 @@
-"""A scene around a mesh that brings none: grey, a camera that sees all of it, and a light."""
+"""A scene around a bare mesh: a grey material, a camera that sees all of it, and a light."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One file to be converted: what importers are given, note down, and make."""
+"""A conversion: the input of a converter, its notes, and the files it writes."""
 
 from __future__ import annotations
 

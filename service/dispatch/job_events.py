@@ -1,4 +1,4 @@
-"""Waking requests that watch jobs. The database is the truth: an event only says that it has changed."""
+"""Events that wake requests watching a job; the database stays the only truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Deciding whether a request is taken, before any work is done for it."""
+"""Admission: whether a request is accepted, before any work is done for it."""
 
 from __future__ import annotations
 

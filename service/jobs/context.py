@@ -1,4 +1,4 @@
-"""The parts of a running service, and the dependency by which routes get them."""
+"""The parts of a running service, and the dependency that gives them to routes."""
 
 from __future__ import annotations
 

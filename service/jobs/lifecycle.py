@@ -1,4 +1,4 @@
-"""What requests do with jobs: find, list, cancel, remove, wait, focus and pin them."""
+"""What requests do with jobs: find, list, cancel, delete, wait, focus and pin them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A bucket of an S3-compatible object store: machines that share it need no folder that all of them see.
+"""A bucket of an S3-compatible object store, for machines without a common folder.
 
 Who may use it, and where it is, comes from the variables ``AWS_ACCESS_KEY_ID``, ``AWS_SECRET_ACCESS_KEY``,
 ``AWS_REGION``, ``AWS_ENDPOINT_URL`` and others, or from the machine's role.

@@ -1,4 +1,4 @@
-"""Bytes under names: what a folder and a bucket both do for the stores of pixels and textures.
+"""The interface of a folder and a bucket: bytes under names.
 
 Names are parts with slashes between them, relative to the place. Every write is atomic: a reader sees all of
 it or nothing.

@@ -1,4 +1,4 @@
-"""Ownership of a place of pictures: by one database, and by one service or several that share it."""
+"""Ownership of stored pictures: by one database, and by one service or several that share it."""
 
 from __future__ import annotations
 

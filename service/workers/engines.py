@@ -1,4 +1,4 @@
-"""The interface of an engine, which engine a service has, and which Dask clusters are safe."""
+"""Engines: their interface, the choice of one for a service, and which Dask clusters are safe."""
 
 from __future__ import annotations
 

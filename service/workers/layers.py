@@ -1,4 +1,4 @@
-"""The layers of a job, put together from the tiles that have recorded them."""
+"""The layers of a job, assembled from its tiles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tasks of an engine and their outcomes. All of it travels between processes."""
+"""Tasks of an engine and their outcomes, as they are sent between processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""For operators: health checks and the version, which need no key, metrics, and deleting what is kept."""
+"""Routes for operators: health checks and version, which need no key, metrics, and pruning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rules for all routes: HEAD wherever there is GET, and only declared query parameters."""
+"""Rules of all routes: HEAD wherever there is GET, and only declared query parameters."""
 
 from __future__ import annotations
 
