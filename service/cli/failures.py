@@ -43,7 +43,7 @@ OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
     (ExportError, ExitCode.USAGE, "The result has no such form here"),
     (SceneError, ExitCode.UNUSABLE_INPUT, "The scene cannot be used"),
     (RequestInvalidError, ExitCode.UNUSABLE_INPUT, "The service refused the request"),
-    (TimedOutError, ExitCode.TIME_OUT, "Time-out"),
+    (TimedOutError, ExitCode.TIME_OUT, "Timeout"),
     (NoImageError, ExitCode.SERVER, "There is no image"),
     (ClientError, ExitCode.SERVER, "Server or network"),
 )

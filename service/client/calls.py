@@ -38,7 +38,7 @@ class Call(Generic[Answer]):
     hold
         Seconds for which the server may hold back its answer.
     job_id
-        The job it is about; a time-out names it.
+        The job it is about; a timeout names it.
     """
 
     method: str

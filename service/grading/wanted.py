@@ -71,7 +71,7 @@ def read_picture(folder: Folder, name: str, encoding: Encoding) -> tuple[bytes, 
     Raises
     ------
     GradingError
-        The file has no usable picture; the class depends on the folder.
+        The file is not a usable picture; the class depends on the folder.
     """
     content = folder.read(name)
     layers = folder.layers(name) if folder.role == "reference" else {}
