@@ -87,7 +87,7 @@ class FolderAssets:
                 return path.read_bytes()
             raise NoSuchAssetError(_not_a_file(name, path))
         except PermissionError as error:
-            raise NoSuchAssetError("This file may not be read. Change its permissions.") from error
+            raise NoSuchAssetError("This file cannot be read. Change its permissions.") from error
         except (OSError, RuntimeError, ValueError) as error:
             # A loop of links, a name too long or one that no file can have.
             raise NoSuchAssetError(MISSING) from error
@@ -96,7 +96,7 @@ class FolderAssets:
 MISSING = (
     "There is no such file. Name one in the scene's folder, or upload it first and name it by its sha256."
 )
-_INSIDE = "Files are read in the scene's folder and below it only: copy this one there."
+_INSIDE = "Files are read only in the scene's folder and below it: copy this one there."
 
 
 def _outside(name: str) -> str:
