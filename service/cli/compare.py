@@ -37,15 +37,15 @@ def compare(  # noqa: PLR0913 - one argument for each option
         Encoding | None,
         typer.Option(help="How IMAGE encodes light; by default srgb for .png, otherwise linear."),
     ] = None,
-    reference_encoding: Annotated[Encoding | None, typer.Option(help="The same for REFERENCE.")] = None,
+    reference_encoding: Annotated[Encoding | None, typer.Option(help="The same of REFERENCE.")] = None,
     scene: Annotated[
         str | None, typer.Option(metavar="SCENE", help="The scene, to name regions by its shapes.")
     ] = None,
     tolerance: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Largest mean difference of a block that is tolerated.")
+        float, typer.Option(min=0.0, max=1.0, help="Mean difference of a block that is tolerated.")
     ] = 0.01,
     max_bias: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Share of biased blocks that still counts as noise.")
+        float, typer.Option(min=0.0, max=1.0, help="Share of biased blocks that is still noise.")
     ] = 0.02,
     limit: Annotated[
         float,

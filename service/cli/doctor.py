@@ -48,8 +48,8 @@ def doctor(
         bool,
         typer.Option(
             "--numerics",
-            help="Instead run hard cases, inputs that textbook formulas get wrong, and count the wrong "
-            "answers. Takes up to a minute; exit code 1 if there are any.",
+            help="Instead run hard cases, inputs that plain formulas get wrong, and count the wrong answers. "
+            "Takes up to a minute; exit code 1 if there are any.",
         ),
     ] = False,
     config: ConfigOption = None,

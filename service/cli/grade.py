@@ -43,13 +43,11 @@ def grade(  # noqa: PLR0913 - one argument for each option
     ] = None,
     export: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="FORM=PATH", help="Also write the result in the format of a platform; repeatable."
-        ),
+        typer.Option(metavar="FORM=PATH", help="Write the result in a platform's form; repeatable."),
     ] = None,
     jobs: Annotated[
         int | None,
-        typer.Option(min=1, max=MOST_WORKERS, help="Tests that run at once; by default one per processor."),
+        typer.Option(min=1, max=MOST_WORKERS, help="Tests at a time; by default one for each processor."),
     ] = None,
     server: Annotated[
         str | None, typer.Option(metavar="URL", help="A service that renders instead of this machine.")

@@ -55,7 +55,7 @@ def _command(change: str, about: Callable[[Job], str], text: str) -> Callable[..
 
 cancel = _command("cancel", _state, "Stop a job, queued or running.")
 pause = _command(
-    "pause", _state, "Pause a job: finished tiles stay, no more are rendered until you resume it."
+    "pause", _state, "Pause a job: finished tiles stay, and no more are rendered until it is resumed."
 )
 resume = _command("resume", _state, "Resume a paused job.")
 pin = _command(
@@ -65,7 +65,7 @@ unpin = _command("unpin", _kept, "Let the picture of a job expire like any other
 
 
 def delete(job_ids: JobsArgument, server: ServerOption = DEFAULT_SERVER, as_json: JsonOption = False) -> None:
-    """Delete jobs and their images; one that is queued or running is stopped first."""
+    """Remove jobs and their images; one that is queued or running is stopped first."""
     from service.client import NotFoundError
 
     deleted, missing = [], []

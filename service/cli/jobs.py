@@ -42,7 +42,7 @@ def get(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Save the error and the time of each pass: .json, .csv, or a plot as .svg or .png.",
+            help="Save what the error costs, pass by pass: .json, .csv, or a plot as .svg or .png.",
         ),
     ] = None,
     server: ServerOption = DEFAULT_SERVER,

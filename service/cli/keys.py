@@ -41,9 +41,7 @@ def add(
     user: Annotated[str, typer.Argument(metavar="USER", help="Name of the user.", show_default=False)],
     role: Annotated[
         RoleName,
-        typer.Option(
-            help="`submit`: own jobs; `staff`: sees all jobs; `admin`: may also stop and delete all."
-        ),
+        typer.Option(help="`submit`: own jobs; `staff`: sees all; `admin`: may stop and remove them too."),
     ] = "submit",
     max_jobs: Annotated[
         int | None, typer.Option(min=1, help="Jobs of the user that may wait or run.")

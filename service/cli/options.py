@@ -49,7 +49,7 @@ ServerOption = Annotated[
 ]
 TimeoutOption = Annotated[
     float | None,
-    typer.Option("--timeout", min=0, help="Longest wait in seconds; the job continues afterwards."),
+    typer.Option("--timeout", min=0, help="Longest wait in seconds; the job keeps running afterwards."),
 ]
 LabelOption = Annotated[
     list[str] | None,
@@ -60,7 +60,7 @@ LayersOption = Annotated[
     typer.Option(
         "--layers",
         metavar="NAME,NAME",
-        help="Layers, values of each pixel to save: depth, position, normal, shading_normal, "
+        help="Further values of each pixel to save: depth, position, normal, shading_normal, "
         "albedo, uv, shape, primitive, samples, error. Saved beside OUT as OUT.NAME.npy.",
     ),
 ]
@@ -78,7 +78,7 @@ ConfigOption = Annotated[
         help="A TOML file of settings; by default that named by PENUMBRA_CONFIG.", show_default=False
     ),
 ]
-DataOption = Annotated[Path | None, typer.Option(help="Folder for the data of the service.")]
+DataOption = Annotated[Path | None, typer.Option(help="Folder for everything that is kept.")]
 DatabaseOption = Annotated[
     str | None, typer.Option(help="SQLAlchemy URL; by default an SQLite file in the data folder.")
 ]

@@ -31,12 +31,12 @@ def _option(text: str, **more: Any) -> Any:
 class SampleOptions:
     """The options for fixed numbers of samples."""
 
-    samples: Annotated[int | None, _option("Camera samples per pixel.", min=1)] = None
-    pattern: Annotated[Pattern | None, _option("Their pattern in the pixel.")] = None
+    samples: Annotated[int | None, _option("Camera samples a pixel.", min=1)] = None
+    pattern: Annotated[Pattern | None, _option("Where they lie in the pixel.")] = None
     light_samples: Annotated[int | None, _option("Points on each rectangle light.", min=1)] = None
-    light_pattern: Annotated[LightPattern | None, _option("Their pattern on the light.")] = None
+    light_pattern: Annotated[LightPattern | None, _option("Where they lie on the light.")] = None
     precision: Annotated[
-        Precision | None, _option("Arithmetic on pairs of shading points and light points.")
+        Precision | None, _option("Precision of the work on pairs of points and lights.")
     ] = None
 
     def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
@@ -84,7 +84,7 @@ class QualityOptions(SampleOptions):
     ] = None
     confidence: Annotated[
         float | None,
-        _option("With --target-error: the confidence of reaching it, 0.5 to below 1; by default 0.95."),
+        _option("With --target-error: the confidence of reaching it, 0.5 to below 1; usually 0.95."),
     ] = None
     time_limit: Annotated[float | None, _option("With --target-error: stop after this many seconds.")] = None
 

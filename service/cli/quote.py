@@ -207,6 +207,6 @@ def _effect_cells(effect: EffectShare) -> tuple[str, ...]:
 def _pilot(found: Quote) -> str:
     pilot = found.pilot
     return (
-        f"Measured for {pilot.seconds:.1f} s: {pilot.blocks} blocks, {pilot.pixels:,} pixels, "
+        f"Tried for {pilot.seconds:.1f} s: {pilot.blocks} blocks, {pilot.pixels:,} pixels, "
         f"{pilot.target_errors} target errors. Intervals hold in 95 of 100 cases."
     )

@@ -93,7 +93,7 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     workers: WorkersOption = None,
     database: DatabaseOption = None,
     engine: Annotated[
-        Engine | None, typer.Option(help="What renders: slots, processes on this machine (default), or dask.")
+        Engine | None, typer.Option(help="What renders: slots, processes of this machine (default), or dask.")
     ] = None,
     dask: Annotated[
         str | None,
@@ -108,7 +108,7 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     ] = False,
     config: ConfigOption = None,
 ) -> None:
-    """Run the service. Options left out come from PENUMBRA_HOST, PENUMBRA_PORT and so on, or a file."""
+    """Run the service. What is not given comes from PENUMBRA_HOST, PENUMBRA_PORT and so on, or a file."""
     from service.server import run
 
     options = {

@@ -25,7 +25,7 @@ from service.storage.database.models import AssetRow
 router = APIRouter(prefix="/v1/assets", tags=["assets"])
 
 Sha256 = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="64 lower-case hexadecimal digits.")]
-UNKNOWN = problem(404, "You have uploaded no such asset.")
+UNKNOWN = problem(404, "The user has uploaded no such asset.")
 UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-stream": BINARY}}}
 
 

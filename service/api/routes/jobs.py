@@ -28,12 +28,12 @@ router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 UNKNOWN = problem(404, "There is no such job.")
 NOT_YOURS = problem(403, "The job belongs to another user.")
-GONE = problem(410, "The job ended without a picture, and its request has been deleted.")
+GONE = problem(410, "The job ended without a picture, and its request is gone.")
 CANCELLING: dict[int | str, dict[str, Any]] = {
     202: {"model": Job, "description": "The job is still being stopped: `cancelling` is true."}
 }
 BODY = (
-    problem(408, "The body arrived too slowly.")
+    problem(408, "The body came too slowly.")
     | problem(413, "The body is too large.")
     | problem(415, "The body is not JSON, or is compressed.")
     | problem(429, "The service is at its limit of requests in progress.")
@@ -45,7 +45,7 @@ BODY = (
     status_code=202,
     responses=BODY
     | problem(
-        422, "The request is invalid: every reason is listed; or its Idempotency-Key is that of another."
+        422, "The request cannot be used; every reason is listed. Or its Idempotency-Key came with another."
     )
     | problem(429, "The job does not fit into the queue now; `Retry-After` says when to try again."),
     openapi_extra=json_request(JobRequest),

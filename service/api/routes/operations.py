@@ -44,7 +44,7 @@ async def livez(here: Here) -> Condition:
     return Condition()
 
 
-@router.get("/readyz", responses=problem(503, "`detail` says what is missing."))
+@router.get("/readyz", responses=problem(503, "What is missing is in `detail`."))
 def readyz(here: Here) -> Condition:
     """Report whether the service can accept and render jobs now."""
     missing = [what for what, passes in _checks(here).items() if not passes]

@@ -62,7 +62,7 @@ def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
     )
 
 
-NO_WIDTH = problem(422, "Thumbnails do not have this width.")
+NO_WIDTH = problem(422, "There are no thumbnails of this width.")
 NO_EXR = problem(501, "The service was installed without the extra `exr`.")
 
 
@@ -110,7 +110,7 @@ def _answer(service: Service, request: Request, job_id: str, requested: ImageReq
 
 
 FormChoice = Annotated[
-    Form | None, Query(alias="format", description="Format of the response; by default `Accept` decides.")
+    Form | None, Query(alias="format", description="Form of the answer; without it `Accept` chooses.")
 ]
 CONVERGENCE_EXAMPLE = {
     "job": "5f0c7a1be2d94c36",

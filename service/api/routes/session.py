@@ -17,8 +17,8 @@ router = APIRouter(prefix="/v1/session", tags=["access"])
 
 REFUSED = (
     problem(401, "There is no key, or it is not valid.")
-    | problem(403, "A page of another site sent the request.")
-    | problem(421, "The request was sent to another host name.")
+    | problem(403, "A page of another site sent this.")
+    | problem(421, "This was sent to another host name.")
 )
 
 
