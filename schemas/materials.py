@@ -24,12 +24,13 @@ Height = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_
 class PhongMaterial(Closed):
     """The Phong model. It has exactly one of `color` and `color_texture`.
 
-    The radiance towards the viewer is the sum (Whitted's model) of ambient_light * ambient * color; for each
-    light, the mean over its points of visibility * light.color * (diffuse * color * max(0, n.l)
-    + specular * max(0, r.v) ** shininess); mirror * L(reflected); and
-    transmission * (F * L(reflected) + (1 - F) * L(refracted)). L is the radiance along a further ray, F the
-    share of unpolarised light that a dielectric reflects by Fresnel's formulas, 1 under total reflection.
-    Rays are reflected and refracted about the shading normal, but never to the wrong side of the surface.
+    Radiance towards the viewer: ambient_light * ambient * color, plus for every light the mean over its
+    points of visibility * light.color * (diffuse * color * max(0, n.l)
+    + specular * max(0, r.v) ** shininess), plus mirror * L(reflected), plus
+    transmission * (F * L(reflected) + (1 - F) * L(refracted)): Whitted's model. L is the radiance that comes
+    along a further ray, F the share of unpolarised light that a dielectric reflects, by Fresnel's formulas;
+    1 where all of it is. Rays are reflected and refracted about the shading normal, yet never to the wrong
+    side of the surface.
 
     A path ends after `max_depth` bounces, or when it can add at most 2**-24, half the spacing of float32 at
     1, to its sample: its weight, the product of these factors, times the largest radiance that background,
