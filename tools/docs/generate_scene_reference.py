@@ -38,10 +38,10 @@ INTRODUCTION = """\
 
 <!-- Written by tools/docs/generate_scene_reference.py from the schemas. Change those, then run it. -->
 
-A scene is one JSON object. Lengths are in scene units, angles in degrees, and colours are linear RGB. The world
-is right-handed, usually with y up. Coordinates are at most 1e15, sizes at least 1e-100. Numbers are JSON
-numbers, not text, NaN or Infinity; a whole number may be written `32` or `32.0`. Unknown and repeated fields are
-refused.
+A scene is one JSON object. Lengths are in scene units, angles in degrees, and colours are linear RGB. The
+world is right-handed, usually with y up. Coordinates are at most 1e15, sizes at least 1e-100. Numbers are
+JSON numbers, not text, NaN or Infinity; a whole number may be written `32` or `32.0`. Unknown and repeated
+fields are refused.
 
 `penumbra validate SCENE` reports every problem at once, each with its JSON Pointer, line and column. The
 machine-readable schema is at `GET /v1/schemas/scene.json`. Scenes to start from are in
