@@ -313,7 +313,7 @@ class UnavailableError(ServiceError):
 
 
 class BusyError(UnavailableError):
-    """Too many ask for the same at once."""
+    """Too many requests of one kind are in progress."""
 
 
 class QueueFullError(UnavailableError):

@@ -121,7 +121,7 @@ def prune(
 
 
 def amount(text: str, units: Mapping[str, int], example: str) -> float:
-    """Read a number with its unit; CommandError where it is none, or has another unit.
+    """Read a number with its unit; CommandError if it is not a number, or has another unit.
 
     >>> amount("1.5h", SECONDS, "7d"), amount("20G", BYTES, "20G")
     (5400.0, 20000000000.0)

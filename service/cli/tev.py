@@ -93,7 +93,7 @@ class Mirror:
 
 
 def parsed(address: str) -> tuple[str, int]:
-    """Host and port of an address; CommandError where it is none.
+    """Host and port of an address; CommandError if it is not one.
 
     >>> parsed("studio"), parsed("[::1]:4000")
     (('studio', 14158), ('::1', 4000))

@@ -163,7 +163,7 @@ def what_next(job_id: str) -> str:
 
 
 def refusal(status: int, document: ProblemDocument, *, retry_after: float | None = None) -> RefusedError:
-    """The exception that stands for a problem document sent with this status."""
+    """The exception for a problem document with this status."""
     kind = _BY_STATUS.get(status, ServerFaultError if status >= 500 else RequestInvalidError)
     return kind(status, document, retry_after=retry_after)
 

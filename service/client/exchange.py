@@ -70,7 +70,7 @@ def check(answer: httpx2.Response, call: Call[Any]) -> httpx2.Response:
 
 
 def refused(answer: httpx2.Response) -> ClientError:
-    """The exception that an answer with a status of 300 and above stands for; its body has been read."""
+    """The exception for a response with a status of 300 or above, whose body has been read."""
     retry_after = _seconds(answer.headers.get("Retry-After"))
     media_type = answer.headers.get("Content-Type", "").partition(";")[0]
     if media_type != "application/problem+json":

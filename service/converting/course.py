@@ -37,7 +37,7 @@ class CourseCamera(Foreign):
 
 
 class CourseLight(Foreign):
-    """`light_config`: a rectangle that lies flat and shines downwards; without a size a point."""
+    """`light_config`: a horizontal rectangle that shines downwards; without a size a point."""
 
     position: Point
     size: tuple[Size, Size] | None = None

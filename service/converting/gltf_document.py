@@ -101,7 +101,7 @@ class NodeExtensions(Part):
 
 
 class Node(Part):
-    """A place, with what is there."""
+    """A node: a transform, with a mesh, camera or light."""
 
     SILENT: ClassVar[frozenset[str]] = _NAMES | {"weights"}
     REASONS: ClassVar[dict[str, str]] = {"skin": "Skins are left out: the mesh keeps its base shape."}

@@ -24,7 +24,7 @@ _ENDINGS = {"image/png": ".png", "image/jpeg": ".jpg", "image/webp": ".webp"}
 
 
 class Buffers:
-    """What the numbers in a document stand for.
+    """The buffers, bufferViews and accessors of a document, as arrays.
 
     Parameters
     ----------

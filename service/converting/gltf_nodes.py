@@ -107,7 +107,7 @@ WIDEST = 8192
 def camera_of(
     task: Task, document: Document, nodes: Sequence[PlacedNode], middle: Floats
 ) -> dict[str, Any] | None:
-    """The first camera with a perspective view; None where there is none.
+    """The first perspective camera; None if there is none.
 
     Parameters
     ----------

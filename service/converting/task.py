@@ -48,7 +48,7 @@ class Assumption:
 
 @dataclass(slots=True)
 class Notes:
-    """A list that grows while a file is converted; `file` is the one that most of it is about."""
+    """The notes on a conversion; `file` is the one that most of them are about."""
 
     file: str
     # A dict keeps the order and finds repetitions at once: each of a million lines may have its note.

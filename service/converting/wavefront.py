@@ -258,7 +258,7 @@ class MtlMaterial:
     statements: dict[str, Statement] = field(default_factory=dict)
 
     def numbers(self, keyword: str, count: int) -> tuple[float, ...] | None:
-        """Numbers of a statement; None where there is none. One number may stand for three equal ones.
+        """Numbers of a statement; None if there are none. One number may stand for three equal ones.
 
         Raises
         ------
@@ -279,7 +279,7 @@ class MtlMaterial:
         return numbers
 
     def map(self, keyword: str) -> Map | None:
-        """The picture of a statement; None where there is none."""
+        """The picture of a statement; None if there is none."""
         statement = self.statements.get(keyword)
         if statement is None:
             return None

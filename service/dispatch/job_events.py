@@ -27,7 +27,7 @@ class Watcher:
         self._changed.set()
 
     async def wait(self, seconds: float) -> bool:
-        """Wait for events; False if none came in time, and at once when the service stops."""
+        """Wait for events; False if none came in time, or immediately when the service stops."""
         if self._job_events.closed:
             return False
         with suppress(TimeoutError):

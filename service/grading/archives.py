@@ -18,7 +18,7 @@ def read_arrays(folder: Folder, name: str, wanted: Sequence[str]) -> dict[str, F
     Raises
     ------
     GradingError
-        The file cannot be read, is not an .npz file, lacks an array, or holds something other than real numbers.
+        The file cannot be read, is not an .npz file, lacks an array, or holds other than real numbers.
     """
     content = folder.read(name)
     try:

@@ -29,7 +29,7 @@ class JobSpans:
     """Spans of jobs and of attempts at their tiles, dropped."""
 
     def here(self) -> str | None:
-        """Name the span that is under way, as a ``traceparent``; None where there is none."""
+        """The current span as a ``traceparent``; None if there is none."""
         return None
 
     def taken(self, job: str, render: str | None, *, shared: bool) -> None:

@@ -50,5 +50,5 @@ def composed(
 
 
 def file_name(name: str) -> str:
-    """Say under which name a finished layer lies in the store."""
+    """The name of a finished layer in the store."""
     return f"layer-{name}.npy"
