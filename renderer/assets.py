@@ -87,7 +87,7 @@ class FolderAssets:
                 return path.read_bytes()
             raise NoSuchAssetError(_not_a_file(name, path))
         except PermissionError as error:
-            raise NoSuchAssetError("This file may not be read. Change its permissions.") from error
+            raise NoSuchAssetError("This file cannot be read. Change its permissions.") from error
         except (OSError, RuntimeError, ValueError) as error:
             # A loop of links, a name too long or one that no file can have.
             raise NoSuchAssetError(MISSING) from error
@@ -96,7 +96,7 @@ class FolderAssets:
 MISSING = (
     "There is no such file. Name one in the scene's folder, or upload it first and name it by its sha256."
 )
-_INSIDE = "Files are read in the scene's folder and below it only: copy this one there."
+_INSIDE = "Files are read only in the scene's folder and below it: copy this one there."
 
 
 def _outside(name: str) -> str:
@@ -178,8 +178,8 @@ def image_size(content: bytes, max_pixels: int | None = None) -> tuple[int, int]
     Raises
     ------
     AssetError
-        If it is no picture of a known format, or has more than `max_pixels` pixels, by default those of the
-        limits in force.
+        If it is not a picture of a known format, or has more than `max_pixels` pixels, by default those of
+        the limits in force.
     """
     with _opened(content, max_pixels) as image:
         return image.size
@@ -191,7 +191,7 @@ def decode_image(content: bytes, max_pixels: int | None = None) -> NDArray[np.fl
     Raises
     ------
     AssetError
-        If it is no picture of a known format, is damaged, or has more than `max_pixels` pixels, by default
+        If it is not a picture of a known format, is damaged, or has more than `max_pixels` pixels, by default
         those of the limits in force.
     """
     with _opened(content, max_pixels) as image:
@@ -230,9 +230,9 @@ def _values(image: Image.Image) -> NDArray[np.float32]:
 
 def _no_picture(content: bytes) -> str:
     kind = recognise(content)
-    # A file that begins as a PNG does, and is none, is no picture whatever it begins with.
+    # A file that begins like a PNG but is none is not a picture of any other kind either.
     another = kind is not None and kind.name.upper() not in FORMATS
-    given = f"This is {kind.phrase}" if kind and another else "This is no picture that can be read"
+    given = f"This is {kind.phrase}" if kind and another else "This is not a picture that can be read"
     return f"{given}. Use one of {', '.join(FORMATS)}."
 
 

@@ -182,7 +182,7 @@ def _deviations(errors: Floats, highs: npt.ArrayLike | None) -> Floats:
 def _line(x: Floats, y: Floats, weights: Floats, deviation: float) -> PowerLaw:
     """The line through points whose standard deviations are `deviation` over the roots of `weights`."""
     if x.min() == x.max():
-        raise NothingToFitError("All errors are of the same time.")
+        raise NothingToFitError("All errors were measured at the same time.")
     total = weights.sum()
     middle, height = (weights * x).sum() / total, (weights * y).sum() / total
     across, up = x - middle, y - height

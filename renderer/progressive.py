@@ -42,7 +42,7 @@ def unknown_error(plan: RenderPlan) -> str | None:
             "them. Target quality estimates the error, and so do other patterns than 'uniform'."
         )
     if len(plan.passes) < FEWEST_PASSES:
-        return "There is one camera sample in each pixel, and so no other pass to compare it with."
+        return "With one camera sample per pixel there is no second pass to compare with."
     return None
 
 

@@ -79,7 +79,7 @@ def trace(plan: RenderPlan, origins: ArrayLike, directions: ArrayLike) -> Hits:
     )
     if start.shape != along.shape:
         raise ValueError(
-            f"origins have {start.shape[1]} rows and directions {along.shape[1]}; they must be as many."
+            f"origins have {start.shape[1]} rows and directions {along.shape[1]}; the numbers must be equal."
         )
     usable = np.flatnonzero(finite(start) & finite(along) & (along != 0).any(axis=0))
     _refuse_beyond("origins", start, usable, (0.0, FARTHEST), "Start the ray nearer to the scene.")

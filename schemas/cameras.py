@@ -24,31 +24,31 @@ class Camera(Closed):
     f + r h (width / height) (2 (i + a) / width - 1) + u h (1 - 2 (j + b) / height).
     """
 
-    position: Point = Field(description="Where the camera stands, scene units.")
-    look_at: Point = Field(description="A point in the middle of the picture, scene units.")
+    position: Point = Field(description="Position of the camera, scene units.")
+    look_at: Point = Field(description="The point in the middle of the picture, scene units.")
     up: Direction = Field(
         default=(0.0, 1.0, 0.0),
-        description="A direction that points upwards in the picture, of any length. Where it is parallel "
-        "to the "
-        "view, the world axis with the smallest share of the view direction takes its place, with a warning.",
+        description="The direction that is up in the picture, of any length. If it is parallel to the view, "
+        "the world axis farthest from the view direction is used, with a warning.",
     )
     vertical_fov: FieldOfView = Field(
-        default=40.0, description="Angle of view from bottom to top, degrees, more than 0 and less than 180."
+        default=40.0, description="Angle of view from bottom to top, degrees, between 0 and 180 exclusive."
     )
     focal_length: Size = Field(
         default=1.0,
-        description="Distance of the virtual screen, scene units. It does not change the image of a pinhole.",
+        description="Distance of the virtual screen, scene units. It does not change the picture of a "
+        "pinhole.",
     )
     lens_radius: LensRadius = Field(
         default=0.0,
-        description="Radius of a thin lens, scene units, 0 or more. More than 0 blurs what is nearer or "
-        "farther than the focus; 0 is a pinhole. Places on the lens are random with antialiasing `random`, "
-        "else scrambled Sobol points in an order of their own in each pixel.",
+        description="Radius of a thin lens, scene units; 0 is a pinhole. A lens blurs what is nearer or "
+        "farther than the focus. Points on the lens are random with antialiasing `random`, otherwise "
+        "scrambled Sobol points, shuffled for each pixel.",
     )
     focus_distance: Size | None = Field(
         default=None,
         validate_default=True,
-        description="Distance along the view of the plane in focus, scene units; without it the distance to "
+        description="Distance of the plane in focus along the view, scene units; by default that of "
         "`look_at`.",
     )
     width: Count = Field(default=512, description="Columns, pixels, 1 to 65536.")

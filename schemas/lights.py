@@ -17,47 +17,47 @@ class _Light(Closed):
 
 class _AreaLight(_Light):
     visible: bool = Field(
-        default=True, strict=True, description="Whether the camera sees the light, as its flat colour."
+        default=True, strict=True, description="Whether camera rays see the light, as a flat colour."
     )
     two_sided: bool = Field(
         default=True,
         strict=True,
-        description="Whether it shines to both sides, or only where its normal points.",
+        description="Whether it shines to both sides, or only to that of its normal.",
     )
     falloff: Literal["none", "physical"] = Field(
         default="none",
-        description="`none`: brightness does not fall with the distance. `physical`: every point of the "
-        "light counts cos(angle) area / (pi distance^2), angle at the light. Scaling the whole scene changes "
-        "nothing.",
+        description="`none`: brightness does not depend on distance. `physical`: every point of the light "
+        "counts cos(angle) area / (pi distance^2), with the angle at the light. Scaling the whole scene "
+        "changes nothing.",
     )
 
 
 class RectangleLight(_AreaLight, CenterForm):
-    """A rectangle that shines, by its centre. It casts soft shadows and no shadow of its own."""
+    """A rectangular light given by its centre. It makes soft shadows, and casts no shadow itself."""
 
     type: Literal["rectangle"]
 
 
 class ParallelogramLight(_AreaLight, CornerForm):
-    """A rectangle that shines, by a corner and two edges."""
+    """A rectangular light given by a corner and two edges, which need not be perpendicular."""
 
     type: Literal["rectangle"]
 
 
 class PointLight(_Light):
-    """A light in one point. It casts hard shadows."""
+    """A light at one point. It makes hard shadows."""
 
     type: Literal["point"]
-    position: Point = Field(description="Scene units.")
+    position: Point = Field(description="Its position, scene units.")
     falloff: Literal["none", "physical"] = Field(
         default="none",
-        description="`none`: brightness does not fall with the distance. `physical`: 1 / distance^2 in scene "
-        "units, so a scene written twice as large needs four times the colour.",
+        description="`none`: brightness does not depend on distance. `physical`: 1 / distance^2 in scene "
+        "units, so a scene of twice the size needs four times the colour.",
     )
 
 
 class DirectionalLight(_Light):
-    """A light infinitely far away, like the sun. It casts hard shadows, and knows no falloff."""
+    """A light infinitely far away, like the sun. It makes hard shadows, and has no falloff."""
 
     type: Literal["directional"]
     direction: Direction = Field(description="The direction in which the light travels, of any length.")

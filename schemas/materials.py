@@ -32,42 +32,41 @@ class PhongMaterial(Closed):
     1 where all of it is. Rays are reflected and refracted about the shading normal, yet never to the wrong
     side of the surface.
 
-    A path ends after `max_depth` bounces, or where all that it can still add to its sample is at most
-    2**-24, half the spacing of float32 at 1. The bound is the path's weight, the product of these factors,
-    times the largest radiance that background, lights and materials of the scene allow, or times 1 if that is
-    less. Physical falloff has no largest radiance: in such scenes `max_depth` alone ends paths. Every shape
-    casts a whole shadow, glass too.
+    A path ends after `max_depth` bounces, or when it can add at most 2**-24, half the spacing of float32 at
+    1, to its sample: its weight, the product of these factors, times the largest radiance that background,
+    lights and materials of the scene allow, or times 1 if that is less. Physical falloff has no largest
+    radiance, so there `max_depth` alone ends paths. Every shape casts a full shadow, even glass.
     """
 
     type: Literal["phong"]
     color: Color | None = Field(default=None, description="Linear RGB, each 0 or more.")
     color_texture: Name | None = Field(
-        default=None, description="The name of one of the scene's textures, in place of `color`."
+        default=None, description="The name of one of the scene's textures, instead of `color`."
     )
     ambient: Intensity = Field(default=0.1, description="Share of the scene's ambient light, dimensionless.")
     diffuse: Intensity = Field(default=1.0, description="Strength of the diffuse term, dimensionless.")
     specular: Intensity = Field(default=0.0, description="Strength of the highlight, dimensionless.")
     shininess: Shininess = Field(
         default=20.0,
-        description="Exponent of the highlight, dimensionless: the larger, the smaller and sharper.",
+        description="Exponent of the highlight, dimensionless; larger is smaller and sharper.",
     )
     normal_map: Name | None = Field(
         default=None,
-        description="The name of an image texture whose colours c stand for normals 2 c - 1 in "
+        description="The name of an image texture whose colours c encode normals 2 c - 1 in "
         "(tangent, cotangent, normal).",
     )
     bump_map: Name | None = Field(
         default=None,
-        description="The name of an image texture of heights, the mean of its channels as stored. Normals "
-        "are those of the surface with these heights; nothing is moved.",
+        description="The name of an image texture of heights, the mean of its channels as stored. It changes "
+        "normals to those of the raised surface, but moves nothing.",
     )
     bump_height: Height = Field(default=0.0, description="Height of white in the bump map, scene units.")
     displacement_map: Name | None = Field(
         default=None,
-        description="The name of an image texture of heights, the mean of its channels as stored. The "
-        "surface is really moved along its normal and casts shadows on itself: it is cut into triangles with "
-        "edges of 2 pixels, at most 400,000 of them in a scene. Shapes of the same map and height stay "
-        "together along borders whose corners are the same numbers.",
+        description="The name of an image texture of heights, the mean of its channels as stored. It moves "
+        "the surface along its normal, so that it casts shadows on itself. The surface is divided into "
+        "triangles with edges of 2 pixels, at most 400,000 in a scene. Shapes with the same map and height "
+        "stay closed along borders with identical corner coordinates.",
     )
     displacement_height: Height = Field(
         default=0.0, description="Height of white in the displacement map, scene units."
@@ -75,17 +74,16 @@ class PhongMaterial(Closed):
 
     mirror: Share = Field(default=0.0, description="Share of the reflected radiance, 0 to 1.")
     transmission: Share = Field(
-        default=0.0, description="Share of the radiance that is reflected and refracted as by glass, 0 to 1."
+        default=0.0, description="Share of the radiance that is reflected and refracted as in glass, 0 to 1."
     )
     ior: RefractiveIndex = Field(
         default=1.5,
         description="Refractive index inside relative to outside. Inside is behind the outward normal: a ray "
-        "that meets the front of a rectangle or triangle enters.",
+        "that hits the front of a rectangle or triangle enters.",
     )
     max_depth: Depth = Field(
         default=5,
-        description="Most bounces of a path: mirror and transmission send no ray on from here after so many. "
-        "In glass each bounce may double the rays.",
+        description="A path that has bounced this often ends here. In glass each bounce may double the rays.",
     )
 
     @model_validator(mode="after")
@@ -102,7 +100,7 @@ class PhongMaterial(Closed):
         if self.mirror + self.transmission > 1:
             raise PydanticCustomError(
                 "more_than_all",
-                "'mirror' and 'transmission' are {sum} together: more light than the surface receives. "
+                "'mirror' and 'transmission' add up to {sum}: more light than the surface receives. "
                 "Make their sum 1 or less.",
                 {"sum": f"{self.mirror + self.transmission:.3g}"},
             )

@@ -1,4 +1,4 @@
-"""How a picture is sampled: as its scene says, or as a request says in place of it."""
+"""How a picture is sampled: as its scene or a request says."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _check_square(samples: int, pattern: object) -> None:
 
 
 class Antialiasing(Closed):
-    """Camera samples inside every pixel. The pixel is their mean."""
+    """Camera samples in each pixel, which is their mean."""
 
     pattern: Literal["center", "uniform", "rotated", "random", "stratified", "sobol"] = Field(
         default="uniform",
@@ -44,8 +44,8 @@ class Antialiasing(Closed):
     samples: Count = Field(
         default_factory=_default_samples,
         validate_default=True,
-        description="Samples a pixel, 1 to 65536. By default 4, or 1 for `center`, which allows nothing "
-        "else. For `uniform` and `rotated` a square number.",
+        description="Samples per pixel, 1 to 65536; by default 4, and always 1 for `center`. `uniform` and "
+        "`rotated` need a square number.",
     )
 
     @field_validator("samples")
@@ -58,12 +58,12 @@ class Antialiasing(Closed):
                 "The pattern 'center' has one sample. Set 'samples' to 1, or choose another pattern.",
             )
         _check_square(samples, pattern)
-        refuse_above(samples, info, "max_samples", "camera samples a pixel")
+        refuse_above(samples, info, "max_samples", "camera samples per pixel")
         return samples
 
 
 class LightSampling(Closed):
-    """Points on every rectangle light, for every camera sample. The light is their mean."""
+    """Points on each rectangle light, per camera sample. The light is their mean."""
 
     pattern: Literal["uniform", "random", "stratified", "sobol"] = Field(
         default="uniform",
@@ -73,45 +73,44 @@ class LightSampling(Closed):
     samples: Count = Field(
         default=16,
         validate_default=True,
-        description="Points a light, 1 to 65536. For `uniform` a square number. Point lights need one.",
+        description="Points per light, 1 to 65536; `uniform` needs a square number. Point and directional "
+        "lights always take one.",
     )
 
     @field_validator("samples")
     @classmethod
     def _fit_pattern(cls, samples: int, info: ValidationInfo) -> int:
         _check_square(samples, info.data.get("pattern"))
-        refuse_above(samples, info, "max_light_samples", "light points a camera sample")
+        refuse_above(samples, info, "max_light_samples", "light points per camera sample")
         return samples
 
 
 class Sampling(Closed):
-    """All sampling of a scene. Every sample that is asked for is evaluated."""
+    """The samples of a scene. Every one of them is evaluated."""
 
     antialiasing: Antialiasing = Field(
-        default_factory=Antialiasing, description="Camera samples inside every pixel."
+        default_factory=Antialiasing, description="Camera samples in each pixel."
     )
-    light: LightSampling = Field(
-        default_factory=LightSampling, description="Points on every rectangle light."
-    )
+    light: LightSampling = Field(default_factory=LightSampling, description="Points on each rectangle light.")
     seed: Seed = Field(
         default=0,
-        description="Chooses the random numbers, 0 to 2^53 - 1. They depend on seed, pixel, sample and "
-        "dimension alone.",
+        description="Chooses the random numbers, 0 to 2^53 - 1. They depend only on seed, pixel, sample and "
+        "dimension.",
     )
 
 
 CONFIDENCE = 0.95
-"""Share of pictures of target quality that keep their target, unless another is requested."""
+"""Share of pictures of target quality that reach their target, unless another is requested."""
 
 
 Precision = Annotated[
     Literal["single", "double"],
-    Field(description="Arithmetic of the work on pairs of point and light: float32 or float64."),
+    Field(description="Arithmetic on pairs of a shading point and a light point: float32 or float64."),
 ]
 
 
 class FixedQuality(Closed):
-    """Exactly the samples asked for: every sample is evaluated, every pixel is their mean."""
+    """Exactly the requested samples: each is evaluated, and a pixel is their mean."""
 
     mode: Literal["fixed"] = Field(default="fixed", description="`fixed`.")
     antialiasing: Antialiasing | None = Field(
@@ -124,28 +123,28 @@ class FixedQuality(Closed):
 
 
 class TargetQuality(Closed):
-    """As many samples as an error asks for, where they are needed.
+    """As many samples as an error requires, where they are needed.
 
-    The picture is rendered in passes until its error is at most `error` with the `confidence` asked for, or
-    the time is spent.
+    The picture is rendered in passes until its error is at most `error` with the requested `confidence`, or
+    the time limit is reached.
     """
 
     mode: Literal["target"] = Field(
-        default="target", description="`target`; without a mode, an `error` says so."
+        default="target", description="`target`; may be left out where there is an `error`."
     )
     error: Annotated[float, Field(strict=True, ge=1e-6, le=1)] = Field(
         description="Root mean square error of the linear picture, clipped to 0..1, over its pixels and "
-        "channels, 1e-6 to 1. One step of a picture of 8 bits is 0.0039.",
+        "channels, 1e-6 to 1. One code value of an 8-bit picture is 0.0039.",
     )
     confidence: Annotated[float, Field(strict=True, ge=0.5, lt=1)] = Field(
         default=CONFIDENCE,
-        description="Share of pictures whose error is to be at most `error`, 0.5 up to but not 1. With 0.5 "
-        "the estimate of the error has to reach it; the more, the farther below it must be.",
+        description="Share of pictures whose error must be at most `error`, from 0.5 to less than 1. With "
+        "0.5 the estimated error has to reach `error`; a higher confidence requires a lower estimate.",
     )
     time_limit: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
         default=None,
-        description="Seconds after which the picture is taken as it is, with the error that it has reached; "
-        "by default it may take as long as it needs.",
+        description="Seconds after which rendering stops with the error reached so far; by default there is "
+        "no limit.",
     )
     precision: Precision = "single"
 

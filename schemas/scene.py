@@ -32,10 +32,10 @@ Stops = Annotated[float, Field(strict=True, ge=-100, le=100, allow_inf_nan=False
 
 
 class Display(Closed):
-    """The last step before a PNG. Linear files (.npy) are written without it."""
+    """How linear values become a PNG. Linear files (.npy) ignore it."""
 
     transfer: Literal["srgb", "linear"] = Field(
-        default="srgb", description="`srgb` for looking at the picture, `linear` for measuring in it."
+        default="srgb", description="`srgb` for viewing, `linear` for measuring."
     )
     exposure: Stops = Field(
         default=0.0, description="Stops, -100 to 100: radiance is multiplied by 2 ** exposure first."
@@ -156,27 +156,27 @@ def _number(version: Any) -> Any:
 
 
 class Scene(Closed):
-    """A whole scene: camera, shapes, lights, and how they are sampled and shown."""
+    """A scene: camera, shapes, lights, and how they are sampled and displayed."""
 
     version: Annotated[Literal[1], BeforeValidator(_number)] = Field(
         description="The version of the scene language: 1."
     )
-    name: Name | None = Field(default=None, description="A name for people; nothing depends on it.")
-    camera: Camera = Field(description="Where the picture is taken from.")
+    name: Name | None = Field(default=None, description="A name for people; it changes nothing.")
+    camera: Camera = Field(description="The camera.")
     background: Color = Field(default=BLACK, description="Linear RGB where a camera ray hits nothing.")
     ambient: Color = Field(
-        default=BLACK, description="Linear RGB of light that comes from everywhere; none by default."
+        default=BLACK, description="Linear RGB of light from all directions; none by default."
     )
     textures: dict[Name, Texture] = Field(default_factory=dict, description="Textures by name.")
     materials: dict[Name, Material] = Field(default_factory=dict, description="Materials by name.")
     shapes: tuple[Shape, ...] = Field(
         default=(),
-        description="What is seen, and what casts shadows. Where flat ones overlap in one plane, the first "
+        description="What is seen, and what casts shadows. Where flat shapes overlap in one plane, the first "
         "is seen.",
     )
-    lights: tuple[Light, ...] = Field(default=(), description="What shines.")
+    lights: tuple[Light, ...] = Field(default=(), description="The lights.")
     sampling: Sampling = Field(default_factory=Sampling, description="How many samples, and where.")
-    display: Display = Field(default_factory=Display, description="How the picture file is encoded.")
+    display: Display = Field(default_factory=Display, description="How a PNG is encoded.")
 
     @field_validator("shapes", "lights", "materials", "textures", mode="before")
     @classmethod

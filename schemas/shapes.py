@@ -26,13 +26,13 @@ from schemas.quantities import (
 
 
 class CenterForm(Closed):
-    """A rectangle given by its middle, the way it faces and its size."""
+    """A rectangle given by its centre, the direction it faces and its size."""
 
-    center: Point = Field(description="The middle, scene units.")
+    center: Point = Field(description="The centre, scene units.")
     normal: Direction = Field(description="The direction it faces, of any length.")
     tangent: Direction = Field(
-        description="The direction of its width, of any length; made exactly perpendicular to `normal`, "
-        "not parallel to it. The direction of the height is the cotangent, normal x tangent."
+        description="The direction of its width, of any length, not parallel to `normal`; it is made "
+        "perpendicular to it. The height lies along the cotangent, normal x tangent."
     )
     size: tuple[Size, Size] = Field(
         description="Width along the tangent and height along the cotangent, scene units."
@@ -45,7 +45,7 @@ class CenterForm(Closed):
         if normal is not None and parallel(normal, tangent):
             raise PydanticCustomError(
                 "parallel",
-                "'tangent' is parallel to 'normal'. Turn it: any direction in the surface will do.",
+                "'tangent' is parallel to 'normal'. Turn it: any direction within the surface works.",
             )
         return tangent
 
@@ -55,8 +55,8 @@ class CornerForm(Closed):
 
     corner: Point = Field(description="The corner where uv = (0, 0), scene units.")
     edges: tuple[Edge, Edge] = Field(
-        description="e1 and e2, from the corner to its two neighbours, scene units. The normal is e1 x e2. "
-        "They need not be perpendicular, only not parallel."
+        description="e1 and e2, from the corner to its two neighbours, scene units, not parallel. The normal "
+        "is e1 x e2."
     )
 
     @field_validator("edges")
@@ -79,12 +79,12 @@ class _Shape(Closed):
 
 
 class Triangle(_Shape):
-    """A flat triangle, seen from both sides. One without area is left out, with a warning."""
+    """A flat triangle, visible from both sides. One without area is left out, with a warning."""
 
     type: Literal["triangle"]
     vertices: tuple[Point, Point, Point] = Field(description="The three corners, scene units.")
     normals: tuple[Direction, Direction, Direction] | None = Field(
-        default=None, description="A direction at each corner, of any length, for smooth shading."
+        default=None, description="A normal at each corner, of any length, for smooth shading."
     )
     uvs: tuple[TextureCoordinate, TextureCoordinate, TextureCoordinate] | None = Field(
         default=None, description="Texture coordinates (u, v) at each corner, dimensionless."
@@ -92,7 +92,7 @@ class Triangle(_Shape):
 
 
 class Rectangle(_Shape, CenterForm):
-    """A rectangle by its centre.
+    """A rectangle given by its centre.
 
     uv is (0, 0) at the corner -tangent, -cotangent and (1, 1) at the opposite one.
     """
@@ -101,22 +101,22 @@ class Rectangle(_Shape, CenterForm):
 
 
 class Parallelogram(_Shape, CornerForm):
-    """A rectangle by a corner and two edges, which need not be perpendicular. uv is (u, v)."""
+    """A rectangle given by a corner and two edges, which need not be perpendicular. uv is (u, v)."""
 
     type: Literal["rectangle"]
 
 
 class Ellipsoid(_Shape):
-    """An ellipsoid by its semi-axes a, b, c.
+    """An ellipsoid given by its semi-axes a, b, c.
 
-    uv is the longitude about c from a and the latitude from -c, both from 0 to 1.
+    u is the longitude about c, starting at a; v is the latitude, starting at -c; both go from 0 to 1.
     """
 
     type: Literal["ellipsoid"]
-    center: Point = Field(description="The middle, scene units.")
+    center: Point = Field(description="The centre, scene units.")
     axes: tuple[Edge, Edge, Edge] = Field(
-        description="Three semi-axes from the centre to the surface, scene units, perpendicular to each "
-        "other: the cosine of each angle is at most 1e-6."
+        description="Three perpendicular semi-axes, from the centre to the surface, scene units: the cosine "
+        "of each angle is at most 1e-6."
     )
 
     @field_validator("axes")
@@ -127,7 +127,7 @@ class Ellipsoid(_Shape):
             raise PydanticCustomError(
                 "not_perpendicular",
                 "The three axes must be perpendicular: the cosine of an angle between two of them is "
-                "{cosine}, and at most 1e-6 is allowed. Write them with more digits, or turn them.",
+                "{cosine}, and at most 1e-6 is allowed. Write them with more digits, or rotate them.",
                 {"cosine": f"{worst:.3g}"},
             )
         return axes
@@ -137,15 +137,15 @@ class Sphere(_Shape):
     """An ellipsoid with one radius. Its axes a, b, c are x, y, z."""
 
     type: Literal["ellipsoid"]
-    center: Point = Field(description="The middle, scene units.")
-    radius: Size = Field(description="Scene units.")
+    center: Point = Field(description="The centre, scene units.")
+    radius: Size = Field(description="The radius, scene units.")
 
 
 class Turn(Closed):
-    """A turn about an axis through the origin."""
+    """A rotation about an axis through the origin."""
 
-    axis: Direction = Field(description="Direction of the axis, of any length; right-handed.")
-    degrees: Number = Field(description="Angle, degrees.")
+    axis: Direction = Field(description="Direction of the axis, of any length; rotation is right-handed.")
+    degrees: Number = Field(description="Angle of rotation, degrees.")
 
 
 def _on_all_axes(scale: Any) -> Any:
@@ -160,26 +160,28 @@ Scale = Annotated[
 
 
 class _Mesh(_Shape):
-    """Many triangles that move together: scaled first, then turned, then moved."""
+    """Many triangles that are scaled first, then rotated, then moved."""
 
-    scale: Scale = Field(default=(1.0, 1.0, 1.0), description="Factor, or one for each axis, dimensionless.")
-    rotate: Turn | None = Field(default=None, description="A turn about the origin, after scaling.")
-    translate: Point = Field(default=(0.0, 0.0, 0.0), description="A move, after turning, scene units.")
+    scale: Scale = Field(
+        default=(1.0, 1.0, 1.0), description="A factor, or one for each axis, dimensionless."
+    )
+    rotate: Turn | None = Field(default=None, description="Rotation about the origin, after scaling.")
+    translate: Point = Field(default=(0.0, 0.0, 0.0), description="Translation, after rotation, scene units.")
     smooth: bool = Field(
         default=False,
         strict=True,
-        description="Whether normals are interpolated between vertices, each the mean of its triangles' "
-        "by angle.",
+        description="Whether normals are interpolated between the vertices, each the mean over its "
+        "triangles, weighted by angle.",
     )
 
 
 class Mesh(_Mesh):
-    """A mesh written in the scene."""
+    """A mesh written out in the scene."""
 
     type: Literal["mesh"]
-    vertices: tuple[Point, ...] = Field(min_length=3, description="Places, scene units.")
+    vertices: tuple[Point, ...] = Field(min_length=3, description="Positions, scene units.")
     triangles: tuple[tuple[Index, Index, Index], ...] = Field(
-        min_length=1, description="Three vertex numbers each, from 0, counter-clockwise seen from outside."
+        min_length=1, description="Three vertex indices each, from 0, counter-clockwise seen from outside."
     )
     uvs: tuple[TextureCoordinate, ...] | None = Field(
         default=None, description="Texture coordinates (u, v) of each vertex, dimensionless."
@@ -211,13 +213,13 @@ class Mesh(_Mesh):
 class MeshFile(_Mesh):
     """A mesh in a file: OBJ, PLY or glTF 2.0.
 
-    glTF is a GLB, or a `.gltf` file with its buffers inside it or beside it. Its triangles and texture
-    coordinates are read, in the places of its nodes; materials, pictures, animations and skins are left out.
+    glTF is a GLB, or a `.gltf` file with its buffers inside or beside it. Triangles and texture coordinates
+    are read and placed by the nodes; materials, pictures, animations and skins are left out.
     """
 
     type: Literal["mesh"]
     asset: Asset = Field(
-        description="The file: its name in the scene's folder, or sha256:<hex> of an uploaded file."
+        description="The file: its name in the scene's folder, or `sha256:<hex>` of an uploaded file."
     )
 
 

@@ -23,23 +23,23 @@ class ImageTexture(Closed):
     encoding: Literal["srgb", "linear"] = Field(
         default="srgb",
         description="How the file stores colours: `srgb` for pictures, `linear` for data. "
-        "A normal map is read as it is stored, whatever is said here.",
+        "A normal map is always read as `linear`.",
     )
     filter: Literal["nearest", "bilinear", "mipmap"] = Field(
         default="bilinear",
-        description="`nearest` texel, `bilinear` between four texels, or `mipmap`: bilinear in smaller "
-        "versions of the image, each the box mean of the one before in linear light, so that one texel is as "
-        "long as the longer side of what a sample stands for. Bump and displacement maps read `mipmap` as "
-        "`bilinear`.",
+        description="`nearest` texel, `bilinear` between four texels, or `mipmap`: trilinear, in smaller "
+        "versions of the image where one texel is as long as the longer side of the area that a sample "
+        "covers. Each version is the box mean of the one before, in linear light. Bump and displacement maps "
+        "read `mipmap` as `bilinear`.",
     )
     wrap: Literal["clamp", "repeat", "mirror"] = Field(
         default="clamp",
-        description="What lies outside 0 to 1: the border texel, the image again, or its mirror.",
+        description="What lies outside 0 to 1: the border texel, the image again, or its mirror image.",
     )
 
 
 class CheckerTexture(Closed):
-    """A checker board of repeat[0] x repeat[1] fields over uv from 0 to 1.
+    """A checkerboard of repeat[0] x repeat[1] fields over uv from 0 to 1.
 
     A point has the colour `even` where floor(u * repeat[0]) + floor(v * repeat[1]) is even, else `odd`.
     """
@@ -48,12 +48,12 @@ class CheckerTexture(Closed):
     even: Color = Field(default=(0.9, 0.9, 0.9), description="Linear RGB of the field at uv = (0, 0).")
     odd: Color = Field(default=(0.1, 0.1, 0.1), description="Linear RGB of its neighbours.")
     repeat: tuple[Repeat, Repeat] = Field(
-        default=(8.0, 8.0), description="Fields along u and v from 0 to 1, dimensionless, more than 0."
+        default=(8.0, 8.0), description="Number of fields along u and v from 0 to 1, more than 0."
     )
     filter: Literal["none", "box"] = Field(
         default="none",
-        description="`none`: the colour at a point. `box`: the exact mean over the box along u and v around "
-        "what a sample stands for, its share of the pixel seen on the surface.",
+        description="`none`: the colour at a point. `box`: the exact mean over a box in u and v around the "
+        "area that a sample covers on the surface.",
     )
 
 

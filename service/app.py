@@ -1,4 +1,4 @@
-"""The application: its parts put together, started and stopped."""
+"""The ASGI application: builds its parts, starts and stops them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can go wrong in the service. ``problems.py`` says how each of them is answered.
+"""Exceptions of the service; ``api/problems.py`` maps each to a response.
 
 ServiceError
 ├── RequestError                a header or a parameter is malformed
@@ -313,7 +313,7 @@ class UnavailableError(ServiceError):
 
 
 class BusyError(UnavailableError):
-    """Too many ask for the same at once."""
+    """Too many requests of one kind are in progress."""
 
 
 class QueueFullError(UnavailableError):

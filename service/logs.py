@@ -1,4 +1,4 @@
-"""Structured logs on stderr: for people on a terminal, one JSON object a line elsewhere."""
+"""Structured logs on stderr: for people on a terminal, one JSON object per line elsewhere."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ class Settings(BaseSettings):
         return init_settings, env_settings, FileSource(settings_cls)
 
     data: Path = Field(
-        default=Path("penumbra-data"), description="Folder for everything kept: database, pictures, textures."
+        default=Path("penumbra-data"), description="Folder for the database, pictures and textures."
     )
     store: str | None = Field(
         default=None,
@@ -109,7 +109,7 @@ class Settings(BaseSettings):
         description="How long the head of a request may take, and the beginning of its body; the rest must "
         "come at 16 KiB a second.",
     )
-    port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
+    port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 picks a free one.")
     workers: int = Field(default_factory=_processors, ge=1, le=1024, description="Processes that render.")
     database: str | None = Field(
         default=None, description="SQLAlchemy URL; by default an SQLite file in the data folder."

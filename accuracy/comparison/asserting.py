@@ -152,7 +152,7 @@ def _file(pixels: NDArray[Any]) -> bytes:
     array = np.asarray(pixels)
     if array.dtype == object:
         kind = type(pixels).__name__
-        raise TypeError(f"A picture is a path, bytes, an array or an image of Pillow, not {kind}.")
+        raise TypeError(f"A picture is a path, bytes, an array or a Pillow image, not {kind}.")
     buffer = io.BytesIO()
     np.save(buffer, array, allow_pickle=False)
     return buffer.getvalue()

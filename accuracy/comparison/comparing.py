@@ -93,7 +93,7 @@ def _by_variances(scores: Scores) -> Judgement:
     factor = None if scores.largest == 0 else (scores.limit / scores.largest) ** 2
     more = "more" if scores.differs else "no more"
     reason = (
-        f"The block that differs most lies {scores.largest:.3g} standard errors apart, {more} than the "
+        f"The block that differs most is off by {scores.largest:.3g} standard errors, {more} than the "
         f"{scores.limit:.3g} that noise reaches in one of 1000 pairs of pictures."
     )
     return Judgement(verdict, reason, "variances", _margin(scores.largest, scores.limit), factor)
@@ -102,8 +102,8 @@ def _by_variances(scores: Scores) -> Judgement:
 def _by_blocks(bias: Bias, policy: Policy) -> Judgement:
     verdict: Verdict = "mismatch" if bias.share > policy.most_bias else "noisy_match"
     reason = (
-        f"{bias.share:.1%} of the blocks are brighter or darker than noise makes them, by more than "
-        f"{policy.tolerance:g}. Up to {policy.most_bias:.0%} may be."
+        f"{bias.share:.1%} of the blocks are brighter or darker than noise explains, by more than "
+        f"{policy.tolerance:g}. Up to {policy.most_bias:.0%} are allowed."
     )
     return Judgement(verdict, reason, "blocks", _margin(bias.share, policy.most_bias), _factor(bias, policy))
 
@@ -224,8 +224,8 @@ def compare(
     if image.linear.shape != reference.linear.shape:
         raise NotComparableError(
             f"{image.name} is {image.width} x {image.height} pixels and {reference.name} is "
-            f"{reference.width} x {reference.height}. Pictures are compared pixel by pixel: render both in "
-            "one size."
+            f"{reference.width} x {reference.height}. Pictures are compared pixel by pixel: render both at "
+            "the same size."
         )
     policy = policy or Policy()
     difference = image.linear - reference.linear

@@ -80,7 +80,7 @@ def _png(content: bytes, name: str) -> Raw:
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise NotComparableError(f"{name} is a damaged PNG file.") from error
     if picture.mode.startswith("I"):
-        raise NotComparableError(f"{name} is a PNG with 16 bits of grey. Save it with 8 bits a channel.")
+        raise NotComparableError(f"{name} is a PNG with 16 bits of grey. Save it with 8 bits per channel.")
     if picture.mode == "P" or "transparency" in picture.info:
         picture = picture.convert("RGBA")
     elif picture.mode == "1":
@@ -136,7 +136,7 @@ def _three(array: NDArray[Any], opaque: float, name: str) -> tuple[NDArray[Any],
     if array.shape[2] in (2, 4):
         if not (array[:, :, -1] == opaque).all():
             raise NotComparableError(
-                f"{name} is transparent in places, and what lies behind is not known. Save it without alpha."
+                f"{name} is transparent in places, and what is behind it is unknown. Save it without alpha."
             )
         array, notes = array[:, :, :-1], ("Its alpha is 1 everywhere and was left out.",)
     if array.shape[2] == 1:

@@ -121,7 +121,7 @@ def picture_of(
     used = encoding or raw.usual
     if used is None:
         raise NotComparableError(
-            f"{name} holds whole numbers, whose encoding is not known. State the encoding, srgb or linear."
+            f"{name} holds whole numbers, whose encoding is unknown. State the encoding, srgb or linear."
         )
     values = _finite(raw, name)
     clipped = int(np.count_nonzero(((values < 0) | (values > 1)).any(axis=2)))

@@ -1,4 +1,4 @@
-"""How far two pictures are apart, in one number each: RMSE, PSNR and the like, SSIM, FLIP.
+"""Metrics, how far two pictures are apart: RMSE, PSNR, SSIM, FLIP and others.
 
 All are of linear values clipped to 0..1, as the error of target quality is, and in float64.
 """

@@ -85,7 +85,7 @@ def inspect(plan: RenderPlan, x: int, y: int) -> Inspection:
         If the picture does not have this pixel.
     """
     if not (0 <= x < plan.width and 0 <= y < plan.height):
-        raise IndexError(f"The picture has {plan.width} x {plan.height} pixels; ({x}, {y}) is none of them.")
+        raise IndexError(f"The picture has {plan.width} x {plan.height} pixels; ({x}, {y}) is outside it.")
     color = triple(radiance(plan, ray_of(plan, x, y), Counter())[:, 0])
     root, complete = walk(plan, x, y)
     ray = _ray(plan.document, root)

@@ -33,7 +33,7 @@ def _no_shape(scene: Scene, ray: InspectedRay) -> Reason:
         text = f"The camera looks at light {ray.light.pointer.rpartition('/')[2]} itself, {shown}."
         return Reason(code="light_seen", text=text, pointers=(ray.light.pointer,))
     shown = "the background" + ("" if any(scene.background) else ", which is black")
-    return Reason(code="background", text=f"No shape is there: this is {shown}.", pointers=("/background",))
+    return Reason(code="background", text=f"There is no shape: this is {shown}.", pointers=("/background",))
 
 
 def _black(surface: InspectedSurface) -> Iterator[Reason]:
@@ -59,7 +59,7 @@ def _of_light(scene: Scene, surface: InspectedSurface, light: InspectedLight) ->
     if light.blocked == light.points - light.below_horizon:
         return _blocked(light)
     if not any(light.diffuse) and not any(light.specular):
-        text = f"the material `{surface.material.name}` answers nothing of what comes from {name}"
+        text = f"the material `{surface.material.name}` reflects no light from {name}"
         return _reason("unanswered", text, place, surface.material.pointer)
     return _lit(light)
 
@@ -80,13 +80,13 @@ def _lit(light: InspectedLight) -> Reason:
     slanted = f"{angle:.0f} degrees from the normal, where a matt surface shows {max(0.0, light.cosine):.0%}"
     seen = light.points - light.below_horizon - light.blocked
     if seen == light.points:
-        return _reason("lit", f"{name} is seen in full, {slanted}", light.pointer)
+        return _reason("lit", f"{name} is fully visible, {slanted}", light.pointer)
     hidden = [f"{light.below_horizon} are behind the surface"] if light.below_horizon else []
     if light.blockers:
         hidden.append(
             f"{_names(light.blockers)} hide{'' if len(light.blockers) > 1 else 's'} {light.blocked}"
         )
-    text = f"{name} is seen in part: {seen} of {light.points} points; {', '.join(hidden)}; it is {slanted}"
+    text = f"{name} is partly visible: {seen} of {light.points} points; {', '.join(hidden)}; it is {slanted}"
     return _reason("partly_lit", text, light.pointer, *(blocker.pointer for blocker in light.blockers))
 
 
@@ -118,7 +118,7 @@ def _ambient(scene: Scene, surface: InspectedSurface) -> Reason:
         return Reason(code="ambient_only", text=text, pointers=("/ambient", surface.material.pointer))
     if not any(scene.ambient):
         return Reason(code="no_ambient", text="There is no ambient light either.", pointers=("/ambient",))
-    text = f"Of ambient light the material `{surface.material.name}` shows nothing."
+    text = f"The material `{surface.material.name}` reflects no ambient light."
     return Reason(code="no_ambient", text=text, pointers=("/ambient", surface.material.pointer))
 
 
@@ -126,5 +126,5 @@ def _sent_on(ray: InspectedRay) -> Iterator[Reason]:
     assert ray.surface is not None
     for following in ray.rays:
         share = following.weight / ray.weight
-        text = f"{SHOWS[following.kind].capitalize()}: {share:.3g} of what that ray reaches is added."
+        text = f"{SHOWS[following.kind].capitalize()}: {share:.3g} of the radiance along that ray is added."
         yield Reason(code=following.kind, text=text, pointers=(ray.surface.material.pointer,))

@@ -181,7 +181,7 @@ def file_kind(content: bytes) -> str:
         return kind.name
     if _JSON.match(content):
         return "gltf"
-    given = f"This is {kind.phrase}, not a mesh." if kind else "This is no mesh that can be read."
+    given = f"This is {kind.phrase}, not a mesh." if kind else "This is not a mesh that can be read."
     raise AssetError(f"{given} {_FORMATS}")
 
 
@@ -257,4 +257,4 @@ def _arrays(mesh: Any) -> tuple[Floats, Integers, Floats | None]:
 
 def _refuse_odd_numbers(things: str, numbers: Floats) -> None:
     if not (np.abs(numbers) <= LARGEST).all():
-        raise AssetError(f"Some {things} of the mesh are no finite numbers, or beyond {LARGEST:g}.")
+        raise AssetError(f"Some {things} of the mesh are not finite, or larger than {LARGEST:g}.")

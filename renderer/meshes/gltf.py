@@ -135,14 +135,14 @@ def _parsed(text: bytes, longest: int) -> Json:
         place = f" in line {first.line}, column {first.column}" if first.line else ""
         raise AssetError(f"The mesh cannot be read as glTF{place}: {first.detail}") from error
     if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
-        raise AssetError("This JSON file is no glTF: it has no 'asset' with a 'version'.")
+        raise AssetError("This JSON file is not glTF: it has no 'asset' with a 'version'.")
     return document
 
 
 def _refuse_unread(document: Json) -> None:
     version = document["asset"].get("version", "2.0")
     if not str(version).startswith("2."):
-        raise AssetError("The mesh is not glTF 2.0, the version that is read. Save it again.")
+        raise AssetError("The mesh is not glTF 2.0, the supported version. Save it again.")
     for name in document.get("extensionsRequired", []):
         if name in _UNREAD:
             raise AssetError(f"The mesh is {_UNREAD[name]}")

@@ -23,7 +23,7 @@ def split_glb(content: bytes) -> tuple[bytes, bytes | None]:
     Raises
     ------
     AssetError
-        If it is no GLB of version 2, or a chunk ends beyond the file.
+        If it is not a GLB of version 2, or a chunk ends beyond the file.
     """
     try:
         magic, version, _ = _HEADER.unpack_from(content)

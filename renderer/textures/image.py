@@ -86,7 +86,7 @@ def build(texture: language.ImageTexture, assets: AssetSource) -> ImageTexture:
     Raises
     ------
     AssetError
-        If there is no such file, or it is no picture.
+        If there is no such file, or it is not a picture.
     """
     texels = decode_image(content_of(texture.asset, assets), limits_of(assets).max_image_pixels)
     if texture.encoding == "srgb":

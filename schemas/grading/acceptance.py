@@ -44,7 +44,7 @@ def _known(cause: str) -> str:
     if cause not in PICTURE_MISTAKES:
         raise PydanticCustomError(
             "unknown_mistake",
-            "This is no mistake that can be undone; docs/reference/comparing.md lists them.",
+            "No such mistake can be undone; docs/reference/comparing.md lists those that can.",
             {"names": PICTURE_MISTAKES},
         )
     return cause
@@ -61,10 +61,10 @@ class Band(Closed):
 
 
 class Scale(Closed):
-    """From a number to a share of the points: all at `full`, then linear down to `zero`, or in `bands`.
+    """Turns a number into a share of the points: all at `full`, then linear down to `zero`, or in `bands`.
 
-    Without `zero` and `bands` a number earns all or nothing. A number that misses a threshold by rounding
-    alone has reached it.
+    Without `zero` and `bands` a number earns all or nothing. A number that misses a threshold only by
+    rounding reaches it.
     """
 
     full: Threshold = Field(description="A value this good, or better, earns all points.")
@@ -73,7 +73,7 @@ class Scale(Closed):
         description="A value this bad, or worse, earns none; between `full` and this, points are linear.",
     )
     bands: tuple[Band, ...] = Field(
-        default=(), description="Steps in place of `zero`, from good to bad; below the last there are none."
+        default=(), description="Steps instead of `zero`, from good to bad; worse than the last earns none."
     )
 
     @property
@@ -105,9 +105,9 @@ class Scale(Closed):
 
 
 class Verdict(Scale):
-    """Whether the pictures show the same but for noise; `full` is the share of biased blocks that may be.
+    """Whether the pictures agree apart from noise; `full` is the share of blocks that may be biased.
 
-    With `zero` or `bands` it is this share that decides, even where noise is known.
+    With `zero` or `bands` this share decides, even where the noise is known.
     """
 
     by: Literal["verdict"] = Field(description="`verdict`.")
@@ -115,18 +115,16 @@ class Verdict(Scale):
         default=0.02,
         description="Share of blocks of 8 x 8 pixels that may be biased, where noise is not known.",
     )
-    tolerance: Share = Field(
-        default=0.01, description="Mean difference of a block, linear, that is never a reason to differ."
-    )
-    limit: Share = Field(default=0.05, description="Of the metric `frac_over`, in linear values.")
+    tolerance: Share = Field(default=0.01, description="Mean linear difference of a block that never counts.")
+    limit: Share = Field(default=0.05, description="Limit of the metric `frac_over`, in linear values.")
     diagnosed: Share = Field(
         default=0.0,
-        description="Share of the points that is left where a single mistake explains everything.",
+        description="Share of the points that remains if a single mistake explains everything.",
     )
     forgiven: tuple[PictureMistake, ...] = Field(
         default=(),
-        description="Mistakes that another test is about: where the diagnosis finds one of them, the picture "
-        "is judged with it undone.",
+        description="Mistakes that another test covers: if the diagnosis finds one, the picture is judged "
+        "with it undone.",
     )
 
 
@@ -134,9 +132,11 @@ class Metric(Scale):
     """One metric of the comparison."""
 
     by: Literal["metric"] = Field(description="`metric`.")
-    metric: MetricName = Field(description="Of `psnr` and `ssim` more is better, of all others less.")
-    limit: Share = Field(default=0.05, description="Of the metric `frac_over`, in linear values.")
-    tolerance: Share = Field(default=0.01, description="Of the metric `bias_blocks`.")
+    metric: MetricName = Field(
+        description="The metric: for `psnr` and `ssim` more is better, for all others less."
+    )
+    limit: Share = Field(default=0.05, description="Limit of the metric `frac_over`, in linear values.")
+    tolerance: Share = Field(default=0.01, description="Tolerance of the metric `bias_blocks`.")
 
     @property
     def rising(self) -> bool:
@@ -145,7 +145,7 @@ class Metric(Scale):
 
 
 class Error(Scale):
-    """The RMSE against the true picture: less the noise in the reference's layer `error`."""
+    """The RMSE without the noise of the reference, which its layer `error` gives."""
 
     by: Literal["error"] = Field(description="`error`.")
 
@@ -154,11 +154,11 @@ Acceptance = Annotated[
     Annotated[Verdict, tag(Verdict)] | Annotated[Metric, tag(Metric)] | Annotated[Error, tag(Error)],
     chosen_by({"verdict": (Verdict,), "metric": (Metric,), "error": (Error,)}, field="by"),
 ]
-"""When a picture is good enough."""
+"""What a picture must reach."""
 
 
 class RayShare(Scale):
-    """Share of rays that agree, of those of which rounding does not decide what they hit."""
+    """Share of rays that agree; rays whose hit depends on rounding do not count."""
 
     full: Share = Field(default=0.99, description="This share, or more, earns all points.")
 
@@ -169,4 +169,4 @@ class RayShare(Scale):
 
 
 class CpuSeconds(Scale):
-    """CPU seconds of all processes of a render together."""
+    """CPU seconds of a render, all its processes together."""

@@ -1,4 +1,4 @@
-"""The manifest of an assignment: tests with points, what is submitted for each, and what it is held to."""
+"""The manifest of an assignment: its tests, with points, submitted files and references."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class PictureFile(Closed):
     """A picture of the submission."""
 
     file: File = Field(description="PNG, NPY or EXR, in the folder of the submission.")
-    encoding: Encoding = Field(description="How its numbers mean light; never guessed.")
+    encoding: Encoding = Field(description="How its numbers encode light; never guessed.")
 
 
 class SceneFile(Closed):
@@ -63,19 +63,19 @@ class SceneFile(Closed):
     type: Literal["scene"] = Field(default="scene", description="`scene`.")
     file: File = Field(description="A scene, in the folder of the submission.")
     quality: Quality | None = Field(
-        default=None, description="How it is rendered; by default by the manifest's `quality`."
+        default=None, description="How it is rendered; by default as the manifest's `quality` says."
     )
 
 
 class HitsFile(Closed):
-    """What the submission's own program says that the rays hit."""
+    """What the rays hit according to the submission's own program."""
 
     type: Literal["hits"] = Field(description="`hits`.")
     file: File = Field(description="Arrays as `penumbra trace` writes them, .npz, one row for each ray.")
 
 
 class ReportFile(Closed):
-    """Seconds that the submission's own program says it took."""
+    """The CPU seconds that the submission's own program reports."""
 
     type: Literal["report"] = Field(description="`report`.")
     file: File = Field(description="A JSON file.")
@@ -92,24 +92,24 @@ class ReferencePicture(Closed):
         description="PNG, NPY or EXR, in the folder of the manifest. Layers that `penumbra render` saved "
         "beside it are used."
     )
-    encoding: Encoding = Field(description="How its numbers mean light; never guessed.")
+    encoding: Encoding = Field(description="How its numbers encode light; never guessed.")
     scene: File | None = Field(
-        default=None, description="The scene that it shows: places are then named by its shapes."
+        default=None, description="The scene that it shows: messages then name its shapes."
     )
 
 
 class ReferenceScene(Closed):
-    """A scene beside the manifest, rendered once for all tests that ask for the same."""
+    """A scene beside the manifest, rendered once for all tests that share it."""
 
     type: Literal["scene"] = Field(description="`scene`.")
     file: File = Field(description="A scene, in the folder of the manifest.")
     quality: Quality | None = Field(
-        default=None, description="How it is rendered; by default by the manifest's `quality`."
+        default=None, description="How it is rendered; by default as the manifest's `quality` says."
     )
 
 
 class RaysFile(Closed):
-    """Rays of a file."""
+    """Rays from a file."""
 
     type: Literal["file"] = Field(description="`file`.")
     file: File = Field(
@@ -118,7 +118,7 @@ class RaysFile(Closed):
 
 
 class CameraRays(Closed):
-    """Rays through the centres of a grid laid over the picture of the reference scene, row by row."""
+    """Rays through the centres of a grid over the picture of the reference scene, row by row."""
 
     type: Literal["camera"] = Field(description="`camera`.")
     width: Count = Field(default=32, description="Columns of the grid.")
@@ -126,14 +126,14 @@ class CameraRays(Closed):
 
 
 class BallRays(Closed):
-    """Random rays from a sphere towards points of a ball in its middle."""
+    """Random rays from a sphere towards points of a ball at its centre."""
 
     type: Literal["ball"] = Field(description="`ball`.")
-    center: Point = Field(description="Of both, scene units.")
+    center: Point = Field(description="Centre of both, scene units.")
     distance: Size = Field(description="Radius of the sphere on which the rays start, scene units.")
-    radius: Size = Field(description="Of the ball in which the points lie that they are aimed at.")
+    radius: Size = Field(description="Radius of the ball at which they are aimed, scene units.")
     count: Annotated[int, Field(strict=True, ge=1, le=1_000_000), WHOLE] = Field(
-        default=1000, description="Rays, 1 to 1 000 000."
+        default=1000, description="Number of rays, 1 to 1,000,000."
     )
     seed: Index = Field(default=0, description="Chooses the rays.")
 
@@ -160,35 +160,35 @@ RayField = Literal["t", "position", "normal", "uv", "shape", "visibility"]
 
 
 class Criterion(Closed):
-    """What every test has."""
+    """The fields of every test."""
 
-    id: Id = Field(description="A word of its own for programs; files are named after it.")
-    name: Name = Field(description="What people read.")
+    id: Id = Field(description="A unique id for programs; files are named after it.")
+    name: Name = Field(description="The name that people read.")
     points: Points = Field(description="For full marks.")
     bonus: bool = Field(
-        default=False, strict=True, description="Whether its points come on top of the full score."
+        default=False, strict=True, description="Whether its points are added on top of the full score."
     )
-    hidden: bool = Field(default=False, strict=True, description="Whether students do not see it.")
+    hidden: bool = Field(default=False, strict=True, description="Whether it is hidden from students.")
     tags: tuple[Name, ...] = Field(default=(), description="Words to sort tests by.")
     advice: Annotated[str, Field(strict=True, max_length=2000)] | None = Field(
-        default=None, description="What a student reads where points are lost, after the reason."
+        default=None, description="What a student who lost points reads after the reason."
     )
     deadline: Seconds | None = Field(
-        default=None, description="Seconds after which it is given up; by default those of the manifest."
+        default=None, description="Seconds after which it is stopped; by default those of the manifest."
     )
     memory: Mebibytes | None = Field(
-        default=None, description="MiB it may take at most; by default those of the manifest."
+        default=None, description="The most MiB that it may use; by default those of the manifest."
     )
 
 
 class _Seen(Criterion):
     region: Region | None = Field(
         default=None,
-        description="Only these pixels count: [x0, y0, x1, y1], half open, rows from the top.",
+        description="Only these pixels count: [x0, y0, x1, y1], without x1 and y1, rows from the top.",
     )
     mask: File | None = Field(
         default=None,
-        description="Only pixels count that are not black in this picture, in the folder of the manifest.",
+        description="Only pixels that are not black in this picture, in the folder of the manifest, count.",
     )
     accept: Acceptance = Field(
         default_factory=lambda: Verdict(by="verdict"), description="What earns how many points."
@@ -205,7 +205,7 @@ class _Seen(Criterion):
 
 
 class ImageTest(_Seen):
-    """A submitted picture against a reference."""
+    """Compares a submitted picture with a reference."""
 
     kind: Literal["image"]
     submitted: PictureFile = Field(description="The picture.")
@@ -213,7 +213,7 @@ class ImageTest(_Seen):
 
 
 class SceneTest(_Seen):
-    """A submitted scene, rendered here, against a reference."""
+    """Renders a submitted scene and compares it with a reference."""
 
     kind: Literal["scene"]
     submitted: SceneFile = Field(description="The scene.")
@@ -221,16 +221,17 @@ class SceneTest(_Seen):
 
 
 class RaysTest(Criterion):
-    """What rays hit, by the submission and by the reference scene: intersections without pictures."""
+    """Compares what rays hit, by the submission and in the reference scene."""
 
     kind: Literal["rays"]
-    submitted: TracedBy = Field(description="Hits in a file, or a scene that is traced here.")
+    submitted: TracedBy = Field(description="Hits in a file, or a scene that the grader traces.")
     reference: File = Field(description="A scene, in the folder of the manifest.")
     rays: Rays = Field(
-        default_factory=lambda: CameraRays(type="camera"), description="Which rays; by default the camera's."
+        default_factory=lambda: CameraRays(type="camera"),
+        description="The rays; by default those of the camera.",
     )
     fields: Annotated[tuple[RayField, ...], Field(min_length=1)] = Field(
-        default=("t", "position", "normal", "shape"), description="What must agree."
+        default=("t", "position", "normal", "shape"), description="Which arrays must agree."
     )
     precision: Literal["single", "double"] = Field(
         default="single",
@@ -238,8 +239,8 @@ class RaysTest(Criterion):
     )
     tolerance: Annotated[float, Field(strict=True, gt=0, le=1)] | None = Field(
         default=None,
-        description="Of distances and directions as a share of the size of what is measured, in place of "
-        "the one that follows from `precision`.",
+        description="Relative tolerance of distances and directions, instead of the one that follows from "
+        "`precision`.",
     )
     accept: RayShare = Field(
         default_factory=RayShare, description="What share of rays that agree earns how many points."
@@ -247,10 +248,10 @@ class RaysTest(Criterion):
 
 
 class TimeTest(Criterion):
-    """CPU seconds of a submission against a budget."""
+    """Compares the CPU seconds of a submission with a budget."""
 
     kind: Literal["time"]
-    submitted: TimedBy = Field(description="A scene that is rendered here, or a report of the submission.")
+    submitted: TimedBy = Field(description="A scene that the grader renders, or a report of the submission.")
     accept: CpuSeconds = Field(description="What CPU seconds earn how many points.")
 
 
@@ -266,21 +267,21 @@ Test = Annotated[
 
 
 class Manifest(Closed):
-    """A whole assignment. Files of tests are named relative to the submission, references to the manifest."""
+    """An assignment. Submitted files are relative to the submission, references to the manifest."""
 
     model_config = ConfigDict(validate_by_name=True, validate_by_alias=True, serialize_by_alias=True)
 
     schema_: Literal["penumbra/manifest/v1"] = Field(alias="schema", description=f"`{MANIFEST}`.")
-    title: Name = Field(description="What people read.")
+    title: Name = Field(description="The title that people read.")
     quality: Quality | None = Field(
-        default=None, description="How scenes are rendered; by default each by its own `sampling`."
+        default=None, description="How scenes are rendered; by default with their own `sampling`."
     )
     deadline: Seconds = Field(
-        default=60.0, description="Seconds after which a test, or rendering a reference, is given up."
+        default=60.0, description="Seconds after which a test, or rendering a reference, is stopped."
     )
     memory: Mebibytes | None = Field(
-        default=None, description="MiB that a test may take at most, beside the program itself."
+        default=None, description="The most MiB that a test may use, beside the program itself."
     )
     tests: Annotated[tuple[Test, ...], Field(min_length=1, max_length=MOST_TESTS)] = Field(
-        description="In the order in which they are reported."
+        description="The tests, in the order of the report."
     )

@@ -29,7 +29,7 @@ _WRITTEN: tuple[tuple[re.Pattern[str], str], ...] = (
         re.compile("[\ufeff\xa0\u2000-\u200b\u2060\u3000]"),
         "There is an unusual space or an invisible character here. Remove it.",
     ),
-    (re.compile(r"```"), "Remove this line: it marks code in Markdown and is no JSON."),
+    (re.compile(r"```"), "Remove this line: it marks code in Markdown and is not JSON."),
     (
         re.compile("['`\u2018\u2019\u201c-\u201e\xab]"),
         'Text and field names stand in straight double quotes, like "this".',
@@ -156,7 +156,7 @@ def read_text(source: Source, limits: Limits, *, wanted: str = "a JSON document"
 
 
 def _another_kind(source: bytes | str, wanted: str) -> SceneError | None:
-    """The error about a file that is no JSON at all; None if it may be meant as JSON."""
+    """The error about a file that is not JSON at all; None if it may be meant as JSON."""
     beginning = source[:BEGINNING]
     content = beginning if isinstance(beginning, bytes) else beginning.encode(errors="replace")
     detail = mistaken(content, wanted)

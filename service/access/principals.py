@@ -1,4 +1,4 @@
-"""Users as the service knows them: name, role and limits."""
+"""A user as the service knows them: name, role and limits."""
 
 from __future__ import annotations
 

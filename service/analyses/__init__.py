@@ -1,1 +1,1 @@
-"""Questions that a worker answers while a request waits: quotes, traces, inspected pixels, comparisons."""
+"""Requests that a worker answers while the client waits: quotes, traces, inspected pixels and comparisons."""

@@ -1,4 +1,4 @@
-"""Questions that a worker answers while a request waits: quotes, traces and inspected pixels."""
+"""Quotes, traces and inspected pixels: a worker computes them while the client waits."""
 
 from __future__ import annotations
 

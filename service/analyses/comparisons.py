@@ -1,4 +1,4 @@
-"""Comparing pictures for a request, in a worker."""
+"""Comparisons of two pictures, computed by a worker while the client waits."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _task(service: Service, principal: Principal, body: bytes) -> CompareTask:
 
 def _problems(role: str, picture: SentPicture) -> Iterator[Problem]:
     if (picture.job is None) == (picture.content is None):
-        detail = "A picture is named by 'job' or sent in 'content': give one of the two."
+        detail = "Give a picture either as 'job' or as 'content'."
         yield Problem(pointer=f"/{role}", detail=detail, code="one_of")
 
 

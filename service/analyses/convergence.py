@@ -1,4 +1,4 @@
-"""The convergence of a job as requests ask for it: as a document, as a table, and as a plot."""
+"""The convergence of a job, error against time: as JSON, as a table, or as a plot."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def convergence(service: Service, job_id: str) -> Convergence:
 def _unknown(render: RenderRow | None) -> str | None:
     """Why no pass has an error; None where that is not known."""
     if render is None:
-        return "The job ended before its picture was finished, or its picture is gone."
+        return "The job ended before its picture was finished, or its picture has been deleted."
     if render.target_error is not None:
         return None
     running = "The passes are compared when the picture is finished."

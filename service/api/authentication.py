@@ -1,4 +1,4 @@
-"""Authentication: the user of a request, before any route does anything."""
+"""Authentication: the user of a request, before any route runs."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ async def _changed(here: Here, user: CurrentUser, job_id: Annotated[str, JOB_PAT
     if not user.changes_all:
         owner = await run_in_threadpool(_owner, here, job_id, None if user.sees_all else user.name)
         if owner != user.name:
-            raise ForbiddenError("Only its owner or an admin stops and removes a job.")
+            raise ForbiddenError("Only the owner of a job, or an admin, can stop or delete it.")
     return job_id
 
 

@@ -1,4 +1,4 @@
-"""Request bodies: their type is checked first, their length and throughput while they arrive."""
+"""Request bodies: checks of type, length and throughput while they arrive."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ async def _arriving(request: Request, first_seconds: float) -> AsyncIterator[byt
             size += len(chunk)
             yield chunk
     except TimeoutError:
-        raise BodySlowError("The body came too slowly. Send it again.") from None
+        raise BodySlowError("The body arrived too slowly. Send it again.") from None
     except ClientDisconnect:
         raise BodyIncompleteError("The connection ended before the body did.") from None
 

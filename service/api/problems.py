@@ -1,4 +1,4 @@
-"""How errors are answered: one table from exceptions to statuses, and one form for all of them (RFC 9457)."""
+"""Error responses: one table from exceptions to statuses, and problem documents (RFC 9457)."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def install(app: FastAPI, methods: Callable[[str], Sequence[str]] = lambda _: ()
         allow = ", ".join(sorted({"OPTIONS", *own, *methods(request.scope["path"])} - {""}))
         if request.method == "OPTIONS":
             return Response(status_code=HTTPStatus.NO_CONTENT, headers={"Allow": allow})
-        detail = f"This address answers {allow}."
+        detail = f"This address accepts {allow}."
         return answer(error.status_code, detail, headers={"Allow": allow})
 
     for error in KINDS:
@@ -222,7 +222,7 @@ def _by_cause(error: Exception) -> Exception:
 def _detail(kind: Kind, error: Exception) -> str:
     if isinstance(error, DataError):
         return "The request has a value that the database cannot hold, such as the character U+0000."
-    return str(error) if kind.is_public else "The service failed. The fault is not in your request."
+    return str(error) if kind.is_public else "The service failed. Your request is not the cause."
 
 
 def _parameters(_request: Request, error: Exception) -> Response:
@@ -242,4 +242,4 @@ def _parameter(found: dict[str, Any]) -> Problem:
 
 def _unknown(request: Request, error: Exception) -> Response:
     log.error("request failed", path=request.url.path, error=type(error).__name__, status=500)
-    return answer(500, "The service failed. The fault is not in your request.", code="internal")
+    return answer(500, "The service failed. Your request is not the cause.", code="internal")

@@ -1,4 +1,4 @@
-"""The table of commands, and completion by shells."""
+"""The table of commands, and shell completion."""
 
 from __future__ import annotations
 
@@ -85,9 +85,9 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
 def application() -> typer.Typer:
     """The command line with all its commands."""
     app = typer.Typer(
-        help="Ray-traced scenes: rendered here, or by a service that streams the tiles back.",
+        help="Render ray-traced scenes here, or on a service that streams the tiles back.",
         epilog="Exit codes: 0 done, 1 a check found wrong answers, 2 usage, 3 scene or image not usable, "
-        "4 server or network, 5 time-out, 130 interrupted.",
+        "4 server or network, 5 timeout, 130 interrupted.",
         add_completion=False,
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"]},

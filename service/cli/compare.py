@@ -35,7 +35,7 @@ def compare(  # noqa: PLR0913 - one argument for each option
     ],
     encoding: Annotated[
         Encoding | None,
-        typer.Option(help="What the numbers of IMAGE mean; by default srgb for .png, else linear."),
+        typer.Option(help="How IMAGE encodes light; by default srgb for .png, otherwise linear."),
     ] = None,
     reference_encoding: Annotated[Encoding | None, typer.Option(help="The same for REFERENCE.")] = None,
     scene: Annotated[
@@ -53,7 +53,8 @@ def compare(  # noqa: PLR0913 - one argument for each option
         ),
     ] = 0.02,
     limit: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Linear difference that `frac_over` counts above.")
+        float,
+        typer.Option(min=0.0, max=1.0, help="Linear difference above which `frac_over` counts a pixel."),
     ] = 0.05,
     flip: Annotated[
         bool, typer.Option("--flip", help="Also compute FLIP, which is slow and needs the extra `flip`.")
@@ -122,7 +123,7 @@ def _shown(name: str, reference: Picture) -> tuple[NDArray[Any], list[str]]:
     camera = scene.document.camera
     if (camera.width, camera.height) != (reference.width, reference.height):
         raise InputError(
-            f"{name} asks for {camera.width} x {camera.height} pixels, the reference has {reference.width} x "
+            f"{name} has {camera.width} x {camera.height} pixels, the reference has {reference.width} x "
             f"{reference.height}. Give the scene that the reference was rendered from."
         )
     return shapes_shown(scene), names_of(scene.document)

@@ -122,7 +122,7 @@ def _memory() -> Check:
         return Check("memory", "warn", "not known", "This system does not report how much memory is free.")
     reported = dict(line.split(":", 1) for line in lines)
     available = int(reported["MemAvailable"].split()[0]) * 1024
-    advice = "A large picture needs more; close something." if available < LITTLE_MEMORY else ""
+    advice = "A large picture needs more; close other programs." if available < LITTLE_MEMORY else ""
     return Check("memory", "warn" if advice else "ok", f"{available / GIB:.1f} GiB free", advice)
 
 
@@ -173,7 +173,7 @@ def _data_folder(settings: Settings) -> Check:
         advice = f"{existing} is not writable; set PENUMBRA_DATA to another folder."
         return Check("data folder", "fail", shown, advice)
     free = shutil.disk_usage(existing).free
-    state = f"{free / GIB:.1f} GiB free" + ("" if folder.exists() else ", made when the service starts")
+    state = f"{free / GIB:.1f} GiB free" + ("" if folder.exists() else ", created when the service starts")
     if free < settings.min_free_bytes:
         return Check("data folder", "fail", f"{shown}, {state}", "The disk is too full for the service.")
     return Check("data folder", "ok", f"{shown}, {state}")
@@ -205,7 +205,7 @@ def _database(settings: Settings) -> Check:
         return Check("database", "fail", f"PENUMBRA_DATABASE cannot be used. {error}")
     shown = f"{url.set(query={}).render_as_string(hide_password=True)} (from {_source('database')})"
     if url.get_backend_name() == "sqlite" and url.database and not Path(url.database).exists():
-        return Check("database", "ok", f"{shown}, made when the service starts")
+        return Check("database", "ok", f"{shown}, created when the service starts")
     try:
         with engine.connect() as connection:
             connection.execute(text("SELECT 1"))

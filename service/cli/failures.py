@@ -43,13 +43,13 @@ OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
     (ExportError, ExitCode.USAGE, "The result has no such form here"),
     (SceneError, ExitCode.UNUSABLE_INPUT, "The scene cannot be used"),
     (RequestInvalidError, ExitCode.UNUSABLE_INPUT, "The service refused the request"),
-    (TimedOutError, ExitCode.TIME_OUT, "Time-out"),
+    (TimedOutError, ExitCode.TIME_OUT, "Timeout"),
     (NoImageError, ExitCode.SERVER, "There is no image"),
     (ClientError, ExitCode.SERVER, "Server or network"),
 )
 """The first row that fits counts."""
 
-UNKNOWN = "A fault in Penumbra itself"
+UNKNOWN = "A bug in Penumbra itself"
 
 
 def report(error: BaseException, *, as_json: bool) -> ExitCode:
@@ -103,7 +103,7 @@ def _lines(error: BaseException, title: str) -> list[str]:
 
 def _advice(error: BaseException) -> list[str]:
     if _outcome(error)[1] == UNKNOWN:
-        return ["This is a fault in Penumbra and not in your input. Please report it with the lines above."]
+        return ["This is a bug in Penumbra, not in your input. Please report it with the lines above."]
     if isinstance(error, UnreachableError):
         return ["Start one with 'penumbra serve', or name another with --server or PENUMBRA_SERVER."]
     if isinstance(error, TimedOutError) and error.job_id:

@@ -75,7 +75,7 @@ def grade(  # noqa: PLR0913 - one argument for each option
         make_folder(folder)
     targets = _targets(export or [])
     if not submission.is_dir():
-        raise InputError(f"{submission} is not a folder. Name the folder with the submission.")
+        raise InputError(f"{submission} is not a folder. Give the folder with the submission.")
     _check_time(submitted_at)
     read = _read(manifest)
     if server is not None:
@@ -119,7 +119,7 @@ def _read(path: Path) -> Manifest:
     from schemas.grading.manifest_reading import read_manifest
 
     if path.suffix.lower() not in (*YAML, ".json"):
-        raise CommandError(f"{path} must end in .yaml, .yml or .json. The ending says how it is read.")
+        raise CommandError(f"{path} must end in .yaml, .yml or .json. The ending decides how it is read.")
     text = scene_files.read_bytes(str(path))
     try:
         return read_manifest(text, yaml=path.suffix.lower() in YAML)

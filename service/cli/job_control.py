@@ -29,8 +29,10 @@ def _state(job: Job) -> str:
 
 def _kept(job: Job) -> str:
     if job.pinned:
-        return f"Job {job.id} is pinned: its picture stays."
-    until = f"until {job.expires_at.astimezone():%Y-%m-%d %H:%M}" if job.expires_at else "like any other"
+        return f"Job {job.id} is pinned: its picture is kept."
+    until = (
+        f"until {job.expires_at.astimezone():%Y-%m-%d %H:%M}" if job.expires_at else "as long as any other"
+    )
     return f"Job {job.id} is kept {until}."
 
 
@@ -119,7 +121,7 @@ def prune(
 
 
 def amount(text: str, units: Mapping[str, int], example: str) -> float:
-    """Read a number with its unit; CommandError where it is none, or has another unit.
+    """Read a number with its unit; CommandError if it is not a number, or has another unit.
 
     >>> amount("1.5h", SECONDS, "7d"), amount("20G", BYTES, "20G")
     (5400.0, 20000000000.0)
@@ -139,7 +141,7 @@ def _say_pruned(pruned: Pruned) -> None:
             output.result(f"{word}\tand {len(ids) - MOST_NAMED} more")
     for sha256 in pruned.assets:
         output.result(f"asset\t{sha256}")
-    would = "would leave the disk" if pruned.dry_run else "left the disk"
+    would = "would be deleted" if pruned.dry_run else "were deleted"
     more = " There is more." if pruned.more else ""
     output.say(
         f"{pruned.pictures} pictures and {len(pruned.assets)} textures or meshes {would}: "

@@ -78,13 +78,13 @@ def _check_layers(job: Job, names: Iterable[str]) -> None:
     if missing:
         there = ", ".join(job.links.layers) or "none"
         raise CommandError(
-            f"--layers: Job {job.id} has no layer {' or '.join(missing)}. The layers it was submitted with: "
-            f"{there}."
+            f"--layers: Job {job.id} has no layer {' or '.join(missing)}. It was submitted "
+            f"with these layers: {there}."
         )
 
 
 def ls(
-    limit: Annotated[int, typer.Option(min=1, help="Most jobs to list, newest first.")] = 20,
+    limit: Annotated[int, typer.Option(min=1, help="Maximum number of jobs, newest first.")] = 20,
     after: Annotated[
         str | None, typer.Option(metavar="CURSOR", help="Continue the list that ended with this cursor.")
     ] = None,
@@ -162,13 +162,13 @@ def state_of(job: Job) -> str:
 
 
 def logs(job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: JsonOption = False) -> None:
-    """Show the history of a job: states, passes, repeated tiles, workers lost, failures."""
+    """Show the history of a job: states, passes, retried tiles, lost workers, failures."""
     with connect(server) as client:
         found = client.log(job_id)
     lines = _log_by_day if output.on_terminal() else _log_lines
     output.report(found, lines(found.entries), as_json=as_json)
     if found.more and not as_json:
-        output.say(f"{found.more} more tiles were repeated.")
+        output.say(f"{found.more} more tiles were retried.")
 
 
 def _log_lines(entries: Iterable[LogEntry]) -> Iterator[str]:

@@ -131,7 +131,7 @@ def _closing(trials: Sequence[Trial]) -> Iterator[str]:
     size = f"{total['cases']} cases, {total['tried']:,} answers, {total['seconds']:.0f} CPU seconds"
     yield f"{size}: {verdict}."
     plain = [total["textbook"] or 0, total["textbook_single"] or 0]
-    yield f"The textbook's formulas got {plain[0]:,} wrong in float64 and {plain[1]:,} in float32."
+    yield f"Textbook formulas got {plain[0]:,} wrong in float64 and {plain[1]:,} in float32."
 
 
 def _fault(trial: Trial) -> str:

@@ -70,7 +70,7 @@ SeedOption = Annotated[
 ]
 WorkersOption = Annotated[
     int | None,
-    typer.Option(min=1, max=MOST_WORKERS, help="Worker processes; by default one for each processor."),
+    typer.Option(min=1, max=MOST_WORKERS, help="Worker processes; by default one per processor."),
 ]
 ConfigOption = Annotated[
     Path | None,

@@ -58,7 +58,7 @@ def report(content: Mapping[str, Any] | BaseModel, lines: Iterable[str], *, as_j
 def table(
     headings: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Collection[str] = (), **options: Any
 ) -> Table:
-    """A table for `show`; columns of `numbers` stand to the right, `options` are those of a column."""
+    """A table for `show`; columns of `numbers` are right-aligned, `options` are those of a column."""
     from rich import box
     from rich.table import Table
 

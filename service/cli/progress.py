@@ -43,7 +43,7 @@ class Bar:
             self.live.console.print(line, highlight=False, markup=False, soft_wrap=True)
 
     def below(self, text: str) -> None:
-        """Show text below the bar in place of what was there."""
+        """Replace the text below the bar."""
         if self.text is not None:
             self.text.plain = text
 

@@ -1,4 +1,4 @@
-"""Options of commands that render: samples or a target error in place of the scene's sampling."""
+"""Options of commands that render: samples or a target error instead of the scene's sampling."""
 
 from __future__ import annotations
 

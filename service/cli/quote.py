@@ -129,8 +129,8 @@ def options(quality: FixedQuality | TargetQuality) -> str:
 
 def _show(found: Quote, target_error: float | None, time: float | None) -> None:
     if found.offers:
-        seconds = f"Seconds of {found.workers} processes. "
-        output.show(offers(found), seconds + "The quality of the scene or the options is bold.")
+        seconds = f"Seconds on {found.workers} processes. "
+        output.show(offers(found), seconds + "The quality of the scene or of the options is bold.")
     if target_error is not None:
         _advise(f"For an error of {target_error:.2g}", found.for_error)
     if time is not None:

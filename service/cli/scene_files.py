@@ -1,4 +1,4 @@
-"""The scene that a command was given: a file, or ``-`` for stdin."""
+"""The scene argument of a command: a file, or ``-`` for stdin."""
 
 from __future__ import annotations
 

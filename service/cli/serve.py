@@ -80,7 +80,7 @@ Engine = Literal["slots", "dask"]
 def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     host: Annotated[str | None, typer.Option(help="Address to listen on; 127.0.0.1 by default.")] = None,
     port: Annotated[
-        int | None, typer.Option(min=0, max=65535, help="Port; 8000 by default, 0 takes a free one.")
+        int | None, typer.Option(min=0, max=65535, help="Port; 8000 by default, 0 picks a free one.")
     ] = None,
     data: DataOption = None,
     store: Annotated[
@@ -196,7 +196,7 @@ class Arrivals:
 
     def summary(self, job: Job) -> str:
         """A summary for the end."""
-        first = "" if self.first is None else f"The first pixels were here after {self.first:.2f} s, "
+        first = "" if self.first is None else f"The first pixels arrived after {self.first:.2f} s, "
         rays = sum(job.cost.rays.values())
         return f"{first}all {job.progress.total} tiles after {self.last:.2f} s: {rays:,} rays."
 

@@ -40,8 +40,7 @@ def study(
         int | None,
         typer.Option(
             min=16,
-            help="Pixels along the longer side of the pictures that are tried, at most those of the scene. "
-            "By default 256.",
+            help="Longer side of the test pictures in pixels, at most that of the scene. By default 256.",
             show_default=False,
         ),
     ] = None,

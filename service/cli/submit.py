@@ -153,7 +153,7 @@ def _refused(name: str, text: bytes, error: RequestInvalidError) -> Exception:
 
 
 def _option(pointer: str) -> str:
-    """The option that a place in the request is made of; the place itself where there is none."""
+    """The option that sets a place in the request, or the place itself if there is none."""
     for place, option in OPTIONS.items():
         if pointer == place or pointer.startswith(place + "/"):
             return option

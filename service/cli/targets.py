@@ -85,19 +85,19 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
     if not path.name:
         raise CommandError("The name of the file to write is empty.")
     if path.name.lower() in suffixes:
-        raise CommandError(f"{path} is an ending alone. Put a name before it.")
+        raise CommandError(f"{path} is only a file ending. Put a name before it.")
     if path.suffix.lower() not in suffixes:
         raise CommandError(f"{path} must end in {' or '.join(suffixes)}. The ending chooses the format.")
     if path.is_dir():
         raise CommandError(f"{path} is a folder. Name a file in it.")
     folder = path.parent
     if not folder.is_dir():
-        raise CommandError(f"The folder {folder} is not there. Make it first, or write somewhere else.")
+        raise CommandError(f"The folder {folder} does not exist. Create it first, or write elsewhere.")
     try:
         # Permissions are not enough: a file system may be full or read-only.
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
-        raise CommandError(f"{folder} takes no files ({error.strerror}). Write somewhere else.") from error
+        raise CommandError(f"{folder} is not writable ({error.strerror}). Write elsewhere.") from error
     return path
 
 
@@ -107,7 +107,7 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         reason = error.strerror or error
-        raise CommandError(f"The folder {folder} cannot be made: {reason}. Name another.") from error
+        raise CommandError(f"The folder {folder} cannot be created: {reason}. Name another.") from error
 
 
 def write_whole(path: Path, content: bytes) -> None:

@@ -87,11 +87,13 @@ class Mirror:
                     self.viewer.sendall(packet)
         except OSError as error:
             self.viewer = None
-            output.say(f"tev at {self.address} has gone ({_reason(error)}). The job is watched without it.")
+            output.say(
+                f"tev at {self.address} disconnected ({_reason(error)}). Watching continues without it."
+            )
 
 
 def parsed(address: str) -> tuple[str, int]:
-    """Host and port of an address; CommandError where it is none.
+    """Host and port of an address; CommandError if it is not one.
 
     >>> parsed("studio"), parsed("[::1]:4000")
     (('studio', 14158), ('::1', 4000))
@@ -124,8 +126,8 @@ def _connected(address: str) -> socket.socket | None:
         return socket.create_connection(place, timeout=TIMEOUT)
     except OSError as error:
         output.say(
-            f"tev cannot be reached at {address} ({_reason(error)}). Start it there, with IPC switched on. "
-            "The job is watched without it."
+            f"tev cannot be reached at {address} ({_reason(error)}). Start it there with IPC enabled. "
+            "Watching continues without it."
         )
         return None
 

@@ -1,4 +1,4 @@
-"""Runs the hard cases, in this process or in several, and keeps the outcome of each."""
+"""Runs the hard cases, in one process or several, and keeps the outcome of each."""
 
 from __future__ import annotations
 

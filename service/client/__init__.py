@@ -1,4 +1,4 @@
-"""Clients for the service, a blocking and an asynchronous one, and their errors.
+"""Clients for the service, a synchronous and an asynchronous one, and their errors.
 
 They need no part of the server, and ignore unknown fields in answers.
 """

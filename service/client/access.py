@@ -1,4 +1,4 @@
-"""The address of the service and the key to it: from arguments, else from the environment."""
+"""The address of the service and its key: from arguments, or from the environment."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _checked_key(key: str | None) -> str | None:
     # A key that was read from a file often has a line end, which a header cannot hold.
     if key is not None and not (key.isascii() and key.isprintable() and " " not in key):
         raise ClientError(
-            "The key has a character that no key has: a space, a line's end, or one beyond ASCII. "
+            "The key has a character that no key has: a space, a line break, or one outside ASCII. "
             f"Give it as the service's operator wrote it, or in {KEY_VARIABLE}."
         )
     return key

@@ -1,4 +1,4 @@
-"""Sending calls and waiting for their answers."""
+"""The connection of the asynchronous client: sends calls and waits for responses."""
 
 from __future__ import annotations
 

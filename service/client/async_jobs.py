@@ -1,4 +1,4 @@
-"""A job of a service, with everything that its submitter can do with it."""
+"""A job of the asynchronous client: wait, watch, fetch, cancel, keep."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pixels of many tiles in one answer, as arrays."""
+"""Batches of tiles: the pixels of one response, as arrays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Requests to the service, each with the function that reads its answer. Nothing here sends anything."""
+"""Requests to the service, each with the function that reads its response. Nothing here sends anything."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Call(Generic[Answer]):
     hold
         Seconds for which the server may hold back its answer.
     job_id
-        The job it is about; a time-out names it.
+        The job it is about; a timeout names it.
     """
 
     method: str

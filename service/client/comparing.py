@@ -81,7 +81,7 @@ def _file(source: Any) -> bytes:
         source.save(buffer, format="PNG")
     else:
         kind = type(source).__name__
-        raise TypeError(f"A picture is a job, a path, bytes, an array or an image of Pillow, not {kind}.")
+        raise TypeError(f"A picture is a job, a path, bytes, an array or a Pillow image, not {kind}.")
     return buffer.getvalue()
 
 

@@ -1,5 +1,5 @@
 # Generated from async_connection.py by tools/generate_sync_client.py: edit that file, then run this script.
-"""Sending calls and waiting for their answers."""
+"""The connection of the synchronous client: sends calls and waits for responses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can go wrong when a client talks to a service.
+"""Exceptions of the clients.
 
 ClientError
 ├── UnreachableError           no connection, or it broke before the answer was complete
@@ -152,7 +152,9 @@ class JobExpiredError(NoImageError):
     """The job ended longer ago than the service keeps jobs."""
 
     def __init__(self, *, job_id: str) -> None:
-        super().__init__(f"Job {job_id} has expired, and its image is gone. Submit it again.", job_id=job_id)
+        super().__init__(
+            f"Job {job_id} has expired, and its image has been deleted. Submit it again.", job_id=job_id
+        )
 
 
 def what_next(job_id: str) -> str:
@@ -161,7 +163,7 @@ def what_next(job_id: str) -> str:
 
 
 def refusal(status: int, document: ProblemDocument, *, retry_after: float | None = None) -> RefusedError:
-    """The exception that stands for a problem document sent with this status."""
+    """The exception for a problem document with this status."""
     kind = _BY_STATUS.get(status, ServerFaultError if status >= 500 else RequestInvalidError)
     return kind(status, document, retry_after=retry_after)
 

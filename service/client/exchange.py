@@ -1,4 +1,4 @@
-"""Errors of the transport, refusals, and when a request is sent again."""
+"""Transport errors, refusals, and when a request is retried."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ log = logging.getLogger(__name__)
 def refuse_closed(closed: bool) -> None:
     """Raise ClientError for a client that was closed."""
     if closed:
-        raise ClientError("This client is closed. Make another, or leave its 'with' statement later.")
+        raise ClientError("This client is closed. Create another, or use it within its 'with' statement.")
 
 
 @contextmanager
@@ -51,7 +51,7 @@ def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None
         yield
     except (httpx2.ConnectError, httpx2.ConnectTimeout) as error:
         raise UnreachableError(
-            f"There is no server at {server} ({error}). Start it, or name another by PENUMBRA_SERVER.",
+            f"There is no server at {server} ({error}). Start it, or set PENUMBRA_SERVER to another.",
             sent=False,
             job_id=job_id,
         ) from error
@@ -70,12 +70,12 @@ def check(answer: httpx2.Response, call: Call[Any]) -> httpx2.Response:
 
 
 def refused(answer: httpx2.Response) -> ClientError:
-    """The exception that an answer with a status of 300 and above stands for; its body has been read."""
+    """The exception for a response with a status of 300 or above, whose body has been read."""
     retry_after = _seconds(answer.headers.get("Retry-After"))
     media_type = answer.headers.get("Content-Type", "").partition(";")[0]
     if media_type != "application/problem+json":
         return UnexpectedAnswerError(
-            f"{answer.url} answered {answer.status_code} without a problem document. Is that its address?",
+            f"{answer.url} answered {answer.status_code} without a problem document. Is it the right one?",
             # A proxy in front of the service answers so.
             retry_after=retry_after if answer.status_code in {429, 503} else None,
         )
@@ -83,7 +83,7 @@ def refused(answer: httpx2.Response) -> ClientError:
         document = ProblemDocument.model_validate_json(answer.content)
     except ValidationError:
         return UnexpectedAnswerError(
-            f"{answer.url} answered {answer.status_code} with a broken problem document. Is that its address?"
+            f"{answer.url} answered {answer.status_code} with a broken problem document. Is it the right one?"
         )
     # The body was made here: its lines and columns mean nothing to the user.
     errors = tuple(problem.model_copy(update=NOWHERE) for problem in document.errors)

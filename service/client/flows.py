@@ -1,4 +1,4 @@
-"""Exchanges of several requests, as generators that yield calls and are sent the answers.
+"""Exchanges of several requests, as generators that yield calls and receive the responses.
 
 A client of either kind drives them; a refusal is thrown into the generator where its call was yielded.
 """

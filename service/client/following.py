@@ -1,4 +1,4 @@
-"""Following a job: the next request, the time-out, progress callbacks, and how the job ended."""
+"""Following a job: the next request, the timeout, progress callbacks, and how the job ended."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def leaving(job_id: str) -> Iterator[None]:
         raise
     except BaseException as error:
         if not isinstance(error, Exception):
-            error.add_note(f"Job {job_id} keeps running: only the waiting has ended. {what_next(job_id)}")
+            error.add_note(f"Job {job_id} continues: only the waiting has ended. {what_next(job_id)}")
         raise
 
 

@@ -1,5 +1,5 @@
 # Generated from async_jobs.py by tools/generate_sync_client.py: edit that file, then run this script.
-"""A job of a service, with everything that its submitter can do with it."""
+"""A job of the synchronous client: wait, watch, fetch, cancel, keep."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class LiveCard:
     shown: float | None = None
 
     def due(self, batch: TileBatch) -> bool:
-        """Whether the picture is to be shown anew."""
+        """Whether the picture is to be shown again."""
         now = time.monotonic()
         return batch.complete or self.shown is None or now - self.shown >= SECONDS_BETWEEN_PICTURES
 

@@ -1,4 +1,4 @@
-"""Request bodies: values as JSON, and scenes whose textures and meshes are named by content."""
+"""Request bodies: values as JSON, and scenes whose textures and meshes are named by their content hash."""
 
 from __future__ import annotations
 

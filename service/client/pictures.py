@@ -60,7 +60,7 @@ class Picture:
         try:
             pixels: npt.NDArray[Any] = np.load(io.BytesIO(self.content), allow_pickle=False)
         except (ValueError, EOFError) as error:
-            raise UnexpectedAnswerError("The server sent something else than an array file.") from error
+            raise UnexpectedAnswerError("The server did not send an array file.") from error
         return pixels
 
     def pillow(self) -> Image:
@@ -78,7 +78,7 @@ class Picture:
             image = Image.open(io.BytesIO(self.content), formats=["PNG"])
             image.load()
         except (UnidentifiedImageError, OSError) as error:
-            raise UnexpectedAnswerError("The server sent something else than a PNG file.") from error
+            raise UnexpectedAnswerError("The server did not send a PNG file.") from error
         return image
 
     def _repr_png_(self) -> bytes | None:

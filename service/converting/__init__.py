@@ -1,1 +1,1 @@
-"""Scenes out of other programs' files, with a list of all that had to be assumed or left out."""
+"""Conversion of other programs' files to scenes, with a list of what was assumed or left out."""

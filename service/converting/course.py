@@ -37,7 +37,7 @@ class CourseCamera(Foreign):
 
 
 class CourseLight(Foreign):
-    """`light_config`: a rectangle that lies flat and shines downwards; without a size a point."""
+    """`light_config`: a horizontal rectangle that shines downwards; without a size a point."""
 
     position: Point
     size: tuple[Size, Size] | None = None
@@ -102,7 +102,7 @@ def _material(written: CourseMaterial, pointer: str, max_depth: int | None, note
     if kind != "diffuse":
         notes.assume(
             f"{pointer}/type",
-            "The type is not known, so it is diffuse. Known are diffuse, specular, translucent.",
+            "The type is unknown, so it is diffuse. Known types are diffuse, specular and translucent.",
         )
     return {"type": "phong", "color": written.color}
 
@@ -223,9 +223,9 @@ def _sampling(task: Task, spp: int | None) -> dict[str, Any]:
     most = limits_in_force().max_samples
     samples = min(spp or DEFAULT_SAMPLES, most)
     if spp is None:
-        task.notes.assume("", f"spp is missing: {DEFAULT_SAMPLES} samples a pixel are taken.")
+        task.notes.assume("", f"spp is missing: {DEFAULT_SAMPLES} samples per pixel are used.")
     elif spp > most:
-        task.notes.assume("/spp", f"{most} samples a pixel are taken, the most that a scene may ask for.")
+        task.notes.assume("/spp", f"{most} samples per pixel are used, the most that a scene may ask for.")
     task.notes.assume(
         "/spp" if spp else "",
         "Samples are random, and each has one random point of the light, as in the course. Other patterns "
@@ -298,8 +298,6 @@ def _smooth(task: Task, path: Path, content: bytes, pointer: str) -> bool:
             f"Line {error.problems[0].line} of {path.name}: {error.problems[0].detail}"
         ) from error
     if smooth:
-        detail = (
-            "Its normals are not those of its faces: it is smoothed, with normals that are worked out anew."
-        )
+        detail = "Its normals are not those of its faces: it is smoothed, with newly computed normals."
         task.notes.assume(pointer, detail)
     return smooth

@@ -1,4 +1,4 @@
-"""What importers raise.
+"""Exceptions of the converters.
 
 ValueError
 ├── ConversionError    a file breaks the rules of its format; with every problem

@@ -1,4 +1,4 @@
-"""Files that an input names, and files that have to lie beside the new scene."""
+"""Files that an input names, and files that belong beside the new scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of formats, and the one way through all of them."""
+"""The table of formats, and the conversion that they share."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def _with_lines(task: Task, error: ConversionError) -> ConversionError:
 
 
 def _checked(task: Task, kind: str, document: dict[str, Any]) -> Conversion:
-    """Hold what was made to the scene language: whatever an importer lets through is found here."""
+    """Check the new scene against the scene language, which finds what a converter lets through."""
     try:
         read_scene(document)
     except SceneError as error:

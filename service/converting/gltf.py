@@ -75,19 +75,17 @@ def _scene(task: Task, content: object, text: str | None, binary: bytes | None) 
     stops = exposure(lights, middle, radius)
     if stops:
         scene["display"] = {"exposure": stops}
-        task.notes.assume(
-            "", f"The picture is shown {-stops:g} stops darker, so that white is not beyond white."
-        )
+        task.notes.assume("", f"The picture is shown {-stops:g} stops darker, so that white is not above 1.")
     return scene
 
 
 def _refuse_unknown(task: Task, document: Document) -> None:
     if not document.asset.version.startswith("2."):
-        detail = f"This is glTF {document.asset.version!r}; 2.0 is read. Save it again."
+        detail = f"This is glTF {document.asset.version!r}; only 2.0 is supported. Save it again."
         raise wrong_at(task.notes.file, "/asset/version", detail)
     for number, name in enumerate(document.extensions_required):
         if name not in KNOWN_EXTENSIONS:
-            detail = f"The file needs the extension {name!r}, which is not read here. Save it without."
+            detail = f"The file needs the extension {name!r}, which is not supported. Save it without."
             raise wrong_at(task.notes.file, f"/extensionsRequired/{number}", detail)
 
 
@@ -123,7 +121,7 @@ def _shapes(
         }
         shapes.append(shape | ({"smooth": True} if any(part.bent for part in some) else {}))
     if any("smooth" in shape for shape in shapes):
-        detail = "Normals are not those of the triangles: meshes are smoothed, with normals worked out anew."
+        detail = "Normals are not those of the triangles: meshes are smoothed, with newly computed normals."
         task.notes.assume("/meshes", detail)
     return materials, shapes
 

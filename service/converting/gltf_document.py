@@ -1,4 +1,4 @@
-"""The parts of a glTF 2.0 document that scenes have something for.
+"""The parts of a glTF 2.0 document that have a counterpart in scenes.
 
 Source: Khronos Group, glTF 2.0 specification, and its extensions KHR_lights_punctual, KHR_materials_ior and
 KHR_materials_transmission. Lengths are metres, angles radians, matrices are stored column by column.
@@ -70,7 +70,9 @@ class Accessor(Part):
 class Primitive(Part):
     """Triangles of one material."""
 
-    REASONS: ClassVar[dict[str, str]] = {"targets": "Morph targets are left out: the mesh is as it stands."}
+    REASONS: ClassVar[dict[str, str]] = {
+        "targets": "Morph targets are left out: the mesh keeps its base shape."
+    }
 
     attributes: dict[str, Index]
     indices: Index | None = None
@@ -99,10 +101,10 @@ class NodeExtensions(Part):
 
 
 class Node(Part):
-    """A place, with what is there."""
+    """A node: a transform, with a mesh, camera or light."""
 
     SILENT: ClassVar[frozenset[str]] = _NAMES | {"weights"}
-    REASONS: ClassVar[dict[str, str]] = {"skin": "Skins are left out: the mesh is as it stands."}
+    REASONS: ClassVar[dict[str, str]] = {"skin": "Skins are left out: the mesh keeps its base shape."}
 
     children: tuple[Index, ...] = ()
     mesh: Index | None = None
@@ -123,7 +125,7 @@ class SceneNodes(Part):
 class TextureUse(Part):
     """A texture of a material."""
 
-    REASONS: ClassVar[dict[str, str]] = {"extensions": "Pictures lie as the texture coordinates say."}
+    REASONS: ClassVar[dict[str, str]] = {"extensions": "Texture transforms are left out."}
 
     index: Index
     tex_coord: Index = 0
@@ -134,7 +136,7 @@ class Roughness(Part):
     """`pbrMetallicRoughness`."""
 
     REASONS: ClassVar[dict[str, str]] = {
-        "metallicRoughnessTexture": "A material has one roughness: the factor alone counts."
+        "metallicRoughnessTexture": "A material has one roughness: only the factor counts."
     }
 
     base_color_factor: tuple[Share, Share, Share, Share] = (1.0, 1.0, 1.0, 1.0)
@@ -146,7 +148,7 @@ class Roughness(Part):
 class Transmission(Part):
     """`KHR_materials_transmission`."""
 
-    REASONS: ClassVar[dict[str, str]] = {"transmissionTexture": "The factor alone counts."}
+    REASONS: ClassVar[dict[str, str]] = {"transmissionTexture": "Only the factor counts."}
 
     transmission_factor: Share = 0.0
 
@@ -170,9 +172,9 @@ class Material(Part):
     # All surfaces of a scene are seen from both sides; the cutoff belongs to the mode, which is noted.
     SILENT: ClassVar[frozenset[str]] = _NAMES | {"doubleSided", "alphaCutoff"}
     REASONS: ClassVar[dict[str, str]] = {
-        "emissiveFactor": "Shapes do not shine: put a light in their place.",
-        "emissiveTexture": "Shapes do not shine: put a light in their place.",
-        "occlusionTexture": "Occlusion is left out: shadows are cast for real.",
+        "emissiveFactor": "Shapes emit no light: put a light in their place.",
+        "emissiveTexture": "Shapes emit no light: put a light in their place.",
+        "occlusionTexture": "Occlusion is left out: real shadows are cast instead.",
     }
 
     name: Text | None = None
@@ -220,7 +222,7 @@ class Perspective(Part):
 class Camera(Part):
     """A camera, which looks along -z of its node."""
 
-    REASONS: ClassVar[dict[str, str]] = {"orthographic": "Parallel views are left out."}
+    REASONS: ClassVar[dict[str, str]] = {"orthographic": "Orthographic views are left out."}
 
     type: Text
     perspective: Perspective | None = None
@@ -230,7 +232,7 @@ class PunctualLight(Part):
     """A light of `KHR_lights_punctual`: in candela for points, in lux for directions."""
 
     SILENT: ClassVar[frozenset[str]] = _NAMES | {"spot"}
-    REASONS: ClassVar[dict[str, str]] = {"range": "Lights reach as far as they reach: the range is left out."}
+    REASONS: ClassVar[dict[str, str]] = {"range": "The range of lights is left out: they reach any distance."}
 
     type: Literal["point", "directional", "spot"]
     color: Color = (1.0, 1.0, 1.0)
@@ -262,8 +264,8 @@ class Document(Part):
 
     SILENT: ClassVar[frozenset[str]] = _NAMES | {"extensionsUsed"}
     REASONS: ClassVar[dict[str, str]] = {
-        "animations": "Animations are left out: everything is as it stands.",
-        "skins": "Skins are left out: meshes are as they stand.",
+        "animations": "Animations are left out.",
+        "skins": "Skins are left out: meshes keep their base shape.",
     }
 
     asset: About

@@ -24,7 +24,7 @@ _ENDINGS = {"image/png": ".png", "image/jpeg": ".jpg", "image/webp": ".webp"}
 
 
 class Buffers:
-    """What the numbers in a document stand for.
+    """The buffers, bufferViews and accessors of a document, as arrays.
 
     Parameters
     ----------
@@ -54,7 +54,9 @@ class Buffers:
         accessor = pick(self.name, self.document.accessors, number, pointer)
         place = f"/accessors/{number}"
         if accessor.sparse is not None or accessor.buffer_view is None:
-            raise wrong_at(self.name, place, "Sparse accessors are not read. Save the file without them.")
+            raise wrong_at(
+                self.name, place, "Sparse accessors are not supported. Save the file without them."
+            )
         if _WIDTHS.get(accessor.type) != width or accessor.component_type not in _COMPONENTS:
             detail = f"Here {width} numbers belong together, and a componentType of {sorted(_COMPONENTS)}."
             raise wrong_at(self.name, place, detail)
@@ -97,7 +99,7 @@ class Buffers:
             elif number == 0 and self.binary is not None:
                 self.read[number] = self.binary
             else:
-                detail = "The buffer has no 'uri', and this is no GLB file that would bring its bytes along."
+                detail = "The buffer has no 'uri', and this is not a GLB file, which would contain its bytes."
                 raise wrong_at(self.name, f"/buffers/{number}", detail)
         return self.read[number]
 
@@ -176,7 +178,7 @@ def _is_read(notes: Notes, primitive: Primitive, pointer: str) -> bool:
         notes.leave_out(f"{pointer}/mode", "Points and lines are left out.")
         return False
     for name in sorted(primitive.attributes.keys() - _ATTRIBUTES):
-        detail = f"The attribute {name} is left out: scenes have nothing like it."
+        detail = f"The attribute {name} is left out: scenes have no counterpart."
         notes.leave_out(f"{pointer}/attributes/{name}", detail)
     return True
 

@@ -56,8 +56,8 @@ class GltfMaterials:
         if material.pbr.metallic_factor > 0:
             self.notes.assume(
                 f"{place}/pbrMetallicRoughness",
-                "Metal is shown in its colour with a white highlight, and mirrors nothing: set mirror where "
-                "it should.",
+                "Metal is shown in its colour, with a white highlight and no reflections: set mirror for "
+                "those.",
             )
         self._relief(material, place, made)
         self._glass(material, place, made)
@@ -78,7 +78,7 @@ class GltfMaterials:
             if len(set(factor)) > 1:
                 self.notes.assume(
                     f"{place}/pbrMetallicRoughness/baseColorFactor",
-                    "The texture is multiplied by its mean: one factor for all colours is possible.",
+                    "The texture is multiplied by the mean of the factor.",
                 )
 
     def _relief(self, material: Material, place: str, made: dict[str, Any]) -> None:
@@ -87,7 +87,7 @@ class GltfMaterials:
         if texture is not None and use is not None:
             made["normal_map"] = texture
             if use.scale != 1:
-                detail = "The normal map is taken as it is stored: its scale is left out."
+                detail = "The normal map is used as stored: its scale is left out."
                 self.notes.leave_out(f"{place}/normalTexture/scale", detail)
 
     def _glass(self, material: Material, place: str, made: dict[str, Any]) -> None:
@@ -98,7 +98,7 @@ class GltfMaterials:
             made["diffuse"] = made.get("diffuse", 1.0) * (1 - share)
             self.notes.assume(
                 f"{place}/extensions/KHR_materials_transmission",
-                "It is clear glass, which has no colour of its own.",
+                "It is clear glass, without a colour.",
             )
 
     def _texture(self, use: TextureUse | None, pointer: str, encoding: str) -> str | None:
@@ -107,7 +107,7 @@ class GltfMaterials:
         document, name = self.buffers.document, self.buffers.name
         texture = pick(name, document.textures, use.index, f"{pointer}/index")
         if use.tex_coord != 0:
-            self.notes.leave_out(f"{pointer}/texCoord", "The first set of texture coordinates is taken.")
+            self.notes.leave_out(f"{pointer}/texCoord", "The first set of texture coordinates is used.")
         asset = (
             None if texture.source is None else self._asset(texture.source, f"/textures/{use.index}/source")
         )

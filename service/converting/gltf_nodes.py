@@ -107,7 +107,7 @@ WIDEST = 8192
 def camera_of(
     task: Task, document: Document, nodes: Sequence[PlacedNode], middle: Floats
 ) -> dict[str, Any] | None:
-    """The first camera with a perspective view; None where there is none.
+    """The first perspective camera; None if there is none.
 
     Parameters
     ----------
@@ -126,12 +126,12 @@ def camera_of(
         pointer = f"/nodes/{placed.number}/camera"
         view = pick(task.notes.file, document.cameras, placed.node.camera, pointer).perspective
         if view is None:
-            task.notes.leave_out(pointer, "A camera without a perspective is left out.")
+            task.notes.leave_out(pointer, "Orthographic cameras are left out.")
         elif chosen is None:
             chosen = _camera(placed, view.yfov, view.aspect_ratio or 1.0, middle)
             task.notes.assume(pointer, f"The picture is {chosen['width']} x {HEIGHT} pixels.")
         else:
-            task.notes.leave_out(pointer, "Only the first camera is taken.")
+            task.notes.leave_out(pointer, "Only the first camera is used.")
     return chosen
 
 
@@ -183,7 +183,8 @@ def _light(task: Task, light: PunctualLight, number: int, placed: PlacedNode) ->
         return {"type": "directional", "direction": direction, "color": color}
     if light.type == "spot":
         task.notes.assume(
-            f"/extensions/KHR_lights_punctual/lights/{number}", "A spot shines in all directions, as a point."
+            f"/extensions/KHR_lights_punctual/lights/{number}",
+            "A spot light shines in all directions, like a point light.",
         )
     position = placed.position.tolist()
     return {"type": "point", "position": position, "color": color, "falloff": "physical"}

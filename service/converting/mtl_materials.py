@@ -27,7 +27,7 @@ _TAKEN = frozenset({"kd", "ks", "ns", "kr", "ni", "d", "tr", "illum", *COLOR_MAP
 
 _REASONS = {
     "ka": "Ka is left out: each material reflects 0.1 of the scene's ambient light, times its colour.",
-    "ke": "Ke is left out: shapes do not shine. Put a light in their place.",
+    "ke": "Ke is left out: shapes emit no light. Put a light in their place.",
     "disp": "Displacement is left out, as the format names no unit: add displacement_map and "
     "displacement_height to the material.",
 }
@@ -114,7 +114,7 @@ class MtlConverter:
             )
             self._assume(written, "illum", detail)
         elif clear > 0:
-            self._leave_out(written, "d", "It is opaque: a scene has glass, yet nothing that is see-through.")
+            self._leave_out(written, "d", "It is opaque: a scene can have glass, but no other transparency.")
 
     def _relief(self, written: MtlMaterial, made: dict[str, Any]) -> None:
         normals = self._texture(written, NORMAL_MAPS, "linear")

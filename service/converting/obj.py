@@ -92,7 +92,7 @@ def _shapes(task: Task, obj: ObjText, names: Mapping[str | None, str]) -> list[d
     assets = _assets(task, obj, names)
     smooth = bent(obj)
     if smooth:
-        detail = "Normals are not those of the faces: the mesh is smoothed, with normals worked out anew."
+        detail = "Normals are not those of the faces: the mesh is smoothed, with newly computed normals."
         task.notes.assume("vn", detail)
     return [
         {"type": "mesh", "name": name, "asset": asset, "material": name}
@@ -108,7 +108,7 @@ def _assets(task: Task, obj: ObjText, names: Mapping[str | None, str]) -> list[s
         _check(task, task.content)
         return [task.placed.keep(task.path.resolve(), task.content)]
     if len(parts) > 1:
-        task.notes.assume("usemtl", f"The mesh is cut into {len(parts)} files, one for each material.")
+        task.notes.assume("usemtl", f"The mesh is split into {len(parts)} files, one for each material.")
     assets = []
     for used, faces in parts.items():
         content = write_part(obj, faces)

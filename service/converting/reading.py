@@ -72,7 +72,7 @@ def _known(value: object, annotation: object, parts: Parts, unknown: list[tuple[
         return {key: _known(item, model, (*parts, key), unknown) for key, item in value.items()}
     fields = dict(_names(model))
     unknown.extend(
-        ((*parts, key), model.REASONS.get(key, f"The field '{key}' is not known here."))
+        ((*parts, key), model.REASONS.get(key, f"The field '{key}' is unknown here."))
         for key in value
         if key not in fields and key not in model.SILENT
     )

@@ -1,4 +1,4 @@
-"""A scene around a mesh that brings none: grey, a camera that sees all of it, and a light."""
+"""A scene around a bare mesh: a grey material, a camera that sees all of it, and a light."""
 
 from __future__ import annotations
 
@@ -97,9 +97,7 @@ def scene_around(
     middle, radius = bounding_sphere(vertices)
     scene: dict[str, Any] = {"version": 1, "name": task.path.stem}
     if camera is None:
-        task.notes.assume(
-            "", "The camera looks from the front, right and above at all of the mesh; y is upwards."
-        )
+        task.notes.assume("", "The camera shows all of the mesh from the front, right and above; y is up.")
         camera = default_camera(middle, radius)
     scene["camera"] = camera
     if not lights:

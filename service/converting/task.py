@@ -1,4 +1,4 @@
-"""One file to be converted: what importers are given, note down, and make."""
+"""A conversion: the input of a converter, its notes, and the files it writes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Assumption:
 
 @dataclass(slots=True)
 class Notes:
-    """A list that grows while a file is converted; `file` is the one that most of it is about."""
+    """The notes on a conversion; `file` is the one that most of them are about."""
 
     file: str
     # A dict keeps the order and finds repetitions at once: each of a million lines may have its note.

@@ -128,13 +128,13 @@ class _Reader:
         if statement is not None:
             statement(line, words[1:])
         elif words[0] not in _NO_GEOMETRY:
-            detail = f"Statements '{words[0]}' are left out: of OBJ files triangles and polygons are read."
+            detail = f"Statements '{words[0]}' are left out: only triangles and polygons are read."
             self.notes.leave_out(words[0], detail, line=line, file=self.name)
 
     def _vertex(self, line: int, words: list[str]) -> None:
         self.read.vertices.append(self._numbers(line, "v", words, 3))
         if len(words) > 4:
-            detail = "Colours of vertices are left out: a colour belongs to a material."
+            detail = "Vertex colours are left out: a colour belongs to a material."
             self.notes.leave_out("v", detail, line=line, file=self.name)
 
     def _texture(self, line: int, words: list[str]) -> None:
@@ -150,7 +150,7 @@ class _Reader:
         except ValueError:
             numbers = ()
         if len(numbers) < count or not all(abs(number) <= LARGEST for number in numbers):
-            raise self._wrong(line, f"'{statement}' needs {count} numbers, none of them beyond {LARGEST:g}.")
+            raise self._wrong(line, f"'{statement}' needs {count} numbers, none larger than {LARGEST:g}.")
         return numbers
 
     def _face(self, line: int, words: list[str]) -> None:
@@ -258,7 +258,7 @@ class MtlMaterial:
     statements: dict[str, Statement] = field(default_factory=dict)
 
     def numbers(self, keyword: str, count: int) -> tuple[float, ...] | None:
-        """Numbers of a statement; None where there is none. One number may stand for three equal ones.
+        """Numbers of a statement; None if there are none. One number may stand for three equal ones.
 
         Raises
         ------
@@ -279,7 +279,7 @@ class MtlMaterial:
         return numbers
 
     def map(self, keyword: str) -> Map | None:
-        """The picture of a statement; None where there is none."""
+        """The picture of a statement; None if there is none."""
         statement = self.statements.get(keyword)
         if statement is None:
             return None

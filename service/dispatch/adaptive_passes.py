@@ -1,4 +1,4 @@
-"""The ledger of renders of target quality: each pass follows from the one before, until the error is reached.
+"""Passes of target quality: each follows from the one before, until the error is reached.
 
 A pass is some tiles, numbered from 1, and then their merging into the picture of the whole, which is entered
 as a finished step of tile 0. As in ``ledger.py`` every function works in a transaction of its caller.

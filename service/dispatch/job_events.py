@@ -1,4 +1,4 @@
-"""Waking requests that watch jobs. The database is the truth: an event only says that it has changed."""
+"""Events that wake requests watching a job; the database stays the only truth."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Watcher:
         self._changed.set()
 
     async def wait(self, seconds: float) -> bool:
-        """Wait for events; False if none came in time, and at once when the service stops."""
+        """Wait for events; False if none came in time, or immediately when the service stops."""
         if self._job_events.closed:
             return False
         with suppress(TimeoutError):

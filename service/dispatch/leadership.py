@@ -1,4 +1,4 @@
-"""Which of the servers on one database hands out work.
+"""Leader election: which of the servers on one database hands out work.
 
 The leader's lease is kept in the database and counted by its clock: the leader renews it with what it writes,
 and once it is late, another server may lead. In each of its transactions the leader checks that it still

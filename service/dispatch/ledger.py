@@ -87,7 +87,7 @@ def take_back_unknown(session: Session, known: Collection[JobTask]) -> int:
 
 
 def unwanted(session: Session) -> Sequence[str]:
-    """Return the ids of the renders that run and were cancelled, by whatever server."""
+    """Return the ids of the running renders that any server has cancelled."""
     return session.scalars(select(RenderRow.id).where(_STARTED, RenderRow.cancel_requested)).all()
 
 

@@ -1,4 +1,4 @@
-"""Notifications between the servers on one database: that there is work, that jobs have changed.
+"""Notifications between the servers on one database: there is work, jobs have changed.
 
 As within one server, the database is the truth, and a notification only says that it has changed. After a
 lost connection everything is read once, for notifications may have been missed.

@@ -1,4 +1,4 @@
-"""What one round of the dispatcher decides, inside one transaction."""
+"""One round of the dispatcher: its decisions, inside one transaction."""
 
 from __future__ import annotations
 

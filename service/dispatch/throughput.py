@@ -1,4 +1,4 @@
-"""How fast the queue gets shorter."""
+"""The throughput of the queue: how fast it gets shorter."""
 
 from __future__ import annotations
 

@@ -141,6 +141,6 @@ def _partial(accept: Verdict, found: Comparison, share: float) -> float:
 
 def _blocks(accept: Verdict, share: float) -> str:
     return (
-        f"{share:.1%} of the blocks of 8 x 8 pixels are brighter or darker than noise makes them, by more "
-        f"than {accept.tolerance:g}; up to {accept.full:.1%} may be."
+        f"{share:.1%} of the blocks of 8 x 8 pixels are brighter or darker than noise explains, by more "
+        f"than {accept.tolerance:g}; up to {accept.full:.1%} are allowed."
     )

@@ -18,7 +18,7 @@ def read_arrays(folder: Folder, name: str, wanted: Sequence[str]) -> dict[str, F
     Raises
     ------
     GradingError
-        The file cannot be read, is no .npz file, lacks an array, or holds something other than real numbers.
+        The file cannot be read, is not an .npz file, lacks an array, or holds other than real numbers.
     """
     content = folder.read(name)
     try:
@@ -30,7 +30,7 @@ def read_arrays(folder: Folder, name: str, wanted: Sequence[str]) -> dict[str, F
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             found = {key: archive[key] for key in wanted if key in archive}
     except (ValueError, AttributeError, EOFError, TypeError, OSError, zipfile.BadZipFile) as error:
-        raise folder.fault(f"{name} is no .npz file of arrays. Write it with numpy.savez.") from error
+        raise folder.fault(f"{name} is not an .npz file of arrays. Write it with numpy.savez.") from error
     missing = [key for key in wanted if key not in found]
     if missing:
         raise folder.fault(f"{name} has no array {', '.join(map(repr, missing))}. Save them by these names.")

@@ -1,4 +1,4 @@
-"""The body of the process that runs one test."""
+"""What runs inside the process of one test."""
 
 from __future__ import annotations
 

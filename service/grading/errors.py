@@ -22,4 +22,4 @@ class NotGradableError(GradingError):
 
 
 class BrokenTestError(GradingError):
-    """A test cannot run, whatever the submission holds."""
+    """A test that cannot run with any submission."""

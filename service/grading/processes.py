@@ -79,7 +79,7 @@ class _Running:
         return self.begun + self.errand.deadline
 
     def finished(self, *, error: Exception | None = None, trouble: str | None = None) -> Finished:
-        """The outcome; a result that arrived in time is kept, whatever happened afterwards."""
+        """The outcome; a result that arrived in time is kept, even if the process died afterwards."""
         if self.result is not None:
             error = trouble = None
         return Finished(self.result, error, trouble, time.monotonic() - self.begun, self.cpu_seconds)

@@ -108,7 +108,7 @@ def _of_distances(
     yield ("t", scaled), "t is a distance; it must be in units of the length of the given direction."
     yield ("t", t < 0), "Many hits lie behind the origin: only t > 0 counts."
     close = np.isfinite(wanted) & (np.abs(t - wanted) <= DIGITS * np.abs(wanted))
-    yield ("t", close & ~scaled), "Hits are right to a few digits only: calculate in float64."
+    yield ("t", close & ~scaled), "Hits are accurate to a few digits only: calculate in float64."
     both = np.isfinite(wanted) & np.isfinite(t)
     behind = both & (t > wanted) & ~(unhit | close | scaled)
     yield ("t", behind), "Many hits lie behind the right ones: take the nearest in front of the origin."

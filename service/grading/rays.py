@@ -36,7 +36,7 @@ def rays(test: RaysTest, run: Run) -> Iterator[Outcome]:
     agrees = agreement(submitted, right)
     sure = ~right.doubtful
     if not sure.any():
-        raise BrokenTestError("Rounding decides what every single ray hits. Choose other rays.")
+        raise BrokenTestError("The hit of every ray depends on rounding. Choose other rays.")
     good = np.logical_and.reduce(list(agrees.values()))
     value = float(np.count_nonzero(good & sure)) / np.count_nonzero(sure)
     share = share_of(value, test.accept)
@@ -61,7 +61,7 @@ def _plan(folder: Folder, name: str) -> RenderPlan:
     try:
         return compile_scene(load_scene(folder.read(name), assets=folder.assets(name)))
     except SceneError as error:
-        raise folder.fault(f"{name} is no usable scene. {error}") from error
+        raise folder.fault(f"{name} is not a usable scene. {error}") from error
 
 
 def _submitted(test: RaysTest, run: Run, cast: RayList, right: Answers) -> Mapping[str, Floats]:
@@ -94,5 +94,5 @@ def _numbers(agrees: Mapping[str, Masks], sure: Masks) -> dict[str, float | None
 
 def _counted(good: Masks, sure: Masks) -> str:
     total, left_out = np.count_nonzero(sure), np.count_nonzero(~sure)
-    doubtful = f"; {left_out} are excluded, because rounding decides what they hit" if left_out else ""
+    doubtful = f"; {left_out} are excluded, because their hits depend on rounding" if left_out else ""
     return f"{np.count_nonzero(good & sure)} of {total} rays agree{doubtful}."

@@ -83,7 +83,7 @@ def _key(order: Ordered) -> str:
     try:
         parcel = pack(order.folder.read(order.file), assets=order.folder.assets(order.file))
     except SceneError as error:
-        raise BrokenTestError(f"{order.file} is no usable scene. {error}") from error
+        raise BrokenTestError(f"{order.file} is not a usable scene. {error}") from error
     quality = None if order.quality is None else order.quality.model_dump(mode="json")
     parts = [version("penumbra-render"), parcel.document, quality]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()

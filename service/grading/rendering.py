@@ -96,7 +96,7 @@ def rendered(order: Ordered) -> Rendered:
             return _by_service(order, text, layers, begun + SERVICE_SHARE * order.timeout)
         result = render(compile_scene(scene, order.quality, layers=layers))
     except SceneError as error:
-        raise order.folder.fault(f"{order.file} is no usable scene. {_listed(error)}") from error
+        raise order.folder.fault(f"{order.file} is not a usable scene. {_listed(error)}") from error
     except RenderError as error:
         raise order.folder.fault(f"{order.file} could not be rendered: {error}") from error
     return Rendered(result.image, result.layers, result.report["cpu_seconds"])

@@ -135,7 +135,7 @@ def trouble(finished: Finished) -> str:
         return finished.trouble or ""
     if isinstance(finished.error, GradingError):
         return str(finished.error)
-    return f"It broke: {type(finished.error).__name__}: {finished.error}"
+    return f"It failed: {type(finished.error).__name__}: {finished.error}"
 
 
 def _status(share: float) -> Status:

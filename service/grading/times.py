@@ -42,7 +42,7 @@ def _reported(report: ReportFile, run: Run) -> float:
     try:
         document = read_text(run.submission.read(report.file), limits_in_force())
     except SceneError as error:
-        raise NotGradableError(f"{report.file} is no JSON file. {error}") from error
+        raise NotGradableError(f"{report.file} is not a JSON file. {error}") from error
     value = _at(document.content, report.pointer)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value < 0:
         raise NotGradableError(

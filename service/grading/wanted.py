@@ -71,7 +71,7 @@ def read_picture(folder: Folder, name: str, encoding: Encoding) -> tuple[bytes, 
     Raises
     ------
     GradingError
-        The file has no usable picture; the class depends on the folder.
+        The file is not a usable picture; the class depends on the folder.
     """
     content = folder.read(name)
     layers = folder.layers(name) if folder.role == "reference" else {}
@@ -85,4 +85,4 @@ def _scene(folder: Folder, name: str) -> LoadedScene:
     try:
         return load_scene(folder.read(name), assets=folder.assets(name))
     except SceneError as error:
-        raise folder.fault(f"{name} is no usable scene. {error}") from error
+        raise folder.fault(f"{name} is not a usable scene. {error}") from error

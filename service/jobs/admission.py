@@ -1,4 +1,4 @@
-"""Deciding whether a request is taken, before any work is done for it."""
+"""Admission: whether a request is accepted, before any work is done for it."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def _problem(place: str, asset: str, known: Mapping[str, str], mesh: bool) -> Pr
     if asset.startswith(PREFIX) and is_sha256(asset.removeprefix(PREFIX)):
         detail = "You have uploaded no such asset. Send it to /v1/assets first."
         return Problem(pointer=place, detail=detail, code="unknown_asset")
-    detail = "Here an asset is named 'sha256:' and 64 lower-case hexadecimal digits of an uploaded file."
+    detail = "Over HTTP an asset is 'sha256:' and the 64 lower-case hexadecimal digits of an uploaded file."
     return Problem(pointer=place, detail=detail, code="asset_name")
 
 

@@ -1,4 +1,4 @@
-"""The parts of a running service, and the dependency by which routes get them."""
+"""The parts of a running service, and the dependency that gives them to routes."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Service:
     readers: CapacityLimiter
 
     async def read(self, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs) -> Answer:
-        """Call what reads a document, in a thread: few at once, for a large one takes much memory."""
+        """Call a function that reads a document in a thread, few at once: large ones take much memory."""
         return await to_thread.run_sync(partial(function, *args, **kwargs), limiter=self.readers)
 
 

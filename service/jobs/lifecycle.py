@@ -1,4 +1,4 @@
-"""What requests do with jobs: find, list, cancel, remove, wait, focus and pin them."""
+"""What requests do with jobs: find, list, cancel, delete, wait, focus and pin them."""
 
 from __future__ import annotations
 
@@ -262,7 +262,7 @@ def pin(service: Service, job_id: str, principal: Principal) -> Job:
     with service.database.writing() as session:
         row = find(session, job_id)
         if row.state is JobState.EXPIRED:
-            raise PictureGoneError("The picture has expired. Submit the job again to have another.")
+            raise PictureGoneError("The picture has expired. Submit the job again for a new one.")
         if not row.pinned and not principal.sees_all:
             _check_pins(session, principal, service.settings.max_user_pins)
         row.pinned = True
@@ -279,7 +279,7 @@ def unpin(service: Service, job_id: str) -> Job:
 def _check_pins(session: Session, principal: Principal, most: int) -> None:
     mine = select(func.count()).select_from(JobRow).where(JobRow.owner == principal.name, JobRow.pinned)
     if session.scalars(mine).one() >= most:
-        raise ForbiddenError(f"You have pinned {most} jobs, as many as you may. Unpin or delete one first.")
+        raise ForbiddenError(f"You have pinned {most} jobs, the maximum. Unpin or delete one first.")
 
 
 def request_of(service: Service, job_id: str) -> bytes:

@@ -21,7 +21,7 @@ MOST_STEPS = 50
 ENDS = {
     JobState.SUCCEEDED: "The picture is finished.",
     JobState.CANCELLED: "It was cancelled.",
-    JobState.EXPIRED: "The picture was removed: the service keeps pictures for a time.",
+    JobState.EXPIRED: "The picture was deleted: the service keeps pictures for a limited time.",
 }
 
 
@@ -58,7 +58,7 @@ def _entries(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
         yield from _passes(row, render, repeated)
         yield from _composing(render)
     if row.paused_at is not None and not row.state.final:
-        yield LogEntry(at=row.paused_at, event="paused", message="It is paused until it is resumed.")
+        yield LogEntry(at=row.paused_at, event="paused", message="The job was paused.")
     if row.state.final:
         yield LogEntry(at=row.finished_at, event=row.state.value, message=_end(row))
 
@@ -80,7 +80,7 @@ def _step(step: TileRow) -> LogEntry:
     died = f" {step.deaths} of its workers died." if step.deaths else " The service was stopped meanwhile."
     return LogEntry(
         event="step_repeated",
-        message=f"Tile {step.tile} of pass {step.pass_index} was begun {step.attempt} times.{died}",
+        message=f"Tile {step.tile} of pass {step.pass_index} was started {step.attempt} times.{died}",
         pass_index=step.pass_index,
         tile=step.tile,
         attempts=step.attempt,

@@ -143,7 +143,7 @@ def _finished(session: Session, row: JobRow) -> _Finished:
     if render.image_sha256 is not None:
         return _Finished(row.id, render, None, (), ())
     if render.last_seq == 0:
-        raise PictureNotReadyError("Nothing of the picture is finished yet. Ask again in a moment.")
+        raise PictureNotReadyError("No part of the picture is finished yet. Try again in a moment.")
     if render.target_error is not None:
         fresh, recorded = targets.fresh(session, render), targets.recorded(session, render)
         return _Finished(row.id, render, None, tuple(fresh), tuple(recorded))
@@ -184,7 +184,7 @@ def _layer_so_far(store: TileStore, finished: _Finished, requested: ImageRequest
     if render.target_error is not None and not layers.of_centres(name):
         raise PictureNotReadyError("With target quality this layer is there when the picture is finished.")
     if not parts:
-        raise PictureNotReadyError("Nothing of the layer is finished yet. Ask again in a moment.")
+        raise PictureNotReadyError("No part of the layer is finished yet. Try again in a moment.")
     sheet = _layers_so_far(store, finished, (name,))[name]
     passes = [pass_ for pass_ in rows.passes_of(render) if layers.records(pass_, (name,))]
     total = sum(rows.work(pass_, Tile(0, 0, 0, render.width, render.height)) for pass_ in passes)

@@ -1,4 +1,4 @@
-"""Retention: deletes pictures by age and by size, and assets that no picture needs any more.
+"""Retention: deletes pictures by age and by size, and assets that no picture needs.
 
 As in ``ledger.py`` a sweep works in a transaction of its caller; what it names in ``pictures`` and ``assets``
 leaves the disk when that is over, and what a killed process leaves there goes when the next service starts.

@@ -1,4 +1,4 @@
-"""Entering a job: in one transaction it gets a render with all its steps, or shares an existing one."""
+"""Submission: in one transaction a job gets a render with all its steps, or shares an existing one."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Where pixels and textures lie: finished tiles, final pictures, uploaded assets."""
+"""Storage of pixels and assets: finished tiles, final pictures, uploaded textures and meshes."""

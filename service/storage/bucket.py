@@ -1,4 +1,4 @@
-"""A bucket of an S3-compatible object store: machines that share it need no folder that all of them see.
+"""A bucket of an S3-compatible object store, for machines without a common folder.
 
 Who may use it, and where it is, comes from the variables ``AWS_ACCESS_KEY_ID``, ``AWS_SECRET_ACCESS_KEY``,
 ``AWS_REGION``, ``AWS_ENDPOINT_URL`` and others, or from the machine's role.
@@ -80,7 +80,7 @@ class Bucket:
         self._dropping: threading.Thread | None = None
 
     def within(self, name: str) -> Bucket:
-        """Return what lies under a name as a place of its own."""
+        """Return the part of the store under a name, as a store."""
         return Bucket(f"{self.place}/{name}")
 
     def check(self) -> None:
@@ -94,7 +94,7 @@ class Bucket:
         """Do nothing: a bucket has no folders. What is written too late goes when the service starts."""
 
     def put(self, name: str, data: bytes) -> None:
-        """Keep bytes in place of what had the name."""
+        """Store bytes under a name, replacing what was there."""
         self._put(name, data)
 
     @contextmanager
@@ -115,7 +115,7 @@ class Bucket:
             return bytes(obstore.get(self._store, name).bytes())
 
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
-        """Return the bytes of several names in their order, some of which are fetched at once."""
+        """Return the bytes of several names in their order, fetching some of them in parallel."""
         for first in range(0, len(names), AT_ONCE):
             with self._translate_errors():
                 fetched = asyncio.run(self._fetched(names[first : first + AT_ONCE]))
@@ -126,7 +126,7 @@ class Bucket:
         return self._recent.get(name, lambda: np.load(io.BytesIO(self.get(name))))
 
     def find(self, name: str) -> Stored | None:
-        """Describe what lies under a name; None if there is nothing."""
+        """Describe what is stored under a name; None if there is nothing."""
         try:
             with self._translate_errors():
                 head = obstore.head(self._store, name)
@@ -160,7 +160,7 @@ class Bucket:
             self._dropping.start()
 
     def tidy(self, age_seconds: float) -> None:
-        """Do nothing: drafts lie elsewhere, and have no names."""
+        """Do nothing: drafts are elsewhere, and have no names."""
 
     def _drop(self) -> None:
         while True:

@@ -18,7 +18,7 @@ from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
 from service.storage.objects import Found, Objects, Stored
 
 NO_ROOM = "The disk is full. Try again when there is room."
-NOT_WRITABLE = "The data folder cannot be written now. Try again when its operator has seen to it."
+NOT_WRITABLE = "The data folder cannot be written now. Try again when its operator has fixed it."
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 READ_ONLY = (errno.EROFS, errno.EACCES, errno.EPERM)
@@ -38,13 +38,13 @@ class Folder:
         self.place = str(folder)
 
     def within(self, name: str) -> Folder:
-        """Return what lies under a name as a place of its own."""
+        """Return the part of the store under a name, as a store."""
         return Folder(self._folder / name)
 
     def check(self) -> None:
         """Raise StoreAwayError if it is not there; the message says what to do."""
         if not self._folder.is_dir():
-            raise StoreAwayError(f"{self.place} is not there. Mount the service's data folder there.")
+            raise StoreAwayError(f"{self.place} does not exist. Mount the service's data folder there.")
 
     def begin(self, prefix: str) -> None:
         """Make a folder and its parents; files are written only to existing folders."""
@@ -52,14 +52,14 @@ class Folder:
             (self._folder / prefix).mkdir(parents=True, exist_ok=True)
 
     def put(self, name: str, data: bytes) -> None:
-        """Keep bytes in place of what had the name."""
+        """Store bytes under a name, replacing what was there."""
         with self.draft(name) as draft:
             draft.write(data)
             self.keep(draft, name)
 
     @contextmanager
     def draft(self, name: str) -> Iterator[IO[bytes]]:
-        """Open a temporary file beside the one that it may become."""
+        """Open a temporary file beside its final place."""
         with (
             translate_errors(),
             tempfile.NamedTemporaryFile(
@@ -92,7 +92,7 @@ class Folder:
         return found
 
     def find(self, name: str) -> Stored | None:
-        """Describe what lies under a name; None if there is nothing."""
+        """Describe what is stored under a name; None if there is nothing."""
         path = self._folder / name
         try:
             state = path.stat()

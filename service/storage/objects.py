@@ -1,4 +1,4 @@
-"""Bytes under names: what a folder and a bucket both do for the stores of pixels and textures.
+"""The interface of a folder and a bucket: bytes under names.
 
 Names are parts with slashes between them, relative to the place. Every write is atomic: a reader sees all of
 it or nothing.
@@ -26,7 +26,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Stored:
-    """What lies under a name, ready to be sent in parts.
+    """A stored object, ready to be sent in parts.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Objects(Protocol):
     """What operators know it by: a folder, or the address of a bucket."""
 
     def within(self, name: str) -> Objects:
-        """Return what lies under a name as a place of its own."""
+        """Return the part of the store under a name, as a store."""
 
     def check(self) -> None:
         """Raise StoreAwayError if the place cannot be seen from here; the message says what to do."""
@@ -66,13 +66,13 @@ class Objects(Protocol):
         """Make room for names under this one. Once that is dropped nothing more can be kept there."""
 
     def put(self, name: str, data: bytes) -> None:
-        """Keep bytes in place of what had the name."""
+        """Store bytes under a name, replacing what was there."""
 
     def draft(self, name: str) -> AbstractContextManager[IO[bytes]]:
         """Open a file of this machine to be written and then kept under the name; else it goes."""
 
     def keep(self, draft: IO[bytes], name: str) -> None:
-        """Keep what was written to a draft in place of what had the name."""
+        """Store what was written to a draft under its name, replacing what was there."""
 
     def get(self, name: str) -> bytes:
         """Return all bytes; raise FileNotFoundError if there are none."""
@@ -81,19 +81,19 @@ class Objects(Protocol):
         """Return the bytes of several names in their order, as ``get`` does, however far away they are."""
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an .npy file for reading; what it holds is never written anew."""
+        """Return an .npy file for reading; its contents never change."""
 
     def find(self, name: str) -> Stored | None:
-        """Describe what lies under a name; None if there is nothing."""
+        """Describe what is stored under a name; None if there is nothing."""
 
     def found(self, prefix: str = "") -> Iterator[Found]:
-        """List all that lies under a name, in no order, or everything."""
+        """List everything under a name, or everything, in no order."""
 
     def delete(self, names: Iterable[str]) -> None:
-        """Remove what lies under these names; those that are not there do not matter."""
+        """Delete these names; those that do not exist are ignored."""
 
     def drop(self, prefix: str) -> None:
-        """Remove all that lies under a name, perhaps a little later."""
+        """Delete everything under a name, perhaps a little later."""
 
     def tidy(self, age_seconds: float) -> None:
         """Remove drafts of this age that a killed process left behind."""

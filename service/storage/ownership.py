@@ -1,4 +1,4 @@
-"""Ownership of a place of pictures: by one database, and by one service or several that share it."""
+"""Ownership of stored pictures: by one database, and by one service or several that share it."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def held(folder: Path, *, shared: bool) -> Iterator[None]:
         except BlockingIOError:
             message = (
                 f"Another service uses {folder}. Stop it, or name another folder; "
-                "several services can share one on PostgreSQL alone."
+                "only services on PostgreSQL can share one."
             )
             raise StoreTakenError(message) from None
         yield

@@ -1,1 +1,1 @@
-"""Traces of requests, jobs and tiles, sent by OpenTelemetry where a collector is named, and metrics."""
+"""Metrics, and traces of requests, jobs and tiles that OpenTelemetry sends to a collector."""

@@ -94,7 +94,7 @@ class SentJobSpans(JobSpans):
         self._traces = lru_cache(MANY)(self._look_up)
 
     def here(self) -> str | None:
-        """Name the span that is under way, as a ``traceparent``; None where there is none."""
+        """The current span as a ``traceparent``; None if there is none."""
         carrier: dict[str, str] = {}
         _W3C.inject(carrier)
         return carrier.get("traceparent")

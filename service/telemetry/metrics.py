@@ -44,7 +44,7 @@ class Metrics:
         self.tiles = Counter("penumbra_tiles", "Tiles that were rendered, in all passes.", registry=here)
         self.leads = Gauge("penumbra_leads", "1 where this server hands out work.", registry=here)
         self.deaths = Counter("penumbra_worker_deaths", "Tasks that lost their worker.", registry=here)
-        self.retries = Counter("penumbra_retries", "Tasks that are tried again.", ["cause"], registry=here)
+        self.retries = Counter("penumbra_retries", "Tasks that are retried.", ["cause"], registry=here)
         # A counter that appears with its first retry shows no increase.
         self.note_retries(dict.fromkeys(Cause, 0))
         self.failures = Counter("penumbra_task_failures", "Tasks that failed.", ["code"], registry=here)
@@ -123,7 +123,7 @@ def _families(session: Session) -> Iterator[GaugeMetricFamily]:
     code = JobRow.failure["code"].as_string()
     failed = select(code, func.count()).where(JobRow.state == JobState.FAILED).group_by(code)
     failures = {str(name): count for name, count in session.execute(failed)}
-    yield _by("penumbra_failed_jobs", "Jobs that are kept and failed, by code.", "code", failures)
+    yield _by("penumbra_failed_jobs", "Failed jobs that are kept, by code.", "code", failures)
 
     ratios = sorted(_ratios(session))
     shares = {str(share): ratios[round(share * (len(ratios) - 1))] for share in (0.5, 0.95) if ratios}

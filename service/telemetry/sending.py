@@ -1,4 +1,4 @@
-"""Spans that are sent to a collector, by OTLP over HTTP. The variables of OpenTelemetry say where and how."""
+"""Sends spans to a collector by OTLP over HTTP, as the variables of OpenTelemetry say."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Spans of the service's work. Here they are dropped; ``sending.py`` sends them.
+"""Spans of the service's work: dropped, unless ``sending.py`` sends them.
 
 A request that brings a job has a span, which is a part of the client's trace where the request names one.
 The job has one below it, from when it was taken until it has ended, and each attempt at a tile has one below
@@ -29,7 +29,7 @@ class JobSpans:
     """Spans of jobs and of attempts at their tiles, dropped."""
 
     def here(self) -> str | None:
-        """Name the span that is under way, as a ``traceparent``; None where there is none."""
+        """The current span as a ``traceparent``; None if there is none."""
         return None
 
     def taken(self, job: str, render: str | None, *, shared: bool) -> None:

@@ -1,1 +1,1 @@
-"""Executing tasks: an engine runs what it is given and holds nothing that cannot be lost."""
+"""Executing tasks: an engine runs what it is given and keeps nothing that cannot be lost."""

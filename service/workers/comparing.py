@@ -1,4 +1,4 @@
-"""Comparing two pictures in a worker."""
+"""Comparison of two pictures, as a worker runs it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The engine of many machines: tasks travel to the workers of a Dask cluster, each of which has one slot.
+"""The engine for many machines: tasks go to the workers of a Dask cluster, one slot each.
 
 Nothing is kept in the cluster: what is lost with a worker or with the scheduler comes back as interrupted,
 and the dispatcher hands it out again from the database.

@@ -1,4 +1,4 @@
-"""The interface of an engine, which engine a service has, and which Dask clusters are safe."""
+"""Engines: their interface, the choice of one for a service, and which Dask clusters are safe."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Engine(Protocol):
         """Whether a task submitted now would be executed. May be called by any thread."""
 
     def close(self) -> None:
-        """Stop everything at once. Nothing is reported from here on."""
+        """Stop everything at once. Nothing is reported afterwards."""
 
 
 def check_engine(settings: Settings) -> None:

@@ -1,4 +1,4 @@
-"""Heartbeats: a worker sends beats through a pipe, and its parent counts time by them.
+"""Heartbeats: a worker sends them through a pipe, and its parent measures time by them.
 
 No clock is read. A machine that slept, a service that was stopped for an hour, and a wall clock that was set
 all look alike: no worker was silent meanwhile, and no task has run.

@@ -1,4 +1,4 @@
-"""The layers of a job, put together from the tiles that have recorded them."""
+"""The layers of a job, assembled from its tiles."""
 
 from __future__ import annotations
 
@@ -50,5 +50,5 @@ def composed(
 
 
 def file_name(name: str) -> str:
-    """Say under which name a finished layer lies in the store."""
+    """The name of a finished layer in the store."""
     return f"layer-{name}.npy"

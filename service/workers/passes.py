@@ -29,7 +29,7 @@ from service.workers.tasks import AdvanceDone, AdvanceTask, Interrupted, SampleT
 
 @dataclass(frozen=True)
 class PassWorker:
-    """Executes tasks of jobs of target quality; all that it knows of a job lies in the store."""
+    """Executes tasks of jobs of target quality; all state of a job is in the store."""
 
     store: TileStore
     workers: int

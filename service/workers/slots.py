@@ -1,4 +1,4 @@
-"""The engine of one machine: N slots, each a process with a pipe of its own.
+"""The engine for one machine: N slots, each a process with its own pipe.
 
 A slot loses what its process was given and nothing else, and the process is replaced. The process alone holds
 the far end of its pipe: one that dies in the middle of a large answer is an end of file here, where a pool

@@ -1,4 +1,4 @@
-"""Tasks of an engine and their outcomes. All of it travels between processes."""
+"""Tasks of an engine and their outcomes, as they are sent between processes."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ Task = JobTask | CallTask
 
 @dataclass(frozen=True)
 class TileDone:
-    """A tile lies in the store."""
+    """A tile is in the store."""
 
     crc32: int
     counts: dict[str, int]
@@ -153,7 +153,7 @@ class TileDone:
 
 @dataclass(frozen=True)
 class AdvanceDone:
-    """A pass is merged: picture, state and demand lie in the store.
+    """A pass is merged: picture, state and demand are in the store.
 
     ``tiles`` are those in which the next pass has ``samples`` to take. It is predicted to last
     ``next_seconds``, all passes after it ``later_seconds``, and one of its camera rays ``ray_seconds``. Where
@@ -176,7 +176,7 @@ class AdvanceDone:
 
 @dataclass(frozen=True)
 class ComposeDone:
-    """The final picture lies in the store; ``numerics`` counts its bad pixels by kind.
+    """The final picture is in the store; ``numerics`` counts its bad pixels by kind.
 
     ``errors`` are those after the passes of which they are known, by the pass's index.
     """

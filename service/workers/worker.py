@@ -1,4 +1,4 @@
-"""The inside of a worker process: how it starts, and how it executes a task."""
+"""Inside a worker process: how it starts, and how it executes a task."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def test_the_error_against_time_is_there_as_numbers_too(open_page: Open, client:
     finish(client, job)
     passes = client.get(f"/v1/jobs/{job}/convergence").json()["passes"]
     page = open_page(f"/jobs/{job}")
-    page.get_by_text("The same as numbers").click(timeout=TIMEOUT)
+    page.get_by_text("As a table").click(timeout=TIMEOUT)
     expect(page.locator(".numbers tbody tr")).to_have_count(
         sum(entry["error"] is not None for entry in passes)
     )

@@ -19,8 +19,8 @@ def finished(page: Page) -> None:
 
 def ask_for_samples(page: Page, camera: int, light: int) -> None:
     page.get_by_role("radio", name="Samples").check()
-    page.get_by_label("Samples a pixel").fill(str(camera))
-    page.get_by_label("Points a light").fill(str(light))
+    page.get_by_label("Samples per pixel").fill(str(camera))
+    page.get_by_label("Points per light").fill(str(light))
 
 
 def test_a_scene_of_the_gallery_is_rendered_with_the_quality_asked_for(
@@ -80,7 +80,7 @@ def test_a_quality_that_does_not_fit_marks_no_line(page: Page) -> None:
     opened(page)
     page.get_by_role("radio", name="Samples").check()
     page.get_by_label("Pattern in the pixel").select_option("uniform")
-    page.get_by_label("Samples a pixel").fill("5")
+    page.get_by_label("Samples per pixel").fill("5")
     problems = page.get_by_role("listitem").filter(has_text="square number")
     expect(problems).to_contain_text("Quality", timeout=TIMEOUT)
     expect(page.locator(".line.wrong")).to_have_count(0)
@@ -134,7 +134,7 @@ def test_the_price_is_shown_before_anything_is_rendered(page: Page, client: http
     page.get_by_label("Pattern in the pixel").select_option("random")
     quote = page.get_by_role("region", name="Quote")
     expect(quote.get_by_role("term").first).to_have_text("Time", timeout=TIMEOUT)
-    # Measured, or predicted by the plan alone if the machine was busy.
+    # Measured, or predicted from the plan alone if the machine was busy.
     expect(quote).to_contain_text("with 2 workers")
     assert "only priced" not in [job["name"] for job in client.get("/v1/jobs").json()["jobs"]]
 
@@ -148,7 +148,7 @@ def test_what_is_too_expensive_to_be_tried_is_priced_by_the_plan_and_can_be_trie
     editor(page).fill(small("basic", name="too expensive to try", lights=[lamp] * 24))
     ask_for_samples(page, 2048, 4096)
     quote = page.get_by_role("region", name="Quote")
-    expect(quote).to_contain_text("by the plan alone", timeout=TIMEOUT)
+    expect(quote).to_contain_text("from the plan alone", timeout=TIMEOUT)
     expect(quote.get_by_role("term").first).to_have_text("Time")
     shoot(page, "start-not-tried")
     with page.expect_response(lambda response: response.url.endswith("/v1/quotes"), timeout=TIMEOUT):

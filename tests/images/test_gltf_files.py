@@ -163,7 +163,7 @@ WRONG: dict[str, tuple[Callable[[Made], None], str]] = {
     "no accessor": (changed("meshes", 0, primitives=[{"attributes": {"POSITION": 9}}]), "damaged"),
     "no vertices": (changed("meshes", 0, primitives=[{"attributes": {}}]), "damaged"),
     "no such node": (changed("nodes", 0, mesh=7), "damaged"),
-    "asset": (added(asset="wood.png"), "no glTF"),
+    "asset": (added(asset="wood.png"), "not glTF"),
 }
 
 

@@ -52,7 +52,7 @@ def test_servers_share_a_folder_only_where_they_share_a_database(tmp_path: Path)
     with held(tmp_path, shared=True):
         with held(tmp_path, shared=True):
             pass
-        with pytest.raises(StoreTakenError, match="on PostgreSQL alone"), held(tmp_path, shared=False):
+        with pytest.raises(StoreTakenError, match="services on PostgreSQL"), held(tmp_path, shared=False):
             pass
 
 

@@ -38,10 +38,11 @@ INTRODUCTION = """\
 
 <!-- Written by tools/docs/generate_scene_reference.py from the schemas. Change those, then run it. -->
 
-A scene is one JSON object. Numbers are JSON numbers: never text, never NaN or Infinity, coordinates at most
-1e15, sizes at least 1e-100. A whole number may be written `32` or `32.0`. Lengths are in scene units,
-angles in degrees, colours are linear RGB. The world is right-handed, with y up by habit only. Unknown fields
-and repeated fields are refused.
+A scene is one JSON object. Lengths are in scene units, angles in degrees, and colours are linear RGB. The
+world is right-handed, usually with y up. Coordinates are at most 1e15, sizes at least 1e-100. Numbers are
+JSON numbers, not text, NaN or Infinity; a whole number may be written `32` or `32.0`. Unknown and repeated
+fields are refused.
+
 `penumbra validate SCENE` reports every problem at once, each with its JSON Pointer, line and column. The
 machine-readable schema is at `GET /v1/schemas/scene.json`. Scenes to start from are in
 [the cookbook](../how-to/cookbook.md).
@@ -50,16 +51,15 @@ machine-readable schema is at `GET /v1/schemas/scene.json`. Scenes to start from
 CLOSING = """\
 ## Warnings
 
-Some scenes are valid, but their picture is probably not what was meant. They are rendered, with a warning:
+A valid scene whose picture is probably not what you meant is rendered with a warning:
 
 - no light shines, with ambient light (`no_light`) or without (`black_picture`);
-- no shape is in view (`nothing_in_view`): the sphere around each shape lies outside the cone around the
-  picture;
+- no shape is in view (`nothing_in_view`): the sphere around each lies outside the cone around the picture;
 - a light is inside an ellipsoid (`light_inside`);
 - no shape uses a material, or no material uses a texture (`unused`);
-- a triangle has no area and is left out, or no triangle of a mesh written in the scene has one (`no_area`);
+- a triangle has no area and is left out, or no triangle of a mesh in the scene has any (`no_area`);
 - the view is so narrow that rounding moves rays by a hundredth of a pixel or more (`narrow_view`);
-- the colour of a material is more than 1 in a channel, as if written in 0 to 255 (`bright_color`);
+- a channel of a material's colour is more than 1, as if on a scale of 0 to 255 (`bright_color`);
 - `up` is parallel to the view (`up_parallel_to_view`);
 - the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`).
 """
@@ -75,7 +75,7 @@ SECTIONS: dict[str, list[tuple[str, type[Closed]]]] = {
         ("Sphere", Sphere),
         ("Mesh", Mesh),
         ("Mesh in a file", MeshFile),
-        ("Turn of a mesh", Turn),
+        ("Rotation of a mesh", Turn),
     ],
     "Materials": [("Phong", PhongMaterial)],
     "Textures": [("Image", ImageTexture), ("Checker", CheckerTexture)],
@@ -104,7 +104,7 @@ def page() -> str:
 
 
 def pictures() -> Iterator[str]:
-    """Show the gallery: one picture an effect, each with what to notice."""
+    """Show the gallery: a picture of each effect, with what to notice."""
     yield "## What the effects look like\n"
     yield "`make gallery` renders these pictures from the scenes in `scenes/gallery`.\n"
     for name, notice in _GALLERY_ROW.findall((SCENES / "README.md").read_text(encoding="utf-8")):
@@ -117,7 +117,7 @@ def in_one_line(vector: re.Match[str]) -> str:
 
 
 def table(model: type[Closed]) -> str:
-    """Describe the fields of a model, one a row."""
+    """Describe the fields of a model, one per row."""
     described = scene_json_schema()
     if model is not Scene:
         described = described["$defs"][model.__name__]
@@ -126,7 +126,7 @@ def table(model: type[Closed]) -> str:
     for name in fields_of(model):
         field = described["properties"][name]
         default = "required" if name in required else default_of(field)
-        rows.append(f"| `{name}` | {words(field)} | {default} | {field.get('description', 'This kind.')} |")
+        rows.append(f"| `{name}` | {words(field)} | {default} | {field.get('description', 'The kind.')} |")
     return "\n".join(rows) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""Jobs: submit, show, list, cancel, pause, pin, remove."""
+"""Jobs: submit, show, list, cancel, pause, pin, delete."""
 
 from __future__ import annotations
 

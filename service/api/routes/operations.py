@@ -1,4 +1,4 @@
-"""For operators: health checks and the version, which need no key, metrics, and deleting what is kept."""
+"""Routes for operators: health checks and version, which need no key, metrics, and pruning."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ async def livez(here: Here) -> Condition:
     """Check that the process works. If not, restart it."""
     # On the event loop, because all threads may be waiting for an unreachable database.
     if not here.dispatcher.lives():
-        raise UnavailableError("The service does not hand out work any more. Restart it.")
+        raise UnavailableError("The service no longer hands out work. Restart it.")
     return Condition()
 
 
@@ -142,7 +142,7 @@ async def prune(here: Here, user: CurrentUser, body: JsonBody) -> Pruned:
     Rules that are not given come from the settings of the service. Pinned jobs stay.
     """
     if not user.changes_all:
-        raise ForbiddenError("Only an admin may delete what is kept for others.")
+        raise ForbiddenError("Only an admin may delete what others keep.")
     asked, _ = read_document(body, PruneRequest)
     return await run_in_threadpool(_prune, here, asked)
 

@@ -46,7 +46,7 @@ IdempotencyKey = Annotated[
     str | None,
     Header(
         json_schema_extra={"pattern": f"^{_KEY}$"},
-        description="A key of your own, 1 to 255 printable ASCII characters without spaces: for 24 hours "
+        description="A key of your choice, 1 to 255 printable ASCII characters without spaces: for 24 hours "
         "the same request with it creates no second job.",
     ),
     AfterValidator(_key),

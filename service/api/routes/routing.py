@@ -1,4 +1,4 @@
-"""Rules for all routes: HEAD wherever there is GET, and only declared query parameters."""
+"""Rules of all routes: HEAD wherever there is GET, and only declared query parameters."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def heads_of(router: APIRouter) -> APIRouter:
 
 
 def allowed(routers: Routers, path: str) -> list[str]:
-    """List the methods that routes answer at a path, in alphabetical order; none where there is none."""
+    """List the methods that routes answer at a path, in alphabetical order."""
     found = {
         method for route in _routes(routers) if route.path_regex.match(path) for method in _methods(route)
     }

@@ -1,4 +1,4 @@
-"""Routes without a new job: plans, traces, quotes, JSON Schemas, comparisons, inspected pixels."""
+"""Routes that create no job: plans, traces, quotes, JSON Schemas, comparisons, inspected pixels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Answers with files of the store: whole, or a requested range (RFC 9110, section 14)."""
+"""Responses with stored files: whole, or a requested range (RFC 9110, section 14)."""
 
 from __future__ import annotations
 

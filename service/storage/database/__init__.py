@@ -1,1 +1,1 @@
-"""The one durable truth: jobs, their tiles, and the textures uploaded for them."""
+"""The database, the only durable truth: jobs, their tiles, and uploaded assets."""

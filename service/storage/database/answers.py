@@ -24,7 +24,7 @@ class Connection(psycopg.Connection[Any]):
     answer_seconds = ANSWER_SECONDS
 
     def wait(self, gen: Waits, *rest: Any, **more: Any) -> Any:
-        """Wait for what is asked of the server.
+        """Wait for the server's answer.
 
         Raises
         ------

@@ -345,7 +345,7 @@ class AssetUseRow(Base):
 
 
 class AssetRow(Base):
-    """An uploaded texture. Its bytes lie in the store under the same name.
+    """An uploaded texture or mesh. Its bytes are in the store under the same name.
 
     ``used_at`` is when it was last sent or requested.
     """

@@ -40,7 +40,7 @@ export function mount(root, { a, b }) {
 
   async function begin() {
     const job = await get(jobPath(a), { signal });
-    const link = (one) => h("a", { href: `/jobs/${one.id}` }, one.name ?? "a scene without a name");
+    const link = (one) => h("a", { href: `/jobs/${one.id}` }, one.name ?? "an untitled scene");
     if (b === FILE) {
       names.append("A is ", link(job), ", B a file of yours.");
       place.replaceChildren(picker((sent) => compare(sent).catch(fail)));
@@ -73,7 +73,7 @@ function picker(chosen) {
     "form",
     { className: "panel row reference", onsubmit: submit },
     h("div", { className: "field" }, h("label", { htmlFor: file.id }, "Reference: a PNG, NPY or EXR file"), file),
-    h("div", { className: "field" }, h("label", { htmlFor: encoding.id }, "Its numbers are"), encoding),
+    h("div", { className: "field" }, h("label", { htmlFor: encoding.id }, "Its values are"), encoding),
     h("button", { type: "submit", className: "primary" }, "Compare"),
   );
 }

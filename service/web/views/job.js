@@ -53,7 +53,7 @@ async function open(root, id, signal, unmounts) {
   watch.start();
 }
 
-const nameOf = (job) => job.name ?? "A scene without a name";
+const nameOf = (job) => job.name ?? "Untitled scene";
 
 function heading(watch) {
   const { job } = watch;

@@ -170,7 +170,7 @@ function fits(job, { state, label }) {
 function summary(jobs, filter) {
   if (jobs.length) {
     const active = jobs.filter((job) => !FINAL.has(job.state)).length;
-    return [active ? `${plural(active, "job")} queued or running.` : "Nothing is being rendered."];
+    return [active ? `${plural(active, "job")} queued or running.` : "No job is queued or running."];
   }
   if (filter.state || filter.label) return ["No jobs match this filter."];
   return ["Nothing has been rendered yet. ", h("a", { href: "/" }, "Render a scene"), "."];

@@ -192,7 +192,7 @@ export function mount(root, { query }) {
 async function sceneOf(id, signal) {
   const job = await get(jobPath(id), { signal });
   const { scene, quality } = takenApart(await text(`${jobPath(id)}/request`, { signal }));
-  return { title: job.name ?? "A scene without a name", text: scene, quality, files: new Map() };
+  return { title: job.name ?? "Untitled scene", text: scene, quality, files: new Map() };
 }
 
 function layersChoice(layers) {
@@ -203,7 +203,7 @@ function layersChoice(layers) {
     h(
       "span",
       {},
-      "Keep layers for inspecting ",
+      "Keep layers for inspection ",
       h("span", { className: "soft small" }, "depth, normals, shapes, samples, errors"),
     ),
   );
@@ -213,7 +213,7 @@ function labelsField(input) {
   return h(
     "label",
     { className: "field" },
-    h("span", { className: "label" }, "Labels, to find the job again"),
+    h("span", { className: "label" }, "Labels, for finding the job later"),
     input,
   );
 }

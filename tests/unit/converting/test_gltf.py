@@ -250,7 +250,7 @@ def test_the_first_camera_is_taken_with_its_view(converted: Convert, made: Made)
     assert (camera["position"], camera["up"]) == ([0, 0, 4], [0, 1, 0])
     # It looks along -z, at a point as far away as the middle of the mesh, which lies in z = 0.
     assert camera["look_at"] == [0, 0, 0]
-    assert noted(conversion, "left_out") == {"/nodes/2/camera": "Only the first camera is taken."}
+    assert noted(conversion, "left_out") == {"/nodes/2/camera": "Only the first camera is used."}
 
 
 def test_lights_shine_as_far_as_their_intensity_says(converted: Convert, made: Made) -> None:

@@ -84,11 +84,11 @@ def test_an_archive_that_unpacks_beyond_the_limit_is_refused(
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"no archive", r"no \.npz file"),
-        (b"PK\x03\x04 cut off", r"no \.npz file"),
+        (b"no archive", r"not an \.npz file"),
+        (b"PK\x03\x04 cut off", r"not an \.npz file"),
         ({"u": np.zeros(3)}, "no array 't'"),
         ({"t": np.array(["a", "b"])}, "real numbers"),
-        ({"t": np.array([object()], dtype=object)}, r"no \.npz file"),
+        ({"t": np.array([object()], dtype=object)}, r"not an \.npz file"),
     ],
     ids=["text", "half", "name", "letters", "pickle"],
 )

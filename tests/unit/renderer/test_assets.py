@@ -71,7 +71,7 @@ def test_a_picture_without_its_pixels_is_damaged() -> None:
     "content", [b"", b"no picture", b"<svg/>", b"\x89PNG\r\n\x1a\n", b"%!PS-Adobe", b"GIF89a"]
 )
 def test_what_is_no_picture_is_refused_and_the_formats_named(content: bytes) -> None:
-    with pytest.raises(AssetError, match=r"no picture that can be read\. Use one of PNG, JPEG"):
+    with pytest.raises(AssetError, match=r"not a picture that can be read\. Use one of PNG, JPEG"):
         decode_image(content)
 
 

@@ -1,4 +1,4 @@
-"""Bytes that are no usable document are refused cleanly, whatever they are."""
+"""Bytes that are not a usable document are refused cleanly, whatever they are."""
 
 from __future__ import annotations
 

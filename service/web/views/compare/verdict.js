@@ -34,7 +34,7 @@ export function makeVerdict(answer, showRegion) {
 function diagnosis(causes) {
   const entry = ({ cause, hint, rmse_before: before, rmse_after: after }) =>
     h("li", {}, h("strong", {}, cause.replaceAll("_", " ")), h("p", {}, hint), h("p", { className: "soft small" }, `With it undone, the RMSE falls from ${short(before)} to ${short(after)}.`));
-  return h("div", {}, h("h3", {}, "Probably the mistake"), h("ul", { className: "causes" }, causes.map(entry)));
+  return h("div", {}, h("h3", {}, "Probable mistake"), h("ul", { className: "causes" }, causes.map(entry)));
 }
 
 function regions(worst, showRegion) {

@@ -7,13 +7,13 @@ import { makePlot } from "../../plots.js";
 
 export function mount(root, watch) {
   const plot = makePlot({
-    label: "Error in code values against seconds",
+    label: "Error in code values against time",
     xLabel: "seconds",
     yLabel: "error, code values (1/255)",
   });
   const words = h("p", { className: "small" });
   const rows = h("tbody");
-  const numbers = h("details", { hidden: true }, h("summary", {}, "The same as numbers"), table(rows));
+  const numbers = h("details", { hidden: true }, h("summary", {}, "As a table"), table(rows));
   root.append(h("h2", {}, "Accuracy against time"), plot.element, words, numbers);
   let known = "";
 

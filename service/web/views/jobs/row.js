@@ -10,7 +10,7 @@ import { standing, stateMark } from "../job/state.js";
  */
 export function makeRow(first, acts) {
   let job = first;
-  const name = first.name ?? "A scene without a name";
+  const name = first.name ?? "Untitled scene";
   const picture = h("img", { alt: "", loading: "lazy", width: 96, height: 96 });
   const thumbnail = h(
     "a",
@@ -82,7 +82,7 @@ function labelButton(label, onLabel) {
     {
       type: "button",
       className: "label",
-      "aria-label": `Only jobs with the label ${label}`,
+      "aria-label": `Show only jobs with the label ${label}`,
       onclick: () => onLabel(label),
     },
     label,

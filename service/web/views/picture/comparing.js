@@ -23,8 +23,8 @@ export function makeComparing(watch) {
     const { width, height } = watch.job;
     const others = jobs.filter((job) => job.id !== watch.id && job.state === "succeeded" && job.width === width && job.height === height);
     select.replaceChildren(
-      ...others.map((job) => h("option", { value: job.id }, `${job.name ?? "without a name"}, ${new Date(job.created_at).toLocaleTimeString()}`)),
-      h("option", { value: "file" }, "a file of mine …"),
+      ...others.map((job) => h("option", { value: job.id }, `${job.name ?? "untitled"}, ${new Date(job.created_at).toLocaleTimeString()}`)),
+      h("option", { value: "file" }, "a file of yours …"),
     );
     form.hidden = false;
   }

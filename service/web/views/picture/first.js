@@ -29,7 +29,7 @@ export function makeFirst(watch, screen, chosen) {
       await request(`${jobPath(watch.id)}/focus`, { method: "POST", type: "application/json", body, signal: watch.signal });
       self.region = region;
       screen.redraw();
-      announce("That part is rendered first from now on.");
+      announce("This part is now rendered first.");
     } catch (error) {
       if (!watch.signal.aborted) announce(error.message);
     }
@@ -39,7 +39,7 @@ export function makeFirst(watch, screen, chosen) {
     button.hidden = watch.final;
     const region = wanted();
     button.disabled = !region;
-    button.title = region ? "Render the visible part before the rest of each pass" : "Click a pixel of that part, or zoom to it";
+    button.title = region ? "Render the visible part before the rest of each pass" : "Click a pixel of that part, or zoom in on it";
     if (watch.final) self.region = null;
   }
 

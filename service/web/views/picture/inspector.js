@@ -11,7 +11,7 @@ import { makeSource } from "./source.js";
  * @param {(x: number, y: number) => number[] | null} pictured - The pixel of the picture.
  */
 export function makeInspector(id, pictured, signal) {
-  const body = h("div", {}, h("p", { className: "soft" }, "Click a pixel, or press Enter on it, to see what its ray hits and what gives it its colour."));
+  const body = h("div", {}, h("p", { className: "soft" }, "Click a pixel, or press Enter on it, to see what its ray hits and where its colour comes from."));
   const heading = h("h2", { id: "inspector-title" }, "Why this colour?");
   const source = makeSource(id, signal);
   const element = h("aside", { className: "inspector panel", "aria-labelledby": heading.id, tabIndex: -1 }, heading, body);
@@ -42,7 +42,7 @@ export function makeInspector(id, pictured, signal) {
           {},
           h("h3", {}, "The ray and what it hits"),
           h("ol", { className: "rays" }, makeRay(found.ray, links, 1)),
-          found.complete ? "" : h("p", { className: "soft small" }, "There are more rays than are listed here."),
+          found.complete ? "" : h("p", { className: "soft small" }, "Not all rays are listed."),
         ),
       ),
     );
@@ -63,7 +63,7 @@ export function makeInspector(id, pictured, signal) {
 const quoted = (text) => text.split("`").map((part, i) => (i % 2 ? h("code", {}, part) : part));
 
 function colours(found, mean) {
-  const rows = [["One ray through the middle", found.color], ["The picture, the mean of its samples", mean]];
+  const rows = [["One ray through the centre", found.color], ["The picture, the mean of all samples", mean]];
   return h(
     "table",
     { className: "colours" },

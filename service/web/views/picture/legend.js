@@ -7,10 +7,10 @@ import { short } from "./numbers.js";
 const WIDTH = 256;
 const HEIGHT = 12;
 
-const UNITS = { depth: "scene units", samples: "camera samples", error: "linear, the greatest of the channels" };
+const UNITS = { depth: "scene units", samples: "camera samples", error: "linear, the largest of the channels" };
 const MEANINGS = {
   directions: "Red, green and blue are x, y and z, from −1 to 1.",
-  names: "Each number has a colour of its own; black is none.",
+  names: "Each number has its own colour; black is none.",
 };
 
 /** @param {import("./layers.js").Layer} layer */
@@ -29,7 +29,7 @@ export function makeLegend(layer) {
 }
 
 function ramp() {
-  const canvas = h("canvas", { width: WIDTH, height: HEIGHT, role: "img", "aria-label": "Colours from the least number to the greatest" });
+  const canvas = h("canvas", { width: WIDTH, height: HEIGHT, role: "img", "aria-label": "Colours from the smallest value to the largest" });
   const context = canvas.getContext("2d");
   viridis.forEach((color, x) => {
     context.fillStyle = `rgb(${color.join(" ")})`;

@@ -18,7 +18,7 @@ export function makeSource(id, signal) {
     const pointer = inScene(inRequest);
     scene ??= takenApart(await text(`${jobPath(id)}/request`, { signal })).scene;
     const place = places(scene, [pointer]).get(pointer);
-    title.textContent = place ? `Scene, line ${place.line}` : "Not written in the scene: this is a default.";
+    title.textContent = place ? `Scene, line ${place.line}` : "Not in the scene: this is a default.";
     lines.textContent = place ? excerpt(scene, place) : "";
     lines.hidden = !place;
     element.hidden = false;

@@ -108,9 +108,9 @@ export function makeQuality(onChange) {
       ),
     ],
     samples: () => [
-      number("samples", "Samples a pixel", { min: 1, max: 4096, step: 1 }),
+      number("samples", "Samples per pixel", { min: 1, max: 4096, step: 1 }),
       list("pattern", "Pattern in the pixel", PATTERNS),
-      number("lightSamples", "Points a light", { min: 1, max: 4096, step: 1 }),
+      number("lightSamples", "Points per light", { min: 1, max: 4096, step: 1 }),
       list("lightPattern", "Pattern on the light", LIGHT_PATTERNS),
       more(arithmetic()),
     ],
@@ -119,7 +119,7 @@ export function makeQuality(onChange) {
       h(
         "p",
         { className: "soft small" },
-        "Samples go where the picture needs them, until its error is this small. Differences below one code value are hardly visible.",
+        "Samples go where the picture needs them until its error is this small. Differences below one code value are hardly visible.",
       ),
       more(confidence(), arithmetic()),
     ],
@@ -128,7 +128,7 @@ export function makeQuality(onChange) {
       h(
         "p",
         { className: "soft small" },
-        "Samples go where they help most until the time is over. The job then shows the error it reached.",
+        "Samples go where they help most until the time is up. The job then shows the error that it reached.",
       ),
       more(confidence(), arithmetic()),
     ],

@@ -25,7 +25,7 @@ export function makeQuote(onUse, signal) {
     asking = new AbortController();
     const { signal: current } = asking;
     element.setAttribute("aria-busy", "true");
-    report("Rendering samples of the picture …");
+    report("Rendering parts of the picture …");
     const again = () => {
       asking.abort();
       return ask(scene, quality, limit);
@@ -113,10 +113,10 @@ function describe(quote, forTime, onUse, again) {
   ];
 }
 
-/** The price by the plan alone, for a quality that was too expensive to try or a machine that was too busy. */
+/** The cost predicted from the plan alone, for a quality that was too expensive to measure or on a busy machine. */
 function untried(quote, again) {
   const time = `about ${seconds(quote.price.cpu_seconds / quote.workers)}`;
-  const rest = `with ${workers(quote.workers)}, by the plan alone: there was no time to try it`;
+  const rest = `with ${workers(quote.workers)}, predicted from the plan alone: there was no time to measure`;
   return [
     h("dl", { className: "figures" }, figure("Time", time, rest), figure("Error", "not known", "")),
     h("button", { type: "button", className: "quote-again", onclick: again }, "Try again"),
@@ -127,7 +127,7 @@ const workers = (number) => plural(number, "worker");
 
 function errorUnknown(offer) {
   return offer.quality.mode === "fixed"
-    ? "samples on a fixed grid give no estimate"
+    ? "a fixed grid of samples gives no estimate"
     : "there was no time to estimate it";
 }
 
@@ -171,6 +171,6 @@ function alternatives(quote, offer) {
   const same = soonest(known.filter((other) => other.error.estimate <= offer.error.estimate));
   const half = soonest(known.filter((other) => other.error.estimate <= offer.error.estimate / 2));
   const sooner = same && same !== half && same.seconds.estimate < WORTH * offer.seconds.estimate;
-  return [sooner && ["As good, sooner", same], half && ["Half the error", half]].filter(Boolean);
+  return [sooner && ["The same error, sooner", same], half && ["Half the error", half]].filter(Boolean);
 }
 
