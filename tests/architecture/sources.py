@@ -20,7 +20,7 @@ def python_files() -> list[Path]:
 
 def text_files() -> list[Path]:
     """Files that people read or edit, relative to the root."""
-    suffixes = {".py", ".md", ".toml", ".json", ".yaml", ".html", ".js", ".css", ".ini", ""}
+    suffixes = {".py", ".md", ".toml", ".json", ".yaml", ".yml", ".html", ".js", ".css", ".ini", ""}
     inside = (path for name in FOLDERS for path in (ROOT / name).rglob("*"))
     top = (path for path in ROOT.iterdir() if path.name != ".git")
     return sorted(
