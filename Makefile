@@ -37,7 +37,7 @@ check: .venv/installed-check  ## lint, format, types, which package may import w
 	$(BIN)/python -m benchmarks.audit
 	$(BIN)/mkdocs build
 
-# MkDocs 1 is what the theme is made for; without this the theme says at length that there will be another one.
+# The theme gets fixes until May 2027; without this it names its successor at each build.
 check docs: export NO_MKDOCS_2_WARNING := 1
 docs: .venv/installed-docs  ## serve the documentation as a site on http://127.0.0.1:8001, built again when a page changes
 	$(BIN)/mkdocs serve --livereload --dev-addr 127.0.0.1:8001

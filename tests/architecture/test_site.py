@@ -66,7 +66,8 @@ def test_each_page_counts_equal_headings_anew() -> None:
         ("docs/how-to/page.md", "[a](../../CHANGELOG.md#b)", "[a](../CHANGELOG.md#b)"),
         ("CHANGELOG.md", "[a](docs/how-to/page.md)", "[a](how-to/page.md)"),
         ("scenes/gallery/README.md", "![a](../../docs/images/page.png)", "![a](../../images/page.png)"),
-        ("scenes/gallery/README.md", "[basic.json](basic.json)", "`scenes/gallery/basic.json`"),
+        ("scenes/gallery/README.md", "[basic.json](basic.json)", "`basic.json`"),
+        ("docs/explanation/accuracy.md", "[soft](../../scenes/study/soft.json)", "`scenes/study/soft.json`"),
         ("docs/how-to/scaling.md", "[a folder](../../deploy)", "a folder (`deploy`)"),
         ("docs/how-to/page.md", "[a](https://example.org/b.md)", "[a](https://example.org/b.md)"),
         ("docs/how-to/page.md", "[a](#begin)", "[a](#begin)"),
@@ -106,3 +107,10 @@ def test_what_the_site_cannot_have_is_reported(link: str, caplog: pytest.LogCapt
 )
 def test_what_a_page_fetches_from_another_host_is_found(text: str, addresses: list[str]) -> None:
     assert site_hooks.fetched_elsewhere(text) == addresses
+
+
+def test_a_bar_in_the_code_of_a_table_loses_its_backslash_as_on_a_forge() -> None:
+    source = "| a |\n| --- |\n| `x \\| y` |\n"
+    assert "<td><code>x | y</code></td>" in MarkdownIt("commonmark").enable("table").render(source)
+    assert site_hooks.with_bars(r"<td><code>x \| y</code></td>") == "<td><code>x | y</code></td>"
+    assert site_hooks.with_bars(r"<pre>x \| y</pre>") == r"<pre>x \| y</pre>"

@@ -30,6 +30,7 @@ ENTRY = re.compile(r"^- \[([^]]+)\]\(([^)\s]+)\)", re.MULTILINE)
 FENCE_OR_LINK = re.compile(
     r"^```.*?^```|(?P<text>!?\[[^]]*\])\((?P<link>[^)\s]+)\)", re.MULTILINE | re.DOTALL
 )
+CELL = re.compile(r"<t[dh]\b.*?</t[dh]>", re.DOTALL)
 LOADED = re.compile(
     r"""<(?:script|img|iframe|source|object|embed|link(?![^>]*\brel="canonical"))\b"""
     r"""[^>]*?\s(?:src|href|data)=["']?((?:https?:)?//[^"'\s>]+)"""
@@ -90,15 +91,17 @@ def on_page_markdown(markdown: str, *, page: Page, config: MkDocsConfig, **_: ob
     return relinked(markdown, here, pages, source=config.repo_url)
 
 
-def on_page_content(html: str, *, page: Page, **_: object) -> None:
-    """Report a page that looks different on a forge: Markdown has dialects."""
+def on_page_content(html: str, *, page: Page, **_: object) -> str:
+    """Report a page that looks different on a forge, for Markdown has dialects, and show | as it does."""
     from markdown_it import MarkdownIt  # noqa: PLC0415 - as in on_files
 
     forge = elements(MarkdownIt("commonmark").enable("table").render(str(page.markdown)))
     site = elements(html)
     for name in COMPARED:
         if forge[name] != site[name]:
-            log.warning("%s: a forge shows %d <%s>, the site %d", page.file, forge[name], name, site[name])
+            counts = (forge[name], name, site[name])
+            log.warning("%s: a forge shows %d <%s>, the site %d", page.file.src_uri, *counts)
+    return with_bars(html)
 
 
 def on_post_build(config: MkDocsConfig) -> None:
@@ -172,14 +175,20 @@ def relinked(
             return f"{text}({there}{''.join(link.partition('#')[1:])})"
         if text.startswith("!") or not (ROOT / path).exists():
             log.warning("%s: %s is not there, or a picture outside docs", here, link)
-        return f"{text}({source.rstrip('/')}/blob/HEAD/{path})" if source else named(text[1:-1], path)
+        return f"{text}({source.rstrip('/')}/blob/HEAD/{path})" if source else named(text[1:-1], path, here)
 
     return FENCE_OR_LINK.sub(change, markdown)
 
 
-def named(text: str, path: PurePosixPath) -> str:
+def named(text: str, path: PurePosixPath, here: PurePosixPath) -> str:
     """What a link says and the file that it led to, as text; the file alone where its name says as much."""
-    return f"`{path}`" if text.strip("`") in str(path) else f"{text} (`{path}`)"
+    name = path.relative_to(here.parent) if path.is_relative_to(here.parent) else path
+    return f"`{name}`" if text.strip("`") in str(path) else f"{text} (`{name}`)"
+
+
+def with_bars(html: str) -> str:
+    """Return a page without the backslashes that bars need in the code of a table, and only there."""
+    return CELL.sub(lambda cell: cell.group().replace("\\|", "|"), html)
 
 
 def elements(html: str) -> Counter[str]:
