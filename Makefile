@@ -9,7 +9,7 @@ STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery
 STUDY_SECONDS ?= 250
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test check audit fuzz gallery bench chaos load bench-peers bench-references study clean
+.PHONY: help install demo serve test check docs audit fuzz gallery bench chaos load bench-peers bench-references study clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -27,7 +27,7 @@ test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed-test  ## run all tests, the fast ones first
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 
-check: .venv/installed-check  ## lint, format, types, which package may import which, images, known advisories
+check: .venv/installed-check  ## lint, format, types, which package may import which, images, known advisories, documentation
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -35,6 +35,12 @@ check: .venv/installed-check  ## lint, format, types, which package may import w
 	$(BIN)/python tools/check_words.py
 	$(BIN)/hadolint Dockerfile scenes/assignment/gradescope/Dockerfile
 	$(BIN)/python -m benchmarks.audit
+	$(BIN)/mkdocs build
+
+# The theme gets fixes until May 2027; without this it names its successor at each build.
+check docs: export NO_MKDOCS_2_WARNING := 1
+docs: .venv/installed-docs  ## serve the documentation as a site on http://127.0.0.1:8001, built again when a page changes
+	$(BIN)/mkdocs serve --livereload --dev-addr 127.0.0.1:8001
 
 audit: .venv/installed-check  ## check the dependencies for known advisories; fails if the database cannot be reached
 	$(BIN)/python -m benchmarks.audit --strict

@@ -25,8 +25,8 @@ class PhongMaterial(Closed):
     """The Phong model. It has exactly one of `color` and `color_texture`.
 
     Radiance towards the viewer: ambient_light * ambient * color, plus for every light the mean over its
-    points of visibility * light.color * (diffuse * color * max(0, n.l)
-    + specular * max(0, r.v) ** shininess), plus mirror * L(reflected), plus
+    points of visibility * light.color * (diffuse * color * max(0, n.l) +
+    specular * max(0, r.v) ** shininess), plus mirror * L(reflected), plus
     transmission * (F * L(reflected) + (1 - F) * L(refracted)): Whitted's model. L is the radiance that comes
     along a further ray, F the share of unpolarised light that a dielectric reflects, by Fresnel's formulas;
     1 where all of it is. Rays are reflected and refracted about the shading normal, yet never to the wrong
