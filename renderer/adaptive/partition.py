@@ -25,8 +25,8 @@ costs 3 to 4 ms apart from its rays. None is worth more than `LONGEST`, as a wat
 deadline may lose it."""
 
 CELLS = 128
-"""Cells along the longer side of the picture at most; tiles are cut between them. Finding the cuts takes far
-less than a tile."""
+"""Cells along the longer side of the picture at most; tiles are cut between them. Finding the cuts takes
+0.2 ms for 8 tiles and 2 ms for 100."""
 
 NARROWEST = 0.25
 """Share of a rectangle's side that either part keeps at least, so that no tile is a sliver."""

@@ -58,7 +58,7 @@ class PlanDocument(Message):
 
 
 class Interval(Message):
-    """An estimate with a 95 % interval."""
+    """An estimate with an interval that holds the true value in 95 of 100 cases."""
 
     estimate: float
     low: float = Field(description="Lower end of its interval.")
@@ -116,7 +116,7 @@ class QuoteRequest(Closed):
 
 
 class Predicted(Message):
-    """A prediction, and a 95 % interval of what will be measured."""
+    """A prediction, and an interval that holds what will be measured in 95 of 100 cases."""
 
     estimate: float = Field(ge=0, description="The prediction.")
     low: float = Field(ge=0, description="Lower end of its interval.")
