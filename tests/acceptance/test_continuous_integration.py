@@ -101,6 +101,16 @@ def test_a_build_fails_only_after_a_scene_has_changed(with_references: Path) -> 
     assert execute(JOBS[PICTURES], with_references).returncode == 3
 
 
+def test_what_a_build_keeps_is_what_its_commands_write() -> None:
+    kept: dict[str, Any] = {}
+    for path, content in FILES:
+        if path == ".gitlab-ci.yml":
+            kept |= {name: job["artifacts"] for name, job in yaml.safe_load(content).items()}
+    assert kept["pictures"]["paths"] == ["out"]
+    report = kept["grade"]["reports"]["junit"]
+    assert f"--export junit={report} " in JOBS[".gitlab-ci.yml", "grade"]
+
+
 def test_the_same_commands_check_pictures_on_all_platforms() -> None:
     assert JOBS[".gitlab-ci.yml", "pictures"] == JOBS[PICTURES]
 
