@@ -38,7 +38,7 @@ def jobs() -> dict[tuple[str, str], str]:
 
 
 JOBS = jobs()
-PICTURES = [(".github/workflows/pictures.yml", "pictures"), (".gitlab-ci.yml", "pictures")]
+PICTURES = (".github/workflows/pictures.yml", "pictures")
 GRADES = [(".github/workflows/grade.yml", "grade"), (".gitlab-ci.yml", "grade")]
 
 
@@ -87,19 +87,32 @@ def change(scene: Path, factor: float) -> None:
     scene.write_text(json.dumps(document))
 
 
-@pytest.mark.parametrize("job", PICTURES, ids=str)
-def test_a_build_fails_only_after_a_scene_has_changed(with_references: Path, job: tuple[str, str]) -> None:
-    passed = execute(JOBS[job], with_references)
+def test_a_build_fails_only_after_a_scene_has_changed(with_references: Path) -> None:
+    passed = execute(JOBS[PICTURES], with_references)
     assert passed.returncode == 0, passed.stdout + passed.stderr
     change(with_references / "scenes" / "basic.json", 0.7)
-    failed = execute(JOBS[job], with_references)
+    failed = execute(JOBS[PICTURES], with_references)
     assert failed.returncode == 1, failed.stdout + failed.stderr
     # The scene after the one that failed was tried, too.
     assert re.findall(r"^(\w*match): ", failed.stdout, re.MULTILINE)[0] == "mismatch"
     for name in ("basic", "falloff"):
         assert (with_references / "out" / f"{name}.difference.png").exists()
     (with_references / "scenes" / "basic.json").write_text("{")
-    assert execute(JOBS[job], with_references).returncode == 3
+    assert execute(JOBS[PICTURES], with_references).returncode == 3
+
+
+def test_what_a_build_keeps_is_what_its_commands_write() -> None:
+    kept: dict[str, Any] = {}
+    for path, content in FILES:
+        if path == ".gitlab-ci.yml":
+            kept |= {name: job["artifacts"] for name, job in yaml.safe_load(content).items()}
+    assert kept["pictures"]["paths"] == ["out"]
+    report = kept["grade"]["reports"]["junit"]
+    assert f"--export junit={report} " in JOBS[".gitlab-ci.yml", "grade"]
+
+
+def test_the_same_commands_check_pictures_on_all_platforms() -> None:
+    assert JOBS[".gitlab-ci.yml", "pictures"] == JOBS[PICTURES]
 
 
 def test_the_test_of_a_renderer_passes_with_its_references_and_fails_with_others(

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-import yaml
 from PIL import Image
 
 from tests.acceptance.conftest import ENVIRONMENT, ROOT
@@ -91,9 +90,6 @@ def test_the_script_for_classroom50_writes_the_result_that_is_asked_for(tmp_path
 
 def test_settings_of_platforms_are_well_formed() -> None:
     assert len([json.loads(block) for block in blocks("json")]) == 1
-    gitlab, github = (yaml.safe_load(block) for block in blocks("yaml"))
-    assert gitlab["grade"]["artifacts"]["reports"] == {"junit": "grade.xml"}
-    assert "GITHUB_STEP_SUMMARY" in github[0]["run"]
     for script in blocks("bash"):
         subprocess.run(["bash", "-n"], input=script, text=True, check=True)
 
