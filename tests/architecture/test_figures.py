@@ -14,6 +14,9 @@ MEASURED = [page for page in PAGES if page.figures]
 NUMERICS = {"hard_cases", "stability"}
 """Figures of the pages about numerics, which `tests/numerics/test_page.py` holds to them."""
 
+DRAWN = {"intervals"}
+"""Figures that diagrams show, which `test_diagrams.py` holds to them."""
+
 COUNTED = {"hard_cases"}
 """Figures that are the same on every machine."""
 
@@ -47,7 +50,7 @@ def test_a_page_without_its_figures_is_not_written_and_the_message_says_how_to_m
 
 def test_every_file_of_figures_is_shown_and_has_the_command_that_measures_it() -> None:
     kept = {path.stem for path in figures.FOLDER.iterdir()}
-    assert kept == {name for page in MEASURED for name in page.figures} | NUMERICS
+    assert kept == {name for page in MEASURED for name in page.figures} | NUMERICS | DRAWN
     assert kept == set(figures.COMMANDS)
 
 
