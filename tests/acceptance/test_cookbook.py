@@ -86,7 +86,7 @@ def test_the_commands_of_the_page_make_its_picture(tmp_path: Path) -> None:
         text=True,
         cwd=tmp_path,
         env=ENVIRONMENT | {"PATH": path},
-        timeout=120,
+        timeout=300,
         check=False,
     )
     assert done.returncode == 0, done.stderr
