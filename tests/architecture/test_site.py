@@ -55,8 +55,9 @@ def test_a_page_with_a_folder_of_its_name_has_the_pages_of_the_folder_below_it(
     (tmp_path / "docs" / "all").mkdir(parents=True)
     (tmp_path / "docs" / "all.md").write_text("[b](all/b.md) [a](all/a.md#x) [c](c.md) [b](all/b.md)\n")
     monkeypatch.setattr(site_hooks, "ROOT", tmp_path)
-    assert site_hooks.entry(PurePosixPath("docs/all.md")) == [{"Overview": "all.md"}, "all/b.md", "all/a.md"]
-    assert site_hooks.entry(PurePosixPath("docs/c.md")) == "c.md"
+    docs = PurePosixPath("docs")
+    assert site_hooks.entry(docs / "all.md") == [{"Overview": "all.md"}, "all/b.md", "all/a.md"]
+    assert site_hooks.entry(docs / "c.md") == "c.md"
 
 
 @pytest.mark.parametrize(
