@@ -67,6 +67,7 @@ def test_a_page_with_a_folder_of_its_name_has_the_pages_of_the_folder_below_it(
         ("- a\n  - b\n\n    c\n", "- a\n    - b\n\n        c\n\n"),
         ("1. a\n\n   ```sh\n   b\n   ```\n2. c\n", "1. a\n\n    ```sh\n    b\n    ```\n\n2. c\n"),
         ("1. a\n\n   b\n2. c\n", "1. a\n\n    b\n\n2. c\n"),
+        ("- the status is\n  503. It\n", "- the status is\n    503\\. It\n"),
         ("```text\nno list:\n- a\n  b\n```\n", "```text\nno list:\n- a\n  b\n```\n"),
     ],
 )

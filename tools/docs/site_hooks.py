@@ -216,6 +216,10 @@ def with_wide_lists(markdown: str) -> str:
                 lines[last - 1] = lines[last - 1].rstrip("\n") + "\n"
         elif token.type.endswith("list_open") and token.level == 0 and first and lines[first - 1].strip():
             lines[first - 1] += "\n"
+        elif token.type == "paragraph_open":
+            # A number that a wrapped line begins with begins no list.
+            for i in range(first + 1, last):
+                lines[i] = re.sub(r"^( *\d+)\.", r"\1\\.", lines[i])
     return "\n".join(lines)
 
 
