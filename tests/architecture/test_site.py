@@ -2,11 +2,10 @@
 
 import logging
 from itertools import pairwise
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import pytest
-from markdown_it import MarkdownIt
 
 from tests.architecture.sources import ROOT
 from tests.architecture.test_documents import PAGES, anchors
@@ -44,10 +43,38 @@ def test_the_navigation_has_the_sections_and_the_titles_of_the_index() -> None:
 @pytest.mark.parametrize("path", PAGES, ids=str)
 def test_a_heading_has_the_same_fragment_in_the_site_as_on_a_forge(path: PurePosixPath) -> None:
     slugs = site_hooks.Slugs()
-    tokens = MarkdownIt("commonmark").enable("table").parse((ROOT / path).read_text())
+    tokens = site_hooks.FORGE.parse((ROOT / path).read_text())
     headings = [after for before, after in pairwise(tokens) if before.type == "heading_open"]
     texts = ["".join(part.content for part in heading.children or []) for heading in headings]
     assert {slugs(text, "-") for text in texts} == anchors(ROOT / path)
+
+
+def test_a_page_with_a_folder_of_its_name_has_the_pages_of_the_folder_below_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "docs" / "all").mkdir(parents=True)
+    (tmp_path / "docs" / "all.md").write_text("[b](all/b.md) [a](all/a.md#x) [c](c.md) [b](all/b.md)\n")
+    monkeypatch.setattr(site_hooks, "ROOT", tmp_path)
+    docs = PurePosixPath("docs")
+    assert site_hooks.entry(docs / "all.md") == [{"Overview": "all.md"}, "all/b.md", "all/a.md"]
+    assert site_hooks.entry(docs / "c.md") == "c.md"
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("text\n- a\n- b\n", "text\n\n- a\n- b\n"),
+        ("- a\n  - b\n\n    c\n", "- a\n    - b\n\n        c\n\n"),
+        ("1. a\n\n   ```sh\n   b\n   ```\n2. c\n", "1. a\n\n    ```sh\n    b\n    ```\n\n2. c\n"),
+        ("1. a\n\n   b\n2. c\n", "1. a\n\n    b\n\n2. c\n"),
+        ("- the status is\n  503. It\n", "- the status is\n    503\\. It\n"),
+        ("```text\nno list:\n- a\n  b\n```\n", "```text\nno list:\n- a\n  b\n```\n"),
+    ],
+)
+def test_lists_are_indented_as_mkdocs_asks_and_remain_the_same_lists(before: str, after: str) -> None:
+    assert site_hooks.with_wide_lists(before) == after
+    counts = [site_hooks.elements(site_hooks.FORGE.render(text)) for text in (before, after)]
+    assert [counts[0][name] for name in ("li", "pre")] == [counts[1][name] for name in ("li", "pre")]
 
 
 def test_each_page_counts_equal_headings_anew() -> None:
@@ -111,6 +138,6 @@ def test_what_a_page_fetches_from_another_host_is_found(text: str, addresses: li
 
 def test_a_bar_in_the_code_of_a_table_loses_its_backslash_as_on_a_forge() -> None:
     source = "| a |\n| --- |\n| `x \\| y` |\n"
-    assert "<td><code>x | y</code></td>" in MarkdownIt("commonmark").enable("table").render(source)
+    assert "<td><code>x | y</code></td>" in site_hooks.FORGE.render(source)
     assert site_hooks.with_bars(r"<td><code>x \| y</code></td>") == "<td><code>x | y</code></td>"
     assert site_hooks.with_bars(r"<pre>x \| y</pre>") == r"<pre>x \| y</pre>"

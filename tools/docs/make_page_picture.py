@@ -1,4 +1,4 @@
-"""Photograph the live page for the documentation: a job of the gallery, rendered to an error of half a step.
+"""Photograph the live page for the documentation: a job of the gallery with an error of half a code value.
 
 Run it with ``python tools/docs/make_page_picture.py``, on a machine with Chromium and the extra ``test``.
 """

@@ -14,6 +14,8 @@ from collections import Counter
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+from markdown_it import MarkdownIt
+
 if TYPE_CHECKING:
     from collections.abc import Collection
 
@@ -30,6 +32,7 @@ ENTRY = re.compile(r"^- \[([^]]+)\]\(([^)\s]+)\)", re.MULTILINE)
 FENCE_OR_LINK = re.compile(
     r"^```.*?^```|(?P<text>!?\[[^]]*\])\((?P<link>[^)\s]+)\)", re.MULTILINE | re.DOTALL
 )
+MARKER = re.compile(r" *((?:[-*+]|\d+[.)]) +)")
 CELL = re.compile(r"<t[dh]\b.*?</t[dh]>", re.DOTALL)
 LOADED = re.compile(
     r"""<(?:script|img|iframe|source|object|embed|link(?![^>]*\brel="canonical"))\b"""
@@ -41,6 +44,9 @@ LOADED = re.compile(
 LEVELS = ("h1", "h2", "h3", "h4", "h5", "h6")
 COMPARED = (*LEVELS, "li", "th", "td", "pre", "code", "img", "blockquote", "strong", "em")
 """Elements that a page has as often on a forge as in the site."""
+
+FORGE = MarkdownIt("commonmark").enable("table")
+"""Markdown as a forge reads it."""
 
 # MkDocs counts the warnings of loggers below its own: with `strict` each of them ends the build.
 log = logging.getLogger("mkdocs.hooks.site")
@@ -84,18 +90,16 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
 
 
 def on_page_markdown(markdown: str, *, page: Page, config: MkDocsConfig, **_: object) -> str:
-    """Lead the links of a page to other pages of the site, or say which file they name."""
+    """Lead the links of a page to pages of the site, and write its lists as MkDocs reads them."""
     slugs.start()
     here = PurePosixPath(Path(str(page.file.abs_src_path)).relative_to(ROOT))
     pages = outside_pages((ROOT / INDEX).read_text())
-    return relinked(markdown, here, pages, source=config.repo_url)
+    return with_wide_lists(relinked(markdown, here, pages, source=config.repo_url))
 
 
 def on_page_content(html: str, *, page: Page, **_: object) -> str:
     """Report a page that looks different on a forge, for Markdown has dialects, and show | as it does."""
-    from markdown_it import MarkdownIt  # noqa: PLC0415 - as in on_files
-
-    forge = elements(MarkdownIt("commonmark").enable("table").render(str(page.markdown)))
+    forge = elements(FORGE.render(str(page.markdown)))
     site = elements(html)
     for name in COMPARED:
         if forge[name] != site[name]:
@@ -116,7 +120,7 @@ def navigation(index: str) -> list[dict[str, Any]]:
     """The index as MkDocs takes it: a section for each heading, then pages that have no line of their own."""
     _, *parts = SECTION.split(index)
     sections = [
-        {title.capitalize(): [{text: site_path(path)} for text, path in entries(body)]}
+        {title.capitalize(): [{text: entry(path)} for text, path in entries(body)]}
         for title, body in zip(parts[::2], parts[1::2], strict=True)
     ]
     listed = {path for _, path in entries(index)}
@@ -129,12 +133,25 @@ def entries(text: str) -> list[tuple[str, PurePosixPath]]:
     return [(title, repository_path(INDEX, link)) for title, link in ENTRY.findall(text)]
 
 
+def entry(path: PurePosixPath) -> str | list[str | dict[str, str]]:
+    """A page of the navigation; below it the pages of the folder of its name, in the order of its links."""
+    if not (ROOT / path.with_suffix("")).is_dir():
+        return site_path(path)
+    below = [page for page in linked(path, (ROOT / path).read_text()) if page.parent == path.with_suffix("")]
+    return [{"Overview": site_path(path)}, *map(site_path, below)]
+
+
+def linked(here: PurePosixPath, text: str) -> list[PurePosixPath]:
+    """Pages of the repository that a page links to, once each."""
+    links = [match["link"] for match in FENCE_OR_LINK.finditer(text)]
+    paths = [repository_path(here, link) for link in links if link and ":" not in link]
+    return [path for path in dict.fromkeys(paths) if path.suffix == ".md"]
+
+
 def outside_pages(index: str) -> list[PurePosixPath]:
     """Pages outside docs that the index links to, in their order."""
-    links = [match["link"] for match in FENCE_OR_LINK.finditer(index)]
-    paths = [repository_path(INDEX, link) for link in links if link and ":" not in link]
     # In the site the index is what README.md is in the repository.
-    pages = [path for path in dict.fromkeys(paths) if path.suffix == ".md" and str(path) != "README.md"]
+    pages = [path for path in linked(INDEX, index) if str(path) != "README.md"]
     return [path for path in pages if not path.is_relative_to("docs")]
 
 
@@ -184,6 +201,26 @@ def named(text: str, path: PurePosixPath, here: PurePosixPath) -> str:
     """What a link says and the file that it led to, as text; the file alone where its name says as much."""
     name = path.relative_to(here.parent) if path.is_relative_to(here.parent) else path
     return f"`{name}`" if text.strip("`") in str(path) else f"{text} (`{name}`)"
+
+
+def with_wide_lists(markdown: str) -> str:
+    """Return a page with lists as only MkDocs needs them: indented by four, with empty lines around them."""
+    lines = markdown.split("\n")
+    for token in FORGE.parse(markdown):
+        first, last = token.map or (0, 0)
+        if token.type == "list_item_open" and (marker := MARKER.match(lines[first])):
+            missing = " " * (4 - len(marker[1]))
+            for i in range(first + 1, last):
+                lines[i] = missing + lines[i] if lines[i].strip() else lines[i]
+            if "" in lines[first:last]:
+                lines[last - 1] = lines[last - 1].rstrip("\n") + "\n"
+        elif token.type.endswith("list_open") and token.level == 0 and first and lines[first - 1].strip():
+            lines[first - 1] += "\n"
+        elif token.type == "paragraph_open":
+            # A number that a wrapped line begins with begins no list.
+            for i in range(first + 1, last):
+                lines[i] = re.sub(r"^( *\d+)\.", r"\1\\.", lines[i])
+    return "\n".join(lines)
 
 
 def with_bars(html: str) -> str:
