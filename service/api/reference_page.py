@@ -49,8 +49,8 @@ _HEAD = """<!doctype html>
       </p>
 """
 _EVERY_CALL = """<h2 id="every-call">Every call</h2>
-<p>Errors are problem documents (RFC 9457); their <code>code</code> is for programs. Besides its own errors,
-each call that needs a key may be answered:</p>
+<p><code>{job_id}</code> in a path is the id of a job. Errors are problem documents (RFC 9457); their
+<code>code</code> is for programs. Besides its own errors, each call that needs a key may be answered:</p>
 """
 _FOOT = "    </main>\n  </body>\n</html>\n"
 _LINK = re.compile(r"\[([^]]+)\]\(([^)\s]+)\)")
@@ -97,8 +97,9 @@ def _call(call: Call) -> Iterator[str]:
     yield _blocks(call.text)
     if not call.needs_key:
         yield "<p>It needs no key.</p>"
-    if call.parameters:
-        rows = ([_code(one.name), one.place, _inline(one.kind), _meaning(one)] for one in call.parameters)
+    own = [one for one in call.parameters if one.name != "job_id"]
+    if own:
+        rows = ([_code(one.name), one.place, _inline(one.kind), _meaning(one)] for one in own)
         yield _table(("parameter", "in", "type", "meaning"), rows)
     if call.body:
         yield f"<p>Body: {_inline(call.body)}</p>"
@@ -129,7 +130,7 @@ def _meaning(member: Member) -> str:
 def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     head = "".join(f'<th scope="col">{name}</th>' for name in header)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return f'<table class="{header[0]}"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
 
 
 def _blocks(text: str) -> str:

@@ -105,16 +105,18 @@ def version() -> Version:
     return Version(version=installed("penumbra-render"))
 
 
+METRICS: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "The metrics, in the text format of Prometheus.",
+        "content": {"text/plain": {"schema": {"type": "string"}}},
+    }
+}
+
+
 @staff_router.get(
     "/metrics",
     response_class=Response,
-    responses={
-        200: {
-            "description": "The metrics, in the text format of Prometheus.",
-            "content": {"text/plain": {"schema": {"type": "string"}}},
-        }
-    }
-    | problem(403, "Only staff and admins may see the metrics.", "forbidden"),
+    responses=METRICS | problem(403, "Only staff and admins may see the metrics.", "forbidden"),
     summary="Get metrics",
 )
 def metrics(here: Here, user: CurrentUser) -> Response:
