@@ -115,7 +115,7 @@ def test_a_reader_who_follows_the_first_tutorial_gets_what_it_shows(server: Serv
     page = (ROOT / "docs" / name).read_text()
     verdicts = re.findall(r"^\| `[\w.-]+` \| `(\w+)` \|", page, re.MULTILINE)
     assert re.findall(r"^(\w*match): ", done.stdout, re.MULTILINE) == verdicts
-    assert re.search(r"^where: .*, mostly floor$", done.stdout, re.MULTILINE)
+    assert re.search(r"^where: .*, mostly floor \(shapes/0\)$", done.stdout, re.MULTILINE)
     reached = re.search(r"^good\.png: .*, error ([\d.e-]+) ", done.stderr, re.MULTILINE)
     assert reached
     assert float(reached[1]) <= 0.004

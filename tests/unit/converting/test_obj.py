@@ -84,7 +84,7 @@ def test_a_mesh_of_two_materials_is_cut_without_losing_a_digit(converted: Conver
         "f 1 2 3",
         "f 1 2 4",
     ]
-    assert noted(conversion, "assumed")["usemtl"].startswith("The mesh is cut into 2 files")
+    assert noted(conversion, "assumed")["usemtl"].startswith("The mesh is split into 2 files")
 
 
 @settings(max_examples=60, deadline=None)

@@ -215,7 +215,7 @@ def test_a_folder_reached_by_a_link_holds_its_files(folder: Path, tmp_path: Path
     ("files", "detail"),
     [
         ({}, "no such file"),
-        ({"picture.png": b"text"}, "no picture"),
+        ({"picture.png": b"text"}, "not a picture"),
         ({"picture.png": bomb(20000, 20000)}, "Make it smaller"),
     ],
     ids=["missing", "no picture", "bomb"],
