@@ -88,8 +88,8 @@ def of_readme(rows: Sequence[Comparison]) -> str:
     coarse = reached(row for row in rows if row["error_255"] > FINE_255)
     return (
         f"To the same true error, {_errors(fine)}, Penumbra takes {_range(fine)} the CPU seconds of Mitsuba, "
-        f"a compiled renderer{_never(fine)}; "
-        f"at coarser errors, {_errors(coarse)}, {_range(coarse)}{_never(coarse)}."
+        f"a compiled renderer{_never(fine)}. "
+        f"To coarser ones, {_errors(coarse)}, it takes {_range(coarse)}{_never(coarse)}."
     )
 
 

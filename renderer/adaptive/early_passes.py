@@ -53,7 +53,7 @@ BENT = np.float32(2.0**-10)
 and a distant pixel is not quite one."""
 
 SHADED = np.float32(2.0**-4)
-"""Square of the share of a shape's brightness, a quarter, that a shadow between pilot samples may take away."""
+"""Square of the share of a shape's brightness that a shadow between pilot samples may hide: a quarter."""
 
 
 def refine_preview(estimate: Estimate) -> None:
