@@ -21,8 +21,8 @@ UNKNOWN = 2.0**-8
 """Contrast of borders if pilot samples found none in the whole picture."""
 
 TOGETHER = np.float32(4)
-"""Where light and colour both change in a pixel, its error is the product of the two steps over this: so much
-for a shadow's edge that runs through the middle of the pixel, along the edge of a field."""
+"""Where light and colour both change in a pixel, its error is the product of the two steps over this, as if a
+shadow's edge and that of a field ran together through the middle of the pixel."""
 
 FAINT, RIM = 2.0**-7, 2.0**-4
 """Least contrasts of a border and of the outermost pixels, as shares of the borders' mean."""
