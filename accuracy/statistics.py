@@ -1,4 +1,4 @@
-"""Statistics: means, ratios and medians with intervals that hold in 95 of 100 cases, and levels of tests."""
+"""Statistics: means, ratios and medians with 95 % intervals, and levels of tests."""
 
 import statistics
 from collections.abc import Sequence

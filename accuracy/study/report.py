@@ -125,8 +125,8 @@ def _conditions(document: Mapping[str, Any]) -> Iterator[str]:
     machine, reference = document["machine"], document["reference"]
     yield (
         f"Errors are root mean square ones of linear values clipped to 0..1, against a reference of "
-        f"{reference['setting']}. Its own error is {error(reference['rmse_255'])}; it is taken away from all "
-        "errors and drawn in all figures. Intervals hold in 95 of 100 cases. Seconds are CPU seconds of one "
+        f"{reference['setting']}. Its own error is {error(reference['rmse_255'])}; it is subtracted from all "
+        "errors and drawn in all figures. Their intervals are 95 % intervals. Seconds are CPU seconds of one "
         "process that renders one picture at a time: the median of the runs, with the least and the "
         "greatest. Reading the scene and building trees are left out."
     )

@@ -17,7 +17,7 @@ from renderer.adaptive.strata import Survey
 from renderer.math.arrays import Floats, Integers
 
 BINS = 256
-"""Bins of the logarithm of variances, four an octave, in the search for the multiplier."""
+"""Bins of the logarithm of variances, four per octave, in the search for the multiplier."""
 
 RAY_PRICE = 1 / 12
 """CPU time of a ray that finds what a pixel shows, over that of a camera sample, on `soft` and `chess`."""

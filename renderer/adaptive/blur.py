@@ -39,15 +39,15 @@ NOISY = 1.0
 """A second difference of up to this many standard deviations of a node's noise counts as straight."""
 
 PEAK = 4.0
-"""Difference from both sides at which interpolation errs by one, were the picture a parabola: bends show an
-eighth of the second difference."""
+"""Difference of a pixel from both sides, over the error of interpolation that it shows: an eighth of the
+second difference, as for a parabola."""
 
 MEAN_SQUARE = 0.5
 """Mean square of the error between nodes, over the square of the largest that bends predict: 8 / 15 for a
 parabola."""
 
 CLOSER_PROBES = 2
-"""Probes over those for pilot samples: less is known beforehand of what lies between noisy nodes."""
+"""Times as many probes as for pilot samples: less is known beforehand of what lies between noisy nodes."""
 
 MUCH = 4.0
 """When probes are shared out, expected errors count for at most this many times the budget; beyond that,

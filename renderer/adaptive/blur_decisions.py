@@ -43,7 +43,8 @@ MARGIN = 0.9
 exactly."""
 
 LEAST_FOR_ALL, LEAST_FOR_NOISE = 0.6, 0.3
-"""Shares of the budget that doubts and bends leave for noise at least: they are cured by other means."""
+"""Least shares of the budget that doubts leave for noise and bends, and that both leave for noise: probes
+cure doubts, and nodes cure bends."""
 
 BENT = 0.3
 """Share of the budget that interpolation may err by before nodes are added where it bends by less."""

@@ -36,8 +36,8 @@ EASES = (1.0, 0.7, 0.5, 0.3, 0.1)
 too high."""
 
 LEAP = 3
-"""Levels that a pixel may rise at once, to eight times its samples: few predict poorly how many more are
-needed."""
+"""Levels that a pixel may rise at once, to eight times its samples: few samples predict poorly how many more
+are needed."""
 
 STEP = 1
 """Levels that a pixel with only a pilot sample may rise: its own samples will predict better than its

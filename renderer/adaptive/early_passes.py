@@ -15,25 +15,25 @@ from renderer.math.arrays import Masks
 from schemas.tiles import Tile
 
 BORDERS = 0.75
-"""Share of the budget for border pixels, as the shares of what they show are not exact."""
+"""Share of the budget for border pixels: rays find only roughly how much of them each shape fills."""
 
 UNKNOWN = 2.0**-8
 """Contrast of borders if pilot samples found none in the whole picture."""
 
 TOGETHER = np.float32(4)
-"""A step of light times a step of colour, over the error that both make in a pixel: a shadow's edge along
-that of a field, half of the pixel on either side."""
+"""Where light and colour both change in a pixel, its error is the product of the two steps over this, as if a
+shadow's edge and that of a field ran together through the middle of the pixel."""
 
 FAINT, RIM = 2.0**-7, 2.0**-4
-"""Least contrast of a border, and contrast of the outermost pixels, as shares of the borders' mean."""
+"""Least contrasts of a border and of the outermost pixels, as shares of the borders' mean."""
 
 HIDDEN = 2.0**-6
-"""Share of a border's contrast that its brightness is expected to be wrong by too: shadows end where things
+"""Squared error to expect of the brightness at a border, as a share of its contrast: shadows end where things
 touch, and pilot samples beside the border miss that."""
 
 CALM = 2
-"""Interpolation may err by this many times the target error. Mostly it errs by far less: the least smooth
-place decides."""
+"""Interpolation may be expected to err by this many times the target error. Mostly it errs by far less: the
+least smooth place decides."""
 
 FEWEST_PROBES, MOST_PROBES = 2.0**-8, 2.0**-2
 """Bounds of the least share of pixels that are probes, for a coarse error and for a fine one."""
@@ -45,15 +45,15 @@ PROBED = SAMPLED + 1
 """Level of a new probe: 8 samples."""
 
 WIDE = 2
-"""Distance in pixels within which pilot samples show what is finer than a pixel: its own may have missed
-it."""
+"""Where something may be finer than a pixel, the largest expected error within so many pixels counts: the
+pixel's own pilot sample may have missed it."""
 
 BENT = np.float32(2.0**-10)
-"""Share of the error of a point look-up that a mean leaves: means are over parallelograms, and a distant
-pixel is not quite one."""
+"""Share of a point look-up's squared error that a mean over the pixel leaves: means are over parallelograms,
+and a distant pixel is not quite one."""
 
 SHADED = np.float32(2.0**-4)
-"""Square of the share of a shape's own brightness that a shadow between pilot samples may hide."""
+"""Square of the share of a shape's brightness that a shadow between pilot samples may hide: a quarter."""
 
 
 def refine_preview(estimate: Estimate) -> None:

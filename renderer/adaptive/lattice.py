@@ -16,8 +16,8 @@ COARSEST = 8
 """Most pixels between the first pilot samples: at 1024 x 1024 pixels that makes `ENOUGH` of them."""
 
 ENOUGH = 16384
-"""Half as many pilot samples would cost as much and find less: for few samples, calls are most of the
-cost."""
+"""Pilot samples to begin with. Half as many would cost as much and find less: for few samples, calls are most
+of the cost."""
 
 Picture = NDArray[np.float32]
 """(3, H, W) float32, linear."""

@@ -17,7 +17,7 @@ PREVIEWED, COVERED, SAMPLED = 1, 2, 3
 """Levels of a pilot sample and of a pixel at a border, and the first level with samples."""
 
 HIGHEST = 17
-"""65,536 samples, the most that fixed quality accepts too."""
+"""65,536 samples: fixed quality accepts no more either."""
 
 COUNTS = np.array([0, 0, 0, *(1 << level - 1 for level in range(SAMPLED, HIGHEST + 1))], dtype=np.int64)
 """Camera samples at each level, without those of pilot samples."""

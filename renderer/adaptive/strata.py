@@ -31,10 +31,10 @@ UNSEEN = 16.0
 """The next probe may find this many times the expected error: a few probes miss what is rare."""
 
 CERTAIN = 1 / 2
-"""Least share of the expected error that the next probe may find `UNSEEN` times."""
+"""Least share of that, if probes have found less than expected."""
 
 ALONE = 2.0**-8
-"""If one pixel is expected to use this share of the budget, all of its stratum are probes."""
+"""If one pixel is expected to use this share of the budget, all pixels of its stratum are probes."""
 
 PROBES_AT_LEAST, PROBES_OF_BUDGET = 16, 50
 """Least number of probes of a stratum, and of one that is expected to use the whole budget."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from schemas.quality import CONFIDENCE
 
 INTERVAL = 1.96
-"""Standard errors to either side of an interval that holds in 95 of 100 cases if errors are normal."""
+"""Standard errors to either side of a 95 % interval, if errors are normal."""
 
 
 @dataclass(frozen=True, slots=True)

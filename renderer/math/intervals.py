@@ -1,4 +1,4 @@
-"""Estimates with intervals that hold in 95 of 100 cases, and Student's t."""
+"""Estimates with 95 % intervals, and Student's t."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -14,7 +14,7 @@ NORMAL = NormalDist().inv_cdf((1 + HOLDS) / 2)
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """An estimate, and the ends of an interval that holds the true value in 95 of 100 cases.
+    """An estimate, and the ends of its 95 % interval.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ def beyond(t: float, freedom: int) -> float:
 def student(freedom: int, probability: float = 1 - HOLDS) -> float:
     """The t that |T| exceeds with this probability, for so many degrees of freedom, to 12 digits.
 
-    By default half the width, in standard errors, of an interval that holds in 95 of 100 cases.
+    By default half the width of a 95 % interval, in standard errors.
 
     >>> [round(student(freedom), 3) for freedom in (1, 2, 3, 30)]
     [12.706, 4.303, 3.182, 2.042]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,7 +46,7 @@ LIGHT_SAMPLES = 4
 """Light points, and camera samples, of the two comparisons that vary the other one."""
 
 SHOWN_255 = 1.0
-"""Error of the sentences, in units of 1/255: a step of 8 bits."""
+"""Error of the summary, in units of 1/255: one code value."""
 
 DIGITS = 5
 """Significant digits of the figures that are kept: more than any table has."""
@@ -58,10 +58,12 @@ def page(measured: Mapping[str, Results]) -> str:
     """The template with figures in their places."""
     chess, soft, maps = measured["chess"], measured["soft"], measured["normal_texturing"]
     return TEMPLATE.read_text().format(
-        sentences="\n".join(f"- {sentence}" for sentence in _sentences(measured)),
+        shown=words.error(SHOWN_255),
+        summary=_summary(measured),
+        double=_double(measured),
         chess_points=CHESS_POINTS,
         chess=_chess(chess),
-        ratios=" ".join(_ratios(chess)),
+        ratios=_ratios(chess),
         details=_details(chess),
         light_samples=LIGHT_SAMPLES,
         light=_light(soft),
@@ -71,30 +73,51 @@ def page(measured: Mapping[str, Results]) -> str:
         effects=_by_scene(measured, tables.effects),
         precision=_by_scene(measured, tables.precision),
         machine=_machine(chess["machine"]),
-        references=", ".join(
-            f"{words.error(results['reference']['rmse_255'])} ({name})" for name, results in measured.items()
-        ),
         sizes=_sizes(measured),
     )
 
 
-def _sentences(measured: Mapping[str, Results]) -> Iterator[str]:
-    for name, results in measured.items():
-        lines = _lines(results)
-        costs = {method: curves.cost_at(line, SHOWN_255) for method, line in lines.items()}
-        reached = {method: cost for method, cost in costs.items() if cost is not None}
-        costs_of_methods = ", ".join(
-            f"{words.seconds(cost)} with {'target quality' if method == TARGET else method}"
-            for method, cost in sorted(reached.items(), key=lambda item: item[1])
-        )
-        requested = words.error(SHOWN_255)
-        yield f"**{name}**: an error of {requested} takes {costs_of_methods or 'longer than was tried'}."
-    yield from (f"**chess**: {sentence}" for sentence in _ratios(measured["chess"]))
-    for name, results in measured.items():
-        answers = {row["question"]: row["answer"] for row in results["answers"]}
-        yield f"**{name}**, which effect costs most? {answers['Which effect costs most?']}"
+def _summary(measured: Mapping[str, Results]) -> str:
+    """What `SHOWN_255` costs in each scene, and which effect costs most there."""
+    return table(
+        (
+            "scene",
+            "target quality",
+            "fastest pattern",
+            "times as long",
+            "most expensive effect",
+            "share of the time",
+            "changes the picture by",
+        ),
+        [(name, *_costs(results), *_most_expensive(results)) for name, results in measured.items()],
+    )
+
+
+def _costs(results: Results) -> tuple[str, str, str]:
+    """Seconds of target quality and of the fastest pattern, and their ratio."""
+    found = {method: curves.cost_at(line, SHOWN_255) for method, line in _lines(results).items()}
+    costs = {method: cost for method, cost in found.items() if cost is not None}
+    target = costs.pop(TARGET, None)
+    best = min(costs, key=lambda method: costs[method], default=None)
+    return (
+        tables.NONE if target is None else words.seconds(target),
+        tables.NONE if best is None else f"{best}, {words.seconds(costs[best])}",
+        tables.NONE if best is None or target is None else words.figure(costs[best] / target),
+    )
+
+
+def _most_expensive(results: Results) -> tuple[str, str, str]:
+    """The effect that costs most: its name, its share of the time, and what the picture is without it."""
+    for row in results["effects"]:
+        # Camera samples multiply all the others: the other tables cover them.
+        if row["effect"] != "antialiasing":
+            return row["effect"], f"{row['share']:.0%}", words.error(row["difference_255"])
+    return (tables.NONE,) * 3
+
+
+def _double(measured: Mapping[str, Results]) -> str:
     slowest = max((row for results in measured.values() for row in results["precision"]), key=_ratio)
-    yield (
+    return (
         f"Double precision takes at most {words.figure(_ratio(slowest))} times as long ({slowest['name']}) "
         f"and changes pictures by at most {words.error(_largest_change(measured))}."
     )
@@ -117,20 +140,18 @@ def _lines(results: Results) -> dict[str, list[curves.Row]]:
     }
 
 
-def _ratios(results: Results) -> Iterator[str]:
-    """How long other patterns take for the error of each setting of `rotated`."""
+def _ratios(results: Results) -> str:
+    """How many times as long other patterns take for the error of each setting of `rotated`."""
     lines = _lines(results)
+    others = [method for method in PATTERNS if method != "rotated"]
+    rows = []
     for row in results["settings"]:
         if row["method"] != "rotated" or row["light_points"] != CHESS_POINTS or row["camera_samples"] < 4:
             continue
-        costs = {method: curves.cost_at(lines[method], curves.error(row)) for method in PATTERNS}
-        ratios = ", ".join(
-            f"{method} takes {words.figure(cost / curves.seconds(row))} times as long"
-            for method, cost in costs.items()
-            if cost is not None and method != "rotated"
-        )
-        if ratios:
-            yield f"For the error of {row['name']}, {words.error(curves.error(row))}, {ratios}."
+        costs = (curves.cost_at(lines[method], curves.error(row)) for method in others)
+        ratios = (tables.NONE if cost is None else words.figure(cost / curves.seconds(row)) for cost in costs)
+        rows.append((row["name"], words.error(curves.error(row)), *ratios))
+    return table(("setting", "its error", *others), rows)
 
 
 def _chess(results: Results) -> str:

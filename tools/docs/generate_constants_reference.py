@@ -45,8 +45,8 @@ change, run `python -m benchmarks targets`: it measures how often pictures reach
 below it they are ([how we know](../explanation/accuracy.md)).
 
 Levels count samples by powers of two. The budget is the sum of squared errors that the target allows. A find
-is a probe whose error is far above the expected one. Other words are in the [glossary](glossary.md). Scenes
-are those of the gallery.
+is a probe whose error is far above the expected one. Other words are in the [glossary](glossary.md). `soft`,
+`chess` and `lamp` are scenes of `scenes/study`.
 """
 
 

@@ -32,7 +32,6 @@ PLOT = DOCS / "images" / "performance" / "peers.svg"
 def page(measured: dict[str, Any]) -> str:
     """The template with the tables and their sentences in their places."""
     rows, precisions = measured["comparisons"], measured["precisions"]
-    errors = (f"{error:.4f}/255 ({scene})" for scene, error in measured["references"].items())
     return TEMPLATE.read_text().format(
         equal=table(peers_tables.EQUAL_COLUMNS, peers_tables.equal_row, rows),
         goals="\n".join(f"- {sentence}" for sentence in peers_sentences.of_goals(rows)),
@@ -45,7 +44,6 @@ def page(measured: dict[str, Any]) -> str:
         limits=table(peers_tables.LIMIT_COLUMNS, peers_tables.limit_row, measured["limits"]),
         limit_setting=measured["limits"][0]["setting"],
         settings="\n\n".join(_settings(scene, runs) for scene, runs in measured["scenes"].items()),
-        own_errors=", ".join(errors),
         runs=measured["runs"],
         short=measured["short_seconds"],
         longest=measured["longest_seconds"],

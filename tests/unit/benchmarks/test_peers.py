@@ -87,11 +87,12 @@ def test_a_row_shows_a_dash_for_what_is_not_reached() -> None:
     assert peers_tables.asked_row(compared(0.5)) == ("soft", "0.5/255", "-", "-", "-", "-")
 
 
-def test_a_ratio_above_its_goal_is_named_in_words() -> None:
-    rows = [compared(error) for error in (4.0, 1.0, 0.5)]
+def test_the_ratio_farthest_above_its_goal_is_named_in_words() -> None:
+    rows = [compared(error) for error in (4.0, 2.0, 1.0, 0.5)]
+    rows[1]["over_peer"] = 0.81
     (sentence,) = peers_sentences.of_goals(rows)
-    assert "(soft): 1 of 2" in sentence
-    assert "soft at 1/255 0.75 (goal 0.5)" in sentence
+    assert "(soft): 1 of 3" in sentence
+    assert sentence.endswith("the worst is soft at 1/255 0.75 (goal 0.5).")
 
 
 def test_an_error_that_only_the_peer_reaches_is_worse_than_the_goal() -> None:
@@ -104,7 +105,7 @@ def test_an_error_that_only_the_peer_reaches_is_worse_than_the_goal() -> None:
 def test_a_kind_of_scene_that_keeps_its_goals_is_said_to() -> None:
     (sentence,) = peers_sentences.of_goals([compared(4.0)])
     assert "(soft): 1 of 1" in sentence
-    assert "worse" not in sentence
+    assert "worst" not in sentence
 
 
 def test_targets_that_cost_no_more_than_any_picture_do_not_count_for_precision() -> None:
