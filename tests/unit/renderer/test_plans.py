@@ -128,7 +128,7 @@ def test_an_empty_scene_has_camera_rays_alone() -> None:
             ["/lights/0"],
             "no material that is shown answers light",
         ),
-        (scene(FLOOR, ambient=[0, 0, 0]), "ambient", ["/ambient"], "/ambient is black"),
+        (scene(FLOOR, ambient=[0, 0, 0]), "ambient", ["/ambient"], "there is no ambient light"),
         (
             scene(FLOOR, materials={"plain": phong(ambient=0.0)}),
             "ambient",
