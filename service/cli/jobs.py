@@ -51,7 +51,7 @@ def get(
     """Show a job, or save its picture or its error against time, as far as they are finished."""
     names = parsed_layers(layers)
     if names and out is None:
-        raise CommandError("--layers are saved beside the image. Give -o too.")
+        raise CommandError("--layers are saved beside the picture. Give -o too.")
     if out is not None:
         out.check(names, as_json=as_json)
     if convergence is not None:
