@@ -32,10 +32,10 @@ from service.client.errors import (
 from service.grading.export_errors import ExportError
 
 OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
-    (TyperException, ExitCode.USAGE, "Wrong use of the command"),
+    (TyperException, ExitCode.USAGE, "Wrong usage"),
     (InputError, ExitCode.UNUSABLE_INPUT, "The input cannot be used"),
     (ServiceStartError, ExitCode.SERVER, "The service did not run"),
-    (CommandError, ExitCode.USAGE, "Wrong use of the command"),
+    (CommandError, ExitCode.USAGE, "Wrong usage"),
     (LimitsError, ExitCode.USAGE, "A limit cannot be used"),
     (MissingExtraError, ExitCode.USAGE, "An optional package is missing"),
     (ImageFileError, ExitCode.UNUSABLE_INPUT, "The picture cannot be used"),

@@ -97,7 +97,7 @@ def check_queue(
 def _refuse_expensive(cost: float, limit: float) -> None:
     """Refuse a job that would not fit into an empty queue."""
     detail = (
-        f"This is predicted to take {cost:.3g} CPU seconds, more than the {limit:.3g} you may have waiting. "
+        f"This is predicted to take {cost:.3g} CPU seconds, more than the {limit:.3g} allowed for your jobs. "
         "Ask for fewer pixels, samples or light samples."
     )
     raise renderer.SceneError([Problem(pointer="/scene", detail=detail, code="cost")])
