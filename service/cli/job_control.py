@@ -99,7 +99,7 @@ def prune(
         str | None,
         typer.Option(
             metavar="TIME",
-            help="Delete assets that no picture needs and that were uploaded longer ago than this.",
+            help="Delete assets that no picture needs, last uploaded or checked longer ago than this.",
         ),
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only report what would be deleted.")] = False,
