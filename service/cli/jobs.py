@@ -14,7 +14,6 @@ from service.cli.options import (
     DEFAULT_SERVER,
     JobArgument,
     JsonOption,
-    LabelOption,
     LayersOption,
     ServerOption,
     State,
@@ -89,7 +88,10 @@ def ls(
         str | None, typer.Option(metavar="CURSOR", help="Continue the list that ended with this cursor.")
     ] = None,
     state: Annotated[State | None, typer.Option(help="Only jobs in this state.")] = None,
-    label: LabelOption = None,
+    label: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME:VALUE", help="Only jobs with this label; if repeated, with all of them."),
+    ] = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
