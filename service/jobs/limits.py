@@ -113,7 +113,7 @@ def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:
     whose = "Your queue" if full[0].name in ("jobs", "cpu") else "The queue"
     amount = "CPU seconds" if "cpu" in full[0].name else "jobs"
     raise QueueFullError(
-        f"{whose} is full: {full[0].limit:.0f} {amount} may wait. Try again in {math.ceil(wait)} seconds.",
+        f"{whose} is full: at most {full[0].limit:.0f} {amount}. Try again in {math.ceil(wait)} seconds.",
         {"Retry-After": str(math.ceil(wait))} | queue.headers(),
     )
 
