@@ -109,7 +109,7 @@ def test_pilot_samples_of_larger_pictures_lie_farther_apart(width: int, apart: i
     """About 128 x 128 of them, none more than 8 pixels apart."""
     found = details(furnished(camera=camera(width=width, height=width)))["pilot samples"]
     assert found.startswith(
-        "one ray through the middle of " + (f"pixels {apart} pixels apart" if apart else "each pixel")
+        "one ray through the centre of " + (f"pixels {apart} pixels apart" if apart else "each pixel")
     )
 
 
