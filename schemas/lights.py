@@ -17,12 +17,14 @@ class _Light(Closed):
 
 class _AreaLight(_Light):
     visible: bool = Field(
-        default=True, strict=True, description="Whether camera rays see the light, as a flat colour."
+        default=True,
+        strict=True,
+        description="Whether camera, reflected and refracted rays see the light, as a flat colour.",
     )
     two_sided: bool = Field(
         default=True,
         strict=True,
-        description="Whether it shines to both sides, or only to that of its normal.",
+        description="Whether it shines to both sides, or only to the side of its normal.",
     )
     falloff: Literal["none", "physical"] = Field(
         default="none",

@@ -83,7 +83,8 @@ class PhongMaterial(Closed):
     )
     max_depth: Depth = Field(
         default=5,
-        description="A path that has bounced this often ends here. In glass each bounce may double the rays.",
+        description="A path that has bounced this often ends at this material. In glass each bounce may "
+        "double the rays.",
     )
 
     @model_validator(mode="after")

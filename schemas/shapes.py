@@ -116,7 +116,7 @@ class Ellipsoid(_Shape):
     center: Point = Field(description="The centre, scene units.")
     axes: tuple[Edge, Edge, Edge] = Field(
         description="Three perpendicular semi-axes, from the centre to the surface, scene units: the cosine "
-        "of each angle is at most 1e-6."
+        "of the angle between any two is at most 1e-6."
     )
 
     @field_validator("axes")

@@ -83,8 +83,8 @@ class UnknownHostError(RequestError):
 
     def __init__(self) -> None:
         super().__init__(
-            "This service answers under its own names alone: those in the setting `hosts` and, where it asks "
-            "for no keys, 127.0.0.1 and localhost. Use one of them, or have this one added."
+            "This service answers only to its own host names: those in the setting `hosts` and, if it "
+            "requires no keys, 127.0.0.1 and localhost. Use one of them, or have this one added."
         )
 
 
@@ -141,7 +141,7 @@ class CrossSiteError(ForbiddenError):
 
     def __init__(self) -> None:
         super().__init__(
-            "A page of another site has sent this. Send it from this service's own page, or with a key."
+            "A page of another site sent this request. Send it from this service's own page, or with a key."
         )
 
 
@@ -163,7 +163,7 @@ class ReusedKeyError(ServiceError):
 
     def __init__(self, key: str) -> None:
         super().__init__(
-            f"The Idempotency-Key {key!r} came with another request before. Give each one a key of its own."
+            f"The Idempotency-Key {key!r} was used for another request. Give each request a key of its own."
         )
 
 

@@ -157,7 +157,7 @@ class Settings(BaseSettings):
         gt=0,
         description="Predicted cost of one user's jobs that wait or run, unless the key says otherwise.",
     )
-    max_asset_bytes: int = Field(default=64 * MIB, ge=1, description="Largest texture file.")
+    max_asset_bytes: int = Field(default=64 * MIB, ge=1, description="Largest texture or mesh file.")
     max_user_asset_bytes: int = Field(
         default=4096 * MIB,
         ge=1,

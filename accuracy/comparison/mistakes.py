@@ -128,7 +128,7 @@ TURNED = (
     ),
     Mistake(
         "flipped_horizontally",
-        "Left and right are exchanged. Look at the cross product that gives the camera's right.",
+        "Left and right are swapped. Look at the cross product that gives the camera's right vector.",
         lambda picture: picture[:, ::-1],
     ),
     Mistake(
@@ -140,7 +140,7 @@ TURNED = (
 
 TRANSPOSED = Mistake(
     "transposed",
-    "Rows and columns are exchanged. The first index of an image array is the row.",
+    "Rows and columns are swapped. The first index of an image array is the row.",
     lambda picture: picture.transpose(1, 0, 2),
 )
 

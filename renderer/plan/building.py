@@ -75,14 +75,14 @@ def _camera(request: Request) -> Pinhole:
     samples = request.sampling.antialiasing
     detail = f"rays through {samples.samples} {samples.pattern} places in each pixel"
     if request.target:
-        detail = f"rays through {samples.pattern} places in pixels, as many as the error asks for"
+        detail = f"rays through {samples.pattern} places in pixels, as many as the error requires"
     request.list_stage("camera rays", "camera", detail, ("/camera",), COSTS.camera)
     camera = request.document.camera
     if camera.lens_radius > 0:
         return _lens(request, camera)
     for name in ("lens_radius", "focus_distance"):
         if name in camera.model_fields_set:
-            request.leave_out("camera.lens", "/camera/lens_radius is 0", f"/camera/{name}")
+            request.leave_out("camera.lens", "the lens radius is 0", f"/camera/{name}")
     return build_pinhole(camera)
 
 
@@ -90,7 +90,7 @@ def _lens(request: Request, camera: language.Camera) -> Pinhole:
     """A lens asks for two more sample dimensions."""
     lens = build_lens(camera, request.sampling.antialiasing, request.sampling.seed)
     pointers = tuple(f"/camera/{name}" for name in ("lens_radius", "focus_distance") if getattr(camera, name))
-    detail = f"a place on the lens for each ray, in focus at a distance of {lens.focus:.6g}"
+    detail = f"a point on the lens for each ray, focused at a distance of {lens.focus:.6g}"
     request.list_stage("lens", "camera.lens", detail, pointers, COSTS.lens)
     return lens_in_sequence(lens) if request.target else lens
 

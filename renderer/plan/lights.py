@@ -38,7 +38,7 @@ def emitters(request: Request) -> list[Emitter]:
         if not any(light.color):
             request.leave_out(effect, f"/lights/{number} is black", pointer)
         elif not answering:
-            request.leave_out(effect, "no material that is shown answers light", pointer)
+            request.leave_out(effect, "no material in use reflects light", pointer)
         elif _unseen(emitter := emitter_of(request, number), request.families):
             request.leave_out(effect, f"/lights/{number} faces away from every shape", pointer)
         else:

@@ -135,11 +135,11 @@ def _horizon(request: Request) -> list[Horizon]:
 def _ambient(request: Request, table: Phong) -> list[Ambient]:
     asking = request.material_pointers(np.flatnonzero(table.ambient))
     if not any(request.document.ambient):
-        request.leave_out("ambient", "/ambient is black", "/ambient")
+        request.leave_out("ambient", "there is no ambient light", "/ambient")
     elif not asking:
-        request.leave_out("ambient", "no material that is shown answers ambient light", "/ambient")
+        request.leave_out("ambient", "no material in use reflects ambient light", "/ambient")
     else:
-        request.list_stage("ambient term", "ambient", "light from everywhere", ("/ambient", *asking))
+        request.list_stage("ambient term", "ambient", "light from all directions", ("/ambient", *asking))
         return [Ambient(table, column(request.document.ambient))]
     return []
 

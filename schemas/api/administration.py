@@ -44,7 +44,7 @@ class PruneRequest(Closed):
     )
     keep_asset_seconds: Seconds | None = Field(
         default=None,
-        description="Delete assets that no picture needs and that were sent longer ago than this.",
+        description="Delete assets that no picture needs, last uploaded or checked longer ago than this.",
     )
     dry_run: bool = Field(default=True, description="Only report what would be deleted.")
 

@@ -1,6 +1,6 @@
 """The binary form of tile events: ``GET /v1/jobs/{id}/tiles`` with ``Accept: application/octet-stream``.
 
-All numbers are little-endian and unsigned. A batch is a header of 20 bytes and its tiles, nothing else:
+All numbers are little-endian, and integers unsigned. A batch is a header of 20 bytes and its tiles:
 
 | offset | bytes | meaning |
 | --- | --- | --- |
@@ -8,7 +8,7 @@ All numbers are little-endian and unsigned. A batch is a header of 20 bytes and 
 | 4 | 2 | version of this format: 1 |
 | 6 | 2 | encoding of the pixels: 0 linear RGB in float32, 1 displayed RGB in 8 bits |
 | 8 | 4 | number of tiles |
-| 12 | 4 | pass it as `after` for what follows |
+| 12 | 4 | pass it as `after` to get what follows |
 | 16 | 4 | bit 0: the job is final and nothing follows; bit 1: it succeeded |
 
 Each tile is a header of 32 bytes, eight numbers of 4 bytes each: `seq`, `pass_index`, `x0`, `y0`, `x1`, `y1`,
@@ -16,7 +16,7 @@ Each tile is a header of 32 bytes, eight numbers of 4 bytes each: `seq`, `pass_i
 ceil((y1 - y0) / stride) rows of ceil((x1 - x0) / stride) pixels.
 
 The pixels are the mean of all samples that the tile has so far, so a tile comes once in a batch, under the
-number of its newest event, and not at all where a later event of the whole picture is in the batch. Paint
+number of its newest event, and not at all if a later event of the whole picture is in the batch. Paint
 the tiles in order over the previous ones to get the newest picture.
 
 >>> head = BatchHead(encoding=FLOAT32, tiles=1, next=7, complete=False, succeeded=False)

@@ -37,7 +37,9 @@ class ComparisonRequest(Closed):
     max_bias: Share = Field(
         default=0.02, description="Share of blocks that may differ by more than noise and tolerance."
     )
-    limit: Share = Field(default=0.05, description="Linear difference that `frac_over` counts above.")
+    limit: Share = Field(
+        default=0.05, description="Linear difference above which `frac_over` counts a pixel."
+    )
     flip: bool = Field(
         default=False, strict=True, description="Compute FLIP too; it takes longer than all the rest."
     )
@@ -49,7 +51,7 @@ class ComparisonRequest(Closed):
 
 
 class ComparisonMetrics(Message):
-    """Of linear values clipped to 0..1, in float64, but for `ssim` and `flip`, which are of what is seen."""
+    """Metrics of linear values clipped to 0..1, in float64; `ssim` and `flip` are of displayed values."""
 
     mse: float = Field(ge=0, description="Mean squared difference.")
     rmse: float = Field(ge=0, description="Its root.")
@@ -67,7 +69,7 @@ class ComparisonMetrics(Message):
         description="Share of blocks of 8 x 8 pixels brighter or darker than noise and tolerance allow.",
     )
     flip: float | None = Field(
-        description="Mean LDR-FLIP at 67 pixels a degree; null if it was not requested."
+        description="Mean LDR-FLIP at 67 pixels per degree; null if it was not requested."
     )
 
 
@@ -103,11 +105,11 @@ class ComparisonInput(Message):
     height: int = Field(description="Pixels.")
     encoding: Encoding = Field(description="What its numbers mean.")
     encoding_stated: bool = Field(
-        description="Whether the request says so; otherwise it is the default of this format."
+        description="Whether the request states the encoding; otherwise it is the default of the format."
     )
-    bits: int = Field(description="Bits of a channel; 32 or 64 for floating point.")
+    bits: int = Field(description="Bits per channel; 32 or 64 for floating point.")
     clipped_pixels: int = Field(description="Pixels with a channel below 0 or above 1.")
-    samples: float | None = Field(description="Camera samples a pixel in the mean; null if not known.")
+    samples: float | None = Field(description="Mean camera samples per pixel; null if not known.")
     notes: tuple[str, ...] = Field(description="What was done to read it.")
 
 
@@ -129,7 +131,7 @@ class ComparisonPolicy(Message):
 class ComparisonPictures(Message):
     """PNG files in Base64."""
 
-    heat_map: str = Field(description="The largest difference of the channels as seen; white from 0.25 on.")
+    heat_map: str = Field(description="The largest displayed difference of any channel; white from 0.25 on.")
     side_by_side: str = Field(description="Picture, reference and heat map.")
 
 
@@ -159,7 +161,7 @@ class ComparisonAnswer(Message):
     diagnosis: tuple[ComparisonCause, ...] = Field(description="The best explanation first; often none.")
     worst_regions: tuple[ComparisonRegion, ...] = Field(description="At most 5, worst first.")
     inputs: ComparisonInputs = Field(description="How both pictures were read.")
-    policy: ComparisonPolicy = Field(description="Which differences were tolerated.")
+    policy: ComparisonPolicy = Field(description="Tolerance and limits of the request.")
     images: ComparisonPictures | None = Field(
         default=None, description="Pictures of the differences, if they were requested."
     )

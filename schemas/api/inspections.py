@@ -18,7 +18,9 @@ class TraceRequest(Closed):
 
     scene: Scene = Field(description="The scene that the rays are cast into.")
     origins: tuple[RayOrigin, ...] = Field(description="Where each ray starts, scene units.")
-    directions: tuple[RayDirection, ...] = Field(description="Where each ray goes; any length above 0.")
+    directions: tuple[RayDirection, ...] = Field(
+        description="Direction of each ray, of any length; its largest component is from 1e-200 to 1e200."
+    )
 
 
 class TraceAnswer(Message):
@@ -55,7 +57,7 @@ class InspectionRequest(Closed):
 class Part(Message):
     """A part of the scene: where it is written, and what it is called."""
 
-    pointer: str = Field(description="JSON pointer into the scene, or over HTTP into the request of the job.")
+    pointer: str = Field(description="JSON Pointer into the scene, or over HTTP into the request of the job.")
     name: str | None = Field(description="Its name, if it was given one.")
 
 
@@ -69,12 +71,12 @@ class Blocker(Part):
 class InspectedLight(Message):
     """One light as a point of a surface sees it, and what it adds there.
 
-    `points` is the sum of those seen, `below_horizon` and `blocked`.
+    `points` is the sum of those visible, `below_horizon` and `blocked`.
     """
 
     light: int = Field(ge=0, description="Index into the scene's lights.")
-    pointer: str = Field(description="JSON pointer into the scene, or over HTTP into the request of the job.")
-    visibility: float = Field(ge=0, le=1, description="Share of its points that are seen.")
+    pointer: str = Field(description="JSON Pointer into the scene, or over HTTP into the request of the job.")
+    visibility: float = Field(ge=0, le=1, description="Share of its points that are visible.")
     points: int = Field(
         ge=1,
         description="How many of its points were tested: those of a fixed quality, 64 with target quality.",

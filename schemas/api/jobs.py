@@ -24,8 +24,8 @@ from schemas.scene import Scene
 LABEL_NAME = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}"
 """What the name of a label is, as a regular expression."""
 LABEL_NAMES = (
-    "A label's name has 1 to 63 characters: letters from A to Z, digits, '_', '.' and '-', with a letter or "
-    "digit first."
+    "A label's name has 1 to 63 characters: ASCII letters, digits, '_', '.' and '-', with a letter or digit "
+    "first."
 )
 
 
@@ -55,13 +55,12 @@ class JobRequest(Closed):
     labels: Annotated[dict[LabelName, LabelValue], Field(max_length=16)] = Field(
         default_factory=dict,
         description="At most 16 names with values, to find the job by. A name has 1 to 63 characters: "
-        "letters from A to Z, digits, `_`, `.` and `-`, with a letter or digit first. A value has at most "
-        "200.",
+        "ASCII letters, digits, `_`, `.` and `-`, with a letter or digit first. A value has at most 200.",
     )
     time_limit: Annotated[float, Field(strict=True, gt=0, le=86400)] | None = Field(
         default=None,
-        description="Seconds after which an unfinished job ends, from the moment when it begins to run. "
-        "With target quality it succeeds with the error reached so far; otherwise it fails.",
+        description="Seconds after its start when an unfinished job ends. With target quality it succeeds "
+        "with the error reached so far; otherwise it fails.",
     )
 
     @property
@@ -121,7 +120,7 @@ class Progress(Message):
     remaining_seconds: float | None = Field(
         default=None,
         ge=0,
-        description="Predicted time until it ends; null while the job does not run, and if there is no "
+        description="Predicted seconds until it ends; null while the job does not run, and if there is no "
         "prediction.",
     )
 
@@ -142,18 +141,18 @@ class Work(Message):
 
     shading_points: int = Field(default=0, ge=0, description="Points where rays hit shapes.")
     texture_lookups: int = Field(
-        default=0, ge=0, description="Textures looked up at these points; a bump map takes four for a point."
+        default=0, ge=0, description="Texture look-ups at these points; a bump map takes four per point."
     )
 
 
 class Numerics(Message):
-    """Numbers that went wrong, or nearly so. All are 0 for a good scene."""
+    """Counts of numerical problems. All are 0 for a good scene."""
 
     non_finite: int = Field(ge=0, description="Pixels that are NaN or infinite.")
-    clamped: int = Field(ge=0, description="Pixels held at the largest float32 in some pass.")
+    clamped: int = Field(ge=0, description="Pixels clamped to the largest float32 in some pass.")
     degenerate_dropped: int = Field(ge=0, description="Triangles without area, left out.")
     retried: int = Field(
-        ge=0, description="Triangles so thin that exact arithmetic had to decide if they have an area."
+        ge=0, description="Triangles so thin that exact arithmetic had to decide whether they have an area."
     )
 
 
@@ -216,8 +215,8 @@ class Job(Message):
         default=False,
         description="Whether the job is being cancelled: it ends when workers have stopped its tiles.",
     )
-    width: int = Field(description="Pixels; 0 for a mesh.")
-    height: int = Field(description="Pixels; 0 for a mesh.")
+    width: int = Field(description="Columns of the picture.")
+    height: int = Field(description="Rows of the picture.")
     quality: dict[str, Any] = Field(
         description="The requested quality, completed from the scene, in the form of a request.",
     )
@@ -304,8 +303,8 @@ class Asset(Message):
     name: str = Field(description="How a scene names it: `sha256:` and 64 hexadecimal digits.")
     bytes: int = Field(ge=0, description="Size of the file.")
     media_type: str = Field(description="Type of the file, found from its content.")
-    width: int = Field(description="Pixels.")
-    height: int = Field(description="Pixels.")
+    width: int = Field(description="Columns, pixels; 0 for a mesh.")
+    height: int = Field(description="Rows, pixels; 0 for a mesh.")
 
 
 class Version(Message):
@@ -344,8 +343,8 @@ class LogEntry(Message):
     )
     event: str = Field(
         description="A word for programs: `submitted`, `shared`, `started`, `step_repeated`, "
-        "`pass_finished`, `composed_again`, or the state in which the job ended. Later versions may know "
-        "more."
+        "`pass_finished`, `composed_again`, `paused`, or the state in which the job ended. Later versions "
+        "may have more."
     )
     message: str = Field(description="A sentence for people.")
     pass_index: int | None = Field(default=None, description="The pass, if it is about one.")
@@ -360,4 +359,4 @@ class JobLog(Message):
     job: str = Field(description="The job's id.")
     state: JobState = Field(description="The state of the job.")
     entries: tuple[LogEntry, ...] = Field(description="The history, in order.")
-    more: int = Field(default=0, ge=0, description="How many repeated tiles are not listed.")
+    more: int = Field(default=0, ge=0, description="How many retried tiles are not listed.")

@@ -95,13 +95,15 @@ class Convergence(Message):
     target_error: float | None = Field(default=None, description="The requested error, with target quality.")
     passes: tuple[PassCost, ...] = Field(description="The passes that are finished, in their order.")
     order: Interval | None = Field(
-        description="The error falls like CPU seconds to this power: -0.5 for independent samples, which "
-        "take four times as long for half the error. Null if there are too few passes."
+        description="The error is proportional to CPU seconds to this power: -0.5 for independent samples, "
+        "which take four times as long for half the error. Null if there are too few passes."
     )
     next_halving: NextHalving | None = Field(
         description="What half of the error would cost; null if there is no prediction."
     )
-    reason: str | None = Field(default=None, description="Why one of the two is null or has no upper end.")
+    reason: str | None = Field(
+        default=None, description="Why `order` or `next_halving` is null or has no upper end."
+    )
 
 
 class QuoteRequest(Closed):
@@ -184,4 +186,4 @@ class Quote(Message):
     )
     price: PlanCost = Field(description="The cost predicted from the plan alone.")
     workers: int = Field(ge=1, description="Processes that `seconds` assumes.")
-    pilot: Pilot = Field(description="What was rendered for the quote.")
+    pilot: Pilot = Field(description="How long it took, and what was rendered.")

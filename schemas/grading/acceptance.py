@@ -56,8 +56,8 @@ PictureMistake = Annotated[str, Field(strict=True), AfterValidator(_known)]
 class Band(Closed):
     """A step of partial credit."""
 
-    at: Threshold = Field(description="A value this good, or better,")
-    share: Share = Field(description="earns this share of the points, 0 to 1.")
+    at: Threshold = Field(description="A value this good or better earns `share`.")
+    share: Share = Field(description="Share of the points, 0 to 1.")
 
 
 class Scale(Closed):
@@ -67,10 +67,10 @@ class Scale(Closed):
     rounding reaches it.
     """
 
-    full: Threshold = Field(description="A value this good, or better, earns all points.")
+    full: Threshold = Field(description="A value this good or better earns all points.")
     zero: Threshold | None = Field(
         default=None,
-        description="A value this bad, or worse, earns none; between `full` and this, points are linear.",
+        description="A value this bad or worse earns none; between `full` and this, points are linear.",
     )
     bands: tuple[Band, ...] = Field(
         default=(), description="Steps instead of `zero`, from good to bad; worse than the last earns none."
@@ -107,15 +107,17 @@ class Scale(Closed):
 class Verdict(Scale):
     """Whether the pictures agree apart from noise; `full` is the share of blocks that may be biased.
 
-    With `zero` or `bands` this share decides, even where the noise is known.
+    With `zero` or `bands` this share decides, even if the noise is known.
     """
 
     by: Literal["verdict"] = Field(description="`verdict`.")
     full: Share = Field(
         default=0.02,
-        description="Share of blocks of 8 x 8 pixels that may be biased, where noise is not known.",
+        description="Share of blocks of 8 x 8 pixels that may be biased if the noise is not known.",
     )
-    tolerance: Share = Field(default=0.01, description="Mean linear difference of a block that never counts.")
+    tolerance: Share = Field(
+        default=0.01, description="Linear difference of a block's mean that is always tolerated."
+    )
     limit: Share = Field(default=0.05, description="Limit of the metric `frac_over`, in linear values.")
     diagnosed: Share = Field(
         default=0.0,
@@ -160,7 +162,7 @@ Acceptance = Annotated[
 class RayShare(Scale):
     """Share of rays that agree; rays whose hit depends on rounding do not count."""
 
-    full: Share = Field(default=0.99, description="This share, or more, earns all points.")
+    full: Share = Field(default=0.99, description="This share or more earns all points.")
 
     @property
     def rising(self) -> bool:

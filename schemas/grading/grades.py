@@ -43,7 +43,7 @@ class TestGrade(Message):
     tags: tuple[str, ...] = ()
     message: str = Field(description="What decided, and what to do, for students.")
     verdict: GradeVerdict | None = Field(default=None, description="Of pictures.")
-    metric: str | None = Field(default=None, description="What was held to the threshold.")
+    metric: str | None = Field(default=None, description="What was compared with the threshold.")
     value: float | None = Field(default=None, description="The metric's value.")
     threshold: float | None = Field(default=None, description="The value that earns all points.")
     margin: float | None = Field(
@@ -80,7 +80,7 @@ class GradeInput(Message):
     width: int | None = Field(default=None, description="Pixels, of a picture.")
     height: int | None = Field(default=None, description="Pixels, of a picture.")
     encoding: Literal["srgb", "linear"] | None = Field(default=None, description="Of a picture.")
-    samples: float | None = Field(default=None, description="Camera samples a pixel in the mean, if known.")
+    samples: float | None = Field(default=None, description="Mean camera samples per pixel, if known.")
 
 
 class GradeTool(Message):
@@ -104,13 +104,11 @@ class Grade(Message):
     model_config = ConfigDict(populate_by_name=True, serialize_by_alias=True)
 
     schema_: Literal["penumbra/grade/v1"] = Field(
-        default="penumbra/grade/v1", alias="schema", description="The form of this document."
+        default="penumbra/grade/v1", alias="schema", description="The format of this document."
     )
     title: str = Field(description="Of the assignment.")
     student: str | None = Field(default=None, description="Whose submission it is, where known.")
-    submitted: str | None = Field(
-        default=None, description="Moment of the submission, ISO 8601, where known."
-    )
+    submitted: str | None = Field(default=None, description="Time of the submission, ISO 8601, where known.")
     gradable: bool = Field(description="Whether any test could be graded.")
     ungraded: tuple[str, ...] = Field(
         default=(), description="Ids of tests that are `error` or `not_gradable`: somebody should look."
@@ -122,7 +120,7 @@ class Grade(Message):
     score: float = Field(ge=0, description="Sum of all points, those of bonus tests too.")
     max_score: float = Field(ge=0, description="Sum of all points but those of bonus tests.")
     tests: tuple[TestGrade, ...] = Field(description="In the order of the manifest.")
-    signals: tuple[Signal, ...] = Field(default=(), description="For staff alone.")
+    signals: tuple[Signal, ...] = Field(default=(), description="For staff only.")
     inputs: tuple[GradeInput, ...] = Field(default=(), description="What was read.")
     policy: dict[str, dict[str, Any]] = Field(
         default={}, description="For each test, by id, what the manifest accepts."

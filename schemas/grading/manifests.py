@@ -164,7 +164,7 @@ class Criterion(Closed):
 
     id: Id = Field(description="A unique id for programs; files are named after it.")
     name: Name = Field(description="The name that people read.")
-    points: Points = Field(description="For full marks.")
+    points: Points = Field(description="Points for full marks.")
     bonus: bool = Field(
         default=False, strict=True, description="Whether its points are added on top of the full score."
     )
@@ -174,10 +174,10 @@ class Criterion(Closed):
         default=None, description="What a student who lost points reads after the reason."
     )
     deadline: Seconds | None = Field(
-        default=None, description="Seconds after which it is stopped; by default those of the manifest."
+        default=None, description="Seconds after which it is stopped; by default as the manifest says."
     )
     memory: Mebibytes | None = Field(
-        default=None, description="The most MiB that it may use; by default those of the manifest."
+        default=None, description="The most MiB that it may use; by default as the manifest says."
     )
 
 
@@ -191,7 +191,8 @@ class _Seen(Criterion):
         description="Only pixels that are not black in this picture, in the folder of the manifest, count.",
     )
     accept: Acceptance = Field(
-        default_factory=lambda: Verdict(by="verdict"), description="What earns how many points."
+        default_factory=lambda: Verdict(by="verdict"),
+        description="What earns how many points; by default `by: verdict`.",
     )
 
     @field_validator("region")
@@ -280,7 +281,7 @@ class Manifest(Closed):
         default=60.0, description="Seconds after which a test, or rendering a reference, is stopped."
     )
     memory: Mebibytes | None = Field(
-        default=None, description="The most MiB that a test may use, beside the program itself."
+        default=None, description="The most MiB that a test may use, not counting the program itself."
     )
     tests: Annotated[tuple[Test, ...], Field(min_length=1, max_length=MOST_TESTS)] = Field(
         description="The tests, in the order of the report."

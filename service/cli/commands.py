@@ -86,7 +86,7 @@ def application() -> typer.Typer:
     """The command line with all its commands."""
     app = typer.Typer(
         help="Render ray-traced scenes here, or on a service that streams the tiles back.",
-        epilog="Exit codes: 0 done, 1 a check found wrong answers, 2 usage, 3 scene or image not usable, "
+        epilog="Exit codes: 0 done, 1 a check found wrong answers, 2 usage, 3 input not usable, "
         "4 server or network, 5 timeout, 130 interrupted.",
         add_completion=False,
         pretty_exceptions_enable=False,

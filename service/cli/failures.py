@@ -32,19 +32,19 @@ from service.client.errors import (
 from service.grading.export_errors import ExportError
 
 OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
-    (TyperException, ExitCode.USAGE, "Wrong use of the command"),
+    (TyperException, ExitCode.USAGE, "Wrong usage"),
     (InputError, ExitCode.UNUSABLE_INPUT, "The input cannot be used"),
     (ServiceStartError, ExitCode.SERVER, "The service did not run"),
-    (CommandError, ExitCode.USAGE, "Wrong use of the command"),
+    (CommandError, ExitCode.USAGE, "Wrong usage"),
     (LimitsError, ExitCode.USAGE, "A limit cannot be used"),
     (MissingExtraError, ExitCode.USAGE, "An optional package is missing"),
-    (ImageFileError, ExitCode.UNUSABLE_INPUT, "The image cannot be used"),
+    (ImageFileError, ExitCode.UNUSABLE_INPUT, "The picture cannot be used"),
     (RenderError, ExitCode.INTERNAL, "Rendering failed"),
     (ExportError, ExitCode.USAGE, "The result has no such form here"),
     (SceneError, ExitCode.UNUSABLE_INPUT, "The scene cannot be used"),
     (RequestInvalidError, ExitCode.UNUSABLE_INPUT, "The service refused the request"),
     (TimedOutError, ExitCode.TIME_OUT, "Timeout"),
-    (NoImageError, ExitCode.SERVER, "There is no image"),
+    (NoImageError, ExitCode.SERVER, "There is no picture"),
     (ClientError, ExitCode.SERVER, "Server or network"),
 )
 """The first row that fits counts."""

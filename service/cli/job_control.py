@@ -99,14 +99,14 @@ def prune(
         str | None,
         typer.Option(
             metavar="TIME",
-            help="Delete textures that no picture needs and that were sent longer ago than this.",
+            help="Delete assets that no picture needs, last uploaded or checked longer ago than this.",
         ),
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only report what would be deleted.")] = False,
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
-    """Delete what a service no longer keeps, by its rules or by these. Pinned jobs stay. For admins."""
+    """Delete what a service need not keep, by its own rules or those given. Pinned jobs stay. For admins."""
     seconds = None if older_than is None else amount(older_than, SECONDS, "7d")
     size = None if keep_bytes is None else int(amount(keep_bytes, BYTES, "20G"))
     assets = None if assets_older_than is None else amount(assets_older_than, SECONDS, "7d")

@@ -14,7 +14,6 @@ from service.cli.options import (
     DEFAULT_SERVER,
     JobArgument,
     JsonOption,
-    LabelOption,
     LayersOption,
     ServerOption,
     State,
@@ -51,7 +50,7 @@ def get(
     """Show a job, or save its picture or its error against time, as far as they are finished."""
     names = parsed_layers(layers)
     if names and out is None:
-        raise CommandError("--layers are saved beside the image. Give -o too.")
+        raise CommandError("--layers are saved beside the picture. Give -o too.")
     if out is not None:
         out.check(names, as_json=as_json)
     if convergence is not None:
@@ -89,7 +88,10 @@ def ls(
         str | None, typer.Option(metavar="CURSOR", help="Continue the list that ended with this cursor.")
     ] = None,
     state: Annotated[State | None, typer.Option(help="Only jobs in this state.")] = None,
-    label: LabelOption = None,
+    label: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME:VALUE", help="Only jobs with this label; if repeated, with all of them."),
+    ] = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:

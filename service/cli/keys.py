@@ -46,11 +46,11 @@ def add(
         ),
     ] = "submit",
     max_jobs: Annotated[
-        int | None, typer.Option(min=1, help="Most jobs of the user that may wait or run.")
+        int | None, typer.Option(min=1, help="Most jobs of the user that may be queued or running.")
     ] = None,
     max_cpu_seconds: Annotated[
         float | None,
-        typer.Option(min=0.001, help="Most CPU seconds of the user's jobs that may wait or run."),
+        typer.Option(min=0.001, help="Most predicted CPU seconds of the user's queued and running jobs."),
     ] = None,
     data: DataOption = None,
     database: DatabaseOption = None,

@@ -31,7 +31,7 @@ def _option(text: str, **more: Any) -> Any:
 class SampleOptions:
     """The options for fixed numbers of samples."""
 
-    samples: Annotated[int | None, _option("Camera samples a pixel.", min=1)] = None
+    samples: Annotated[int | None, _option("Camera samples per pixel.", min=1)] = None
     pattern: Annotated[Pattern | None, _option("How camera samples are placed in a pixel.")] = None
     light_samples: Annotated[int | None, _option("Points on each rectangle light.", min=1)] = None
     light_pattern: Annotated[LightPattern | None, _option("How points are placed on a light.")] = None

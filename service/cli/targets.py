@@ -61,9 +61,9 @@ class ImageTarget:
         elif as_json:
             raise CommandError("-o - and --json both need stdout. Name a file with -o.")
         elif layers:
-            raise CommandError("--layers are saved beside the image. Name a file with -o.")
+            raise CommandError("--layers are saved beside the picture. Name a file with -o.")
         elif sys.stdout.isatty():
-            raise CommandError("stdout is a terminal, and an image is not text. Pipe it, or name a file.")
+            raise CommandError("stdout is a terminal, and a picture is not text. Pipe it, or name a file.")
 
     def write(self, content: bytes) -> None:
         """Write the image, a file in one step; CommandError where it cannot be written."""

@@ -293,7 +293,7 @@ class AsyncClient(AsyncConnection):
         return await self._send(calls.get_convergence_file(job_id, form))
 
     async def log(self, job_id: str) -> JobLog:
-        """The history of a job: states, passes, repeated tiles, workers lost, failures."""
+        """The history of a job: states, passes, retried tiles, lost workers, failures."""
         return await self._send(calls.about(job_id, "/log", JobLog))
 
     async def explain(

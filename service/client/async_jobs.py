@@ -156,7 +156,7 @@ class AsyncRemoteJob(AsyncKnownJob):
         return await self._client.convergence(self.id)
 
     async def log(self) -> JobLog:
-        """Its history: states, passes, repeated tiles, workers lost, failures."""
+        """Its history: states, passes, retried tiles, lost workers, failures."""
         return await self._client.log(self.id)
 
     async def _finished(self, kind: PictureKind, timeout: float | None) -> Picture:

@@ -291,7 +291,7 @@ class Client(Connection):
         return self._send(calls.get_convergence_file(job_id, form))
 
     def log(self, job_id: str) -> JobLog:
-        """The history of a job: states, passes, repeated tiles, workers lost, failures."""
+        """The history of a job: states, passes, retried tiles, lost workers, failures."""
         return self._send(calls.about(job_id, "/log", JobLog))
 
     def explain(

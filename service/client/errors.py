@@ -153,7 +153,7 @@ class JobExpiredError(NoImageError):
 
     def __init__(self, *, job_id: str) -> None:
         super().__init__(
-            f"Job {job_id} has expired, and its image has been deleted. Submit it again.", job_id=job_id
+            f"Job {job_id} has expired, and its picture has been deleted. Submit it again.", job_id=job_id
         )
 
 

@@ -153,7 +153,7 @@ class RemoteJob(KnownJob):
         return self._client.convergence(self.id)
 
     def log(self) -> JobLog:
-        """Its history: states, passes, repeated tiles, workers lost, failures."""
+        """Its history: states, passes, retried tiles, lost workers, failures."""
         return self._client.log(self.id)
 
     def _finished(self, kind: PictureKind, timeout: float | None) -> Picture:

@@ -116,13 +116,11 @@ def _share(
     if not red == green == blue == share:
         notes.assume(
             f"{pointer}/color",
-            f"Rays are sent on with one share for all colours, at most 1: {share:.6g}, the mean of this one.",
+            f"All colours are scattered by one share, at most 1: {share:.6g}, the mean of this colour.",
         )
     depth = max(1, min(DEEPEST, max_depth if max_depth is not None else DEFAULT_DEPTH))
     if max_depth is not None and depth != max_depth:
-        notes.assume(
-            "/max_depth", f"Mirrors and glass send rays on {depth} times: 1 to {DEEPEST} are possible."
-        )
+        notes.assume("/max_depth", f"Paths end after {depth} bounces: 1 to {DEEPEST} are possible.")
     return {
         "type": "phong",
         "color": written.color,
@@ -179,7 +177,7 @@ def _camera(task: Task, camera: CourseCamera, resolution: tuple[int, int]) -> di
         task.notes.assume(
             "/cam_config/focal_length",
             "It places the screen and does not change the view, which is vertical_fov wide. Programs that "
-            "multiply only the screen by it and not the way to the screen see "
+            "scale only the screen by it, and not its distance, see "
             f"{seen:.6g} degrees: write that as vertical_fov to get their picture.",
         )
     width, height = resolution
@@ -242,7 +240,7 @@ def _note_bounces(task: Task, course: CourseDocument) -> None:
         task.notes.leave_out(
             "/max_depth" if course.max_depth else "",
             "Light that goes from one diffuse surface to another is not rendered: what no light reaches "
-            "directly is black. Set the scene's ambient to brighten it. Mirrors and glass do send rays on.",
+            "directly is black. Set the scene's ambient to brighten it. Mirrors and glass are rendered.",
         )
 
 

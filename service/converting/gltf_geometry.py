@@ -58,7 +58,7 @@ class Buffers:
                 self.name, place, "Sparse accessors are not supported. Save the file without them."
             )
         if _WIDTHS.get(accessor.type) != width or accessor.component_type not in _COMPONENTS:
-            detail = f"Here {width} numbers belong together, and a componentType of {sorted(_COMPONENTS)}."
+            detail = f"This must have {width} components, and a componentType of {sorted(_COMPONENTS)}."
             raise wrong_at(self.name, place, detail)
         values = self._values(accessor, accessor.buffer_view, width, place).astype(np.float64)
         kind = np.dtype(_COMPONENTS[accessor.component_type])

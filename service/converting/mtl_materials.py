@@ -159,7 +159,9 @@ class MtlConverter:
             self._leave_out(written, keyword, str(error))
             return None
         for option in sorted(named.options.keys() - {"-bm", "-clamp"}):
-            self._leave_out(written, keyword, f"The option {option} is left out: pictures lie as they are.")
+            self._leave_out(
+                written, keyword, f"The option {option} is left out: the picture is used as it is."
+            )
         wrap = "clamp" if named.options.get("-clamp") == ("on",) else "repeat"
         texture = {"type": "image", "asset": asset, "encoding": encoding, "wrap": wrap}
         return named_texture(self.textures, texture)

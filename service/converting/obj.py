@@ -130,7 +130,9 @@ def _note_missing_texture(
     for face in obj.faces:
         textured = "color_texture" in materials[names[face.material]]
         if textured and any(corner[1] is None for corner in face.corners):
-            detail = "Faces with a texture have no coordinates (vt): write some, or their colour is odd."
+            detail = (
+                "Faces with a texture have no texture coordinates (vt): add them, or their colour is wrong."
+            )
             task.notes.assume("f", detail, line=face.line)
             return
 

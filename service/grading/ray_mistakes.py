@@ -123,7 +123,7 @@ def _limit(lost: Masks, found: Masks, far: Floats) -> str:
     """A sentence if every missing hit is farther away than every one found."""
     if not (lost.any() and found.any()) or far[lost].min() <= far[found].max():
         return ""
-    return f" All of these hits lie beyond {far[found].max():.4g}: a ray does not end anywhere."
+    return f" All of these hits lie beyond {far[found].max():.4g}: a ray does not end."
 
 
 def _near(values: Floats, wanted: Floats, allowed: Floats) -> Masks:

@@ -97,7 +97,7 @@ def check_queue(
 def _refuse_expensive(cost: float, limit: float) -> None:
     """Refuse a job that would not fit into an empty queue."""
     detail = (
-        f"This is predicted to take {cost:.3g} CPU seconds, more than the {limit:.3g} you may have waiting. "
+        f"This is predicted to take {cost:.3g} CPU seconds, more than the {limit:.3g} allowed for your jobs. "
         "Ask for fewer pixels, samples or light samples."
     )
     raise renderer.SceneError([Problem(pointer="/scene", detail=detail, code="cost")])
@@ -113,7 +113,7 @@ def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:
     whose = "Your queue" if full[0].name in ("jobs", "cpu") else "The queue"
     amount = "CPU seconds" if "cpu" in full[0].name else "jobs"
     raise QueueFullError(
-        f"{whose} is full: {full[0].limit:.0f} {amount} may wait. Try again in {math.ceil(wait)} seconds.",
+        f"{whose} is full: at most {full[0].limit:.0f} {amount}. Try again in {math.ceil(wait)} seconds.",
         {"Retry-After": str(math.ceil(wait))} | queue.headers(),
     )
 

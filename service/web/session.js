@@ -47,7 +47,7 @@ function ask() {
       h(
         "div",
         { className: "row" },
-        h("button", { type: "submit", className: "primary" }, "Begin"),
+        h("button", { type: "submit", className: "primary" }, "Sign in"),
         h("button", { type: "button", onclick: () => dialog.close() }, "Not now"),
       ),
     );
@@ -100,7 +100,7 @@ export async function showSession(place) {
   if (response.status === 401) return (await admitted(before)) && showSession(place);
   const who = response.ok ? await response.json() : null;
   if (!who?.keys_required) return false;
-  const leave = h("button", { type: "button", className: "plain", onclick: end }, "Leave");
+  const leave = h("button", { type: "button", className: "plain", onclick: end }, "Sign out");
   place.replaceChildren(h("span", { className: "soft small" }, who.user), leave);
   return true;
 }

@@ -46,7 +46,7 @@ def held(page: Page, routes: list[Route], count: int) -> None:
 
 def give(page: Page, key: str) -> None:
     page.get_by_role("dialog").get_by_label("Key").fill(key)
-    page.get_by_role("dialog").get_by_role("button", name="Begin").click()
+    page.get_by_role("dialog").get_by_role("button", name="Sign in").click()
 
 
 def test_a_key_is_asked_for_once_and_a_reload_needs_none(open_page: Open, key: str) -> None:
@@ -107,6 +107,6 @@ def test_a_job_is_rendered_and_followed_with_the_cookie(open_page: Open, key: st
 def test_after_leaving_the_key_is_asked_for_again(open_page: Open, key: str) -> None:
     page = open_page("/jobs")
     give(page, key)
-    page.get_by_role("button", name="Leave").click()
+    page.get_by_role("button", name="Sign out").click()
     expect(page.get_by_role("dialog")).to_be_visible(timeout=TIMEOUT)
     assert page.context.cookies() == []

@@ -184,8 +184,8 @@ def test_a_lens_of_radius_0_is_left_out_and_changes_no_bit() -> None:
     assert plan.describe().stages == plan_of(plain).describe().stages
     left = [entry for entry in plan.describe().left_out if entry.effect == "camera.lens"]
     assert [(entry.pointers, entry.reason) for entry in left] == [
-        (("/camera/lens_radius",), "/camera/lens_radius is 0"),
-        (("/camera/focus_distance",), "/camera/lens_radius is 0"),
+        (("/camera/lens_radius",), "the lens radius is 0"),
+        (("/camera/focus_distance",), "the lens radius is 0"),
     ]
 
 

@@ -32,7 +32,7 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
     yield from _boards(request)
     yield from _details(request)
     detail = (
-        "rays measure how much of a pixel each shape fills, where it may be more than one: the more, the "
+        "rays measure how much of a pixel each shape fills, where it may show more than one: more rays the "
     )
     detail += f"larger the contrast, from {COVERAGES[1]} on"
     yield Entry("borders", "camera", detail, ("/camera",))
@@ -43,14 +43,14 @@ def shadow_edges(request: Request, places: Integers) -> Iterator[Entry]:
     count = np.unique(places[:2], axis=1).shape[1]
     if count:
         pointers = tuple(f"/lights/{number}" for number in range(len(request.document.lights)))
-        detail = f"{count:,} pixels of flat shapes that edges of hard shadows pass are probed as a kind apart"
+        detail = f"{count:,} pixels of flat shapes that edges of hard shadows cross are their own stratum"
         yield Entry("shadow edges", "camera", detail, pointers)
 
 
 def with_lattice(plan: RenderPlan, policy: Policy) -> tuple[Entry, ...]:
     """The lines of a plan through a lens, with one for the lattice of samples after that of the lens."""
     stride = policy.first_stride(plan.width, plan.height)
-    detail = f"pixels {stride} apart are sampled, and those between where the picture is not smooth there"
+    detail = f"pixels {stride} apart are sampled, and those between them where the picture is not smooth"
     (at,) = (i for i, entry in enumerate(plan.entries) if entry.name == "lens")
     lattice = Entry("lattice of samples", "camera.lens", detail, plan.entries[at].pointers)
     return (*plan.entries[: at + 1], lattice, *plan.entries[at + 1 :])
@@ -60,9 +60,9 @@ def _lattice(request: Request) -> str:
     camera = request.document.camera
     stride = stride_for(camera.width, camera.height)
     if stride == 1:
-        return "one ray through the middle of each pixel"
+        return "one ray through the centre of each pixel"
     far = f"{stride} pixels apart along rows and columns"
-    return f"one ray through the middle of pixels {far}, and of those between where the picture is not smooth"
+    return f"one ray through the centre of pixels {far}, and of those between where it is not smooth"
 
 
 def _light(request: Request, light: PilotLighting) -> Iterator[Entry]:
@@ -78,11 +78,11 @@ def _light(request: Request, light: PilotLighting) -> Iterator[Entry]:
     least = SIDES[0] ** 2
     grids = f"a grid of {least} to {most} points" if most > least else f"a grid of {least} points"
     detail = f"{grids}, by how near it is and how sharp the highlight; no shadow rays"
-    yield Entry(f"light {number} seen whole", effect, detail, pointer)
+    yield Entry(f"light {number} fully visible", effect, detail, pointer)
     if light.casts:
         emitter = light.partial.emitter
         detail = f"{emitter.count} {emitter.pattern} points with shadow rays"
-        yield Entry(f"light {number} seen in part", effect, detail, pointer)
+        yield Entry(f"light {number} partly visible", effect, detail, pointer)
 
 
 def _boards(request: Request) -> Iterator[Entry]:
@@ -91,7 +91,7 @@ def _boards(request: Request) -> Iterator[Entry]:
         asking = [name for name in request.names if document.materials[name].color_texture == texture]
         if asking and TEXTURES[type(board)].mean:
             pointers = [f"/materials/{escaped(name)}/color_texture" for name in asking]
-            detail = "the exact mean over a pixel, in place of the field under its middle"
+            detail = "the exact mean over a pixel, in place of the field at its centre"
             name = f"means of color texture {texture}"
             yield Entry(name, f"textures.{board.type}", detail, (f"/textures/{escaped(texture)}", *pointers))
 

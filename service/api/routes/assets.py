@@ -115,7 +115,7 @@ def _describe(row: AssetRow) -> Asset:
     responses=UNKNOWN,
     operation_id="head_asset",
     summary="Check for an asset",
-    description="Ask whether you have uploaded a file. If so, the service keeps it for another day.",
+    description="Ask whether you have uploaded a file. If so, it is kept as if uploaded just now.",
     response_description="You have uploaded it.",
 )
 @router.get(
@@ -126,7 +126,7 @@ def _describe(row: AssetRow) -> Asset:
     summary="Get an asset",
 )
 def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -> Response:
-    """Get a texture or a mesh exactly as it was sent. Files of other users are answered 404."""
+    """Get a texture or a mesh exactly as it was uploaded. Files of other users are answered 404."""
     with here.database.reading() as session:
         row = uploads.find_upload(session, sha256, user)
     if row is None:

@@ -48,15 +48,15 @@ BODY = (
     responses=BODY
     | problem(
         422,
-        "The request cannot be used; `errors` lists every reason. Or its `Idempotency-Key` came with a "
-        "different request before.",
+        "The request cannot be used; `errors` lists every reason. Or its `Idempotency-Key` was used for a "
+        "different request.",
         "scene_not_usable",
         "idempotency_key_reused",
     )
     | problem(
         429, "The queue has no room for the job; `Retry-After` says when to try again.", "queue_full", "busy"
     )
-    | problem(503, "A file of the scene was deleted at this moment. Send the request again.", "unavailable"),
+    | problem(503, "A file of the scene was deleted meanwhile. Send the request again.", "unavailable"),
     openapi_extra=json_request(JobRequest),
 )
 async def submit(
@@ -194,7 +194,7 @@ def get_plan(here: Here, job_id: JobId) -> PlanDocument:
     responses=UNKNOWN,
 )
 def get_log(here: Here, job_id: JobId) -> JobLog:
-    """Get the history of a job: when it began, its passes, repeated tiles, lost workers, failures."""
+    """Get the history of a job: when it began, its passes, retried tiles, lost workers, failures."""
     return job_logs.log_of(here, job_id)
 
 
@@ -229,7 +229,7 @@ REGION: dict[str, Any] = {"x0": 0, "y0": 0, "x1": 64, "y1": 64}
 async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
     """Render the tiles of a rectangle before the others of their pass. The picture stays the same.
 
-    The order outlasts a restart of the service. Of jobs that share a picture, the last request counts.
+    The order survives a restart of the service. If jobs share a picture, the last request counts.
     """
     await run_in_threadpool(jobs.focus, here, job_id, body)
 

@@ -30,7 +30,7 @@ _LABEL = rf"{LABEL_NAME}:[\s\S]{{0,200}}"
 
 def _key(key: str | None) -> str | None:
     if key is not None and not re.fullmatch(_KEY, key):
-        message = "It has 1 to 255 characters: letters from A to Z, digits and punctuation, without spaces"
+        message = "It has 1 to 255 characters: ASCII letters, digits and punctuation, without spaces"
         raise PydanticCustomError("idempotency_key", message)
     return key
 

@@ -49,8 +49,8 @@ UNKNOWN = problem(404, "There is no such job.", "unknown_job")
     responses=TILES | UNKNOWN,
     summary="List tile events",
     description="List the events of finished tiles after a number. With `wait` the response comes as soon as "
-    "there is one. `complete` is true when the job has ended and no event follows.\n\n"
-    "`Accept: application/octet-stream` returns the pixels in a binary batch. " + BATCH_FORM,
+    "there is one.\n`complete` is true when the job has ended and no event follows.\n\n"
+    "`Accept: application/octet-stream` returns the pixels in a binary batch.\n" + BATCH_FORM,
 )
 async def get_tiles(
     here: Here,

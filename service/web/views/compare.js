@@ -86,7 +86,7 @@ function show(place, films, answer, heat, asked, signal) {
   const display = makeDisplay(() => blending.expose(display.exposure, display.transfer), "compare");
   const legend = h("div");
   const readout = h("p", { className: "readout number" });
-  const keys = h("p", { className: "soft small", id: "compare-keys" }, `F shows A and B in turn. ${KEYS.split(" Enter")[0]}`);
+  const keys = h("p", { className: "soft small", id: "compare-keys" }, `F switches between A and B. ${KEYS.split(" Enter")[0]}`);
   const line = h("input", { id: "split-line", type: "range", min: 0, max: 100, step: 0.5, value: 50, oninput: () => blending.split(line.value / 100) });
   const lineField = h("div", { className: "field split-line" }, h("label", { htmlFor: line.id }, "Line between A and B"), line);
   const modes = makeModes(change);

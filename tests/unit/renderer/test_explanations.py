@@ -49,8 +49,8 @@ def test_pilot_samples_are_listed_in_order_with_their_pointers() -> None:
     assert [(stage.name, stage.pointers) for stage in described(document).pilot_samples] == [
         ("pilot samples", ("/camera",)),
         ("view of light 0", ("/lights/0",)),
-        ("light 0 seen whole", ("/lights/0",)),
-        ("light 0 seen in part", ("/lights/0",)),
+        ("light 0 fully visible", ("/lights/0",)),
+        ("light 0 partly visible", ("/lights/0",)),
         ("means of color texture board", ("/textures/board", "/materials/plain/color_texture")),
         ("borders", ("/camera",)),
     ]
@@ -67,8 +67,8 @@ def test_every_pilot_sample_of_a_gallery_scene_points_at_lines_that_are_there(pa
 
 def test_no_pilot_sample_probes_a_light_that_nothing_can_hide() -> None:
     found = details(scene(FLOOR, lights=[ABOVE]))
-    assert "light 0 seen whole" in found
-    assert not found.keys() & {"view of light 0", "light 0 seen in part"}
+    assert "light 0 fully visible" in found
+    assert not found.keys() & {"view of light 0", "light 0 partly visible"}
 
 
 def test_a_light_without_an_area_is_sampled_as_always() -> None:
@@ -84,7 +84,7 @@ def test_half_the_error_has_twice_the_points_in_penumbrae_down_to_a_floor_where_
     error: float, limit: float | None, points: int
 ) -> None:
     found = details(furnished(), error, time_limit=limit)
-    assert found["light 0 seen in part"] == f"{points} sobol points with shadow rays"
+    assert found["light 0 partly visible"] == f"{points} sobol points with shadow rays"
 
 
 def test_borders_are_listed_with_the_fewest_rays_they_get() -> None:
@@ -109,7 +109,7 @@ def test_pilot_samples_of_larger_pictures_lie_farther_apart(width: int, apart: i
     """About 128 x 128 of them, none more than 8 pixels apart."""
     found = details(furnished(camera=camera(width=width, height=width)))["pilot samples"]
     assert found.startswith(
-        "one ray through the middle of " + (f"pixels {apart} pixels apart" if apart else "each pixel")
+        "one ray through the centre of " + (f"pixels {apart} pixels apart" if apart else "each pixel")
     )
 
 
@@ -128,7 +128,7 @@ def test_the_finest_grid_on_a_light_goes_with_its_brightness_and_the_sharpest_hi
     light = ABOVE | {"color": [brightness] * 3}
     document = scene(FLOOR, BALL, lights=[light], materials={"plain": phong(**shiny)})
     grids = f"a grid of 4 to {cells**2} points" if cells > 2 else "a grid of 4 points"
-    assert details(document, 1 / 6)["light 0 seen whole"].startswith(grids)
+    assert details(document, 1 / 6)["light 0 fully visible"].startswith(grids)
 
 
 def test_a_lens_needs_a_lattice_of_samples_and_no_pilot_samples() -> None:

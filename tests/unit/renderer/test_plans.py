@@ -126,14 +126,14 @@ def test_an_empty_scene_has_camera_rays_alone() -> None:
             scene(FLOOR, lights=[sun([0, -1, 0])], materials={"plain": phong(diffuse=0.0)}),
             "lights.directional",
             ["/lights/0"],
-            "no material that is shown answers light",
+            "no material in use reflects light",
         ),
-        (scene(FLOOR, ambient=[0, 0, 0]), "ambient", ["/ambient"], "/ambient is black"),
+        (scene(FLOOR, ambient=[0, 0, 0]), "ambient", ["/ambient"], "there is no ambient light"),
         (
             scene(FLOOR, materials={"plain": phong(ambient=0.0)}),
             "ambient",
             ["/ambient"],
-            "no material that is shown answers ambient light",
+            "no material in use reflects ambient light",
         ),
         (scene(FLOOR, lights=[ABOVE]), "shadow rays", ["/lights/0"], "a single convex shape"),
         (

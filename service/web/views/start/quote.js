@@ -127,8 +127,8 @@ const workers = (number) => plural(number, "worker");
 
 function errorUnknown(offer) {
   return offer.quality.mode === "fixed"
-    ? "a fixed grid of samples gives no estimate"
-    : "there was no time to estimate it";
+    ? "there was no time to estimate it"
+    : "the time limit may end the job before its target";
 }
 
 function figure(name, value, range) {
