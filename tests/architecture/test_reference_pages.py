@@ -13,6 +13,7 @@ from service.settings import Settings
 from tools.docs import generate_command_line_reference as command_line
 from tools.docs import generate_http_reference as http
 from tools.docs import http_examples
+from tools.docs.markdown import PLACE
 
 WHOLE_SERVICE = {"internal", "database", "store_away", "store_read_only", "store_full"}
 """Codes of faults that any call may meet."""
@@ -33,7 +34,7 @@ def test_the_page_of_the_command_line_is_what_its_commands_say() -> None:
 
 
 def test_the_page_of_the_command_line_has_every_command_once() -> None:
-    places = re.findall(command_line.PLACE, command_line.TEMPLATE.read_text(encoding="utf-8"))
+    places = re.findall(PLACE, command_line.TEMPLATE.read_text(encoding="utf-8"))
     assert sorted(places) == sorted(command_line.parts())
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Mapping
 
 FOLDER = Path(__file__).parents[2] / "docs" / "figures"
 
@@ -60,17 +60,3 @@ def measured_on(machine: Mapping[str, Any]) -> str:
     numpy = f" and NumPy {machine['numpy']}" if "numpy" in machine else ""
     load = f" The load before it began was {machine['load']:g}." if "load" in machine else ""
     return f"{on} with Python {machine['python']}{numpy}.{load}"
-
-
-def table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table in Markdown, of cells that are Markdown.
-
-    Examples
-    --------
-    >>> print(table(("a", "b"), [("1", "2")]))
-    | a | b |
-    | --- | --- |
-    | 1 | 2 |
-    """
-    lines = [columns, ["---"] * len(columns), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from accuracy.study import curves, tables, words
 from accuracy.study.pages import table
 from accuracy.study.settings import METHODS, PATTERNS, TARGET
-from tools.docs import figures
+from tools.docs import figures, markdown
 
 if TYPE_CHECKING:
     from accuracy.study.pages import Table
@@ -161,8 +161,7 @@ def _details(results: Results) -> str:
     }
     shown = [name for name in SHOWN if name in captions or name == "reference"]
     images = [f"![{name}](../images/study/chess-{name}-detail.png)" for name in shown]
-    below = [captions.get(name, "the reference") for name in shown]
-    return "\n".join(f"| {' | '.join(line)} |" for line in (images, ["---"] * len(images), below))
+    return markdown.table(images, [[captions.get(name, "the reference") for name in shown]])
 
 
 def _light(results: Results) -> str:

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from tools.docs.markdown import table
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -33,6 +35,8 @@ MODULES = tuple(module for modules in STAGES.values() for module in modules)
 
 LONG = 60
 """Characters of a value that a row has space for: a series is shown by its ends."""
+
+COLUMNS = ("constant", "value", "meaning")
 
 INTRODUCTION = """# Constants of target quality
 
@@ -67,10 +71,9 @@ def page() -> str:
 def section(module: str) -> str:
     """Describe the constants of a module, one a row."""
     head = (inspect.getdoc(importlib.import_module(f"{PACKAGE}.{module}")) or "").splitlines()[0]
-    rows = [f"| `{name}` | `{value}` | {meaning} |" for name, value, meaning in constants(module)]
-    table = "\n".join(["| constant | value | meaning |", "| --- | --- | --- |", *rows])
+    rows = ((f"`{name}`", f"`{value}`", meaning) for name, value, meaning in constants(module))
     path = f"{PACKAGE.replace('.', '/')}/{module}.py"
-    return f"### {module}.py\n\n{head} [Source](../../{path})\n\n{table}\n"
+    return f"### {module}.py\n\n{head} [Source](../../{path})\n\n{table(COLUMNS, rows)}\n"
 
 
 def constants(module: str) -> Iterator[Constant]:

@@ -7,7 +7,6 @@ sends the examples of ``http_examples.toml``, and keeps the responses in ``docs/
 from __future__ import annotations
 
 import json
-import re
 import sys
 import tempfile
 from itertools import groupby
@@ -29,6 +28,7 @@ from service.api.reference import (
 from service.app import create_app
 from service.settings import Settings
 from tools.docs import http_examples
+from tools.docs.markdown import filled, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -37,7 +37,6 @@ PAGE = http_examples.ROOT / "docs" / "reference" / "http-calls.md"
 TEMPLATE = Path(__file__).with_name("http_calls_template.txt")
 SEVERAL = 10
 """Fields of a response that is not shown a second time with the same values."""
-PLACE = re.compile(r"^\{(\w+)\}$", re.MULTILINE)
 
 
 def page() -> str:
@@ -52,8 +51,7 @@ def page() -> str:
         "calls": "\n\n".join(sections(calls, kept)),
         "objects": "\n\n".join(described(found) for found in objects_of(document)),
     }
-    text = PLACE.sub(lambda place: parts[place[1]], TEMPLATE.read_text(encoding="utf-8"))
-    return text.replace(f"(#{anchor(LEAF)})", "(scenes.md)")
+    return filled(TEMPLATE, parts.__getitem__).replace(f"(#{anchor(LEAF)})", "(scenes.md)")
 
 
 def in_order(calls: Sequence[Call]) -> list[Call]:
@@ -131,12 +129,6 @@ def meaning(member: Member) -> str:
     given = member.default not in (None, [], {}, "")
     shown = json.dumps(member.default).strip('"')
     return f"{member.text} Default: `{shown}`.".strip() if given else member.text
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table of Markdown."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |" for row in lines)
 
 
 def record() -> None:

@@ -10,15 +10,13 @@ import argparse
 import json
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from benchmarks import peers_curves, peers_sentences, peers_tables
 from benchmarks.peers_runs import PEER
 from benchmarks.peers_settings import ERRORS_255, SCENES
 from tools.docs import figures, fill_figures
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+from tools.docs.markdown import table
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -34,15 +32,15 @@ def page(measured: dict[str, Any]) -> str:
     rows, precisions = measured["comparisons"], measured["precisions"]
     errors = (f"{error:.4f}/255 ({scene})" for scene, error in measured["references"].items())
     return TEMPLATE.read_text().format(
-        equal=table(peers_tables.EQUAL_COLUMNS, peers_tables.equal_row, rows),
+        equal=table(peers_tables.EQUAL_COLUMNS, map(peers_tables.equal_row, rows)),
         goals="\n".join(f"- {sentence}" for sentence in peers_sentences.of_goals(rows)),
-        asked=table(peers_tables.ASKED_COLUMNS, peers_tables.asked_row, rows),
-        precision=table(peers_tables.PRECISION_COLUMNS, peers_tables.precision_row, precisions),
+        asked=table(peers_tables.ASKED_COLUMNS, map(peers_tables.asked_row, rows)),
+        precision=table(peers_tables.PRECISION_COLUMNS, map(peers_tables.precision_row, precisions)),
         precision_goal=peers_sentences.of_precision(precisions),
-        fixed=table(peers_tables.FIXED_COLUMNS, peers_tables.fixed_row, rows),
+        fixed=table(peers_tables.FIXED_COLUMNS, map(peers_tables.fixed_row, rows)),
         fixed_goal=peers_sentences.of_fixed(rows),
         machine=_machine(measured),
-        limits=table(peers_tables.LIMIT_COLUMNS, peers_tables.limit_row, measured["limits"]),
+        limits=table(peers_tables.LIMIT_COLUMNS, map(peers_tables.limit_row, measured["limits"])),
         limit_setting=measured["limits"][0]["setting"],
         settings="\n\n".join(_settings(scene, runs) for scene, runs in measured["scenes"].items()),
         own_errors=", ".join(errors),
@@ -52,16 +50,8 @@ def page(measured: dict[str, Any]) -> str:
     )
 
 
-def table(
-    columns: Sequence[str], cells: Callable[[Any], Sequence[str]], rows: Iterable[dict[str, Any]]
-) -> str:
-    """A table in Markdown."""
-    lines = [columns, ["---"] * len(columns), *map(cells, rows)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
 def _settings(scene: str, runs: list[dict[str, Any]]) -> str:
-    return f"**{scene}**\n\n" + table(peers_tables.RUN_COLUMNS, peers_tables.run_row, runs)
+    return f"**{scene}**\n\n" + table(peers_tables.RUN_COLUMNS, map(peers_tables.run_row, runs))
 
 
 def _machine(measured: dict[str, Any]) -> str:
