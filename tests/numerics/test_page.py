@@ -55,7 +55,7 @@ def test_the_pages_are_made_of_the_texts_of_the_cases_and_their_counts(generator
     written = generator["pages"]()
     assert set(written) == {generator["PAGE"], *generator["FOLDER"].iterdir()}
     assert {path: path.read_text(encoding="utf-8") for path in written} == written, (
-        "run python tools/docs/generate_numerics_reference.py --kept"
+        "run python -m tools.docs.write_pages"
     )
 
 

@@ -115,8 +115,3 @@ def pages() -> list[Path]:
     """Pages that have marks."""
     known = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
     return [path for path in known if MARKED.search(path.read_text(encoding="utf-8"))]
-
-
-if __name__ == "__main__":
-    for path in pages():
-        path.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")

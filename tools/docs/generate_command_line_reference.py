@@ -1,7 +1,4 @@
-"""Write docs/reference/command-line.md from the commands, their options and help texts.
-
-Run it with ``python -m tools.docs.generate_command_line_reference``.
-"""
+"""Write docs/reference/command-line.md from the commands, their options and help texts."""
 
 from __future__ import annotations
 
@@ -172,7 +169,3 @@ def meaning(one: Parameter) -> str:
     if one.info.envvar:
         text.append(f"Or `{one.info.envvar}`.")
     return " ".join(text)
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

@@ -1,7 +1,4 @@
-"""Write docs/reference/constants.md from the constants of target quality.
-
-Run it with ``python tools/docs/generate_constants_reference.py``.
-"""
+"""Write docs/reference/constants.md from the constants of target quality."""
 
 from __future__ import annotations
 
@@ -109,7 +106,3 @@ def text(statement: ast.stmt | None) -> str:
     if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
         return " ".join(str(statement.value.value).split())
     return ""
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

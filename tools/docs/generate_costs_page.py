@@ -108,7 +108,3 @@ def _quotes(quotes: Figures) -> Iterator[tuple[str, ...]]:
 def _live(milliseconds: Figures) -> Iterator[tuple[str, ...]]:
     for what, times in milliseconds.items():
         yield what, *(f"{times[end]:.1f}" for end in ("median", "least", "most"))
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(*map(figures.read, ("bench", "jobs", "page"))), encoding="utf-8")

@@ -1,7 +1,4 @@
-"""Write docs/reference/manifest.md from the schemas.
-
-Run it with ``python tools/docs/generate_manifest_reference.py``.
-"""
+"""Write docs/reference/manifest.md from the schemas."""
 
 from __future__ import annotations
 
@@ -56,7 +53,3 @@ def fields(model: type[Closed]) -> str:
         left_out |= set(manifests.Criterion.model_fields)
     names = [name for name in fields_of(model) if name not in left_out]
     return table_of_fields(described(model), names, an_object)
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

@@ -1,7 +1,6 @@
 """Write docs/explanation/performance.md, its plot and README's sentence from what `make bench-peers` leaves.
 
-`python tools/docs/generate_performance_page.py out/peers.json` takes the figures over; without an argument
-the page is written from those that are kept in docs/figures, without measuring.
+`python tools/docs/generate_performance_page.py out/peers.json` takes the figures over.
 """
 
 from __future__ import annotations
@@ -81,16 +80,12 @@ def _take_over(path: Path) -> None:
 
 
 def main() -> None:
-    """Write the pages, after taking over the figures where they are given."""
+    """Take over the figures, and write the pages."""
     parser = argparse.ArgumentParser(
         description="Write docs/explanation/performance.md and the sentence of README."
     )
-    parser.add_argument(
-        "measured", nargs="?", type=Path, help="what `make bench-peers` wrote: out/peers.json"
-    )
-    taken = parser.parse_args().measured
-    if taken is not None:
-        _take_over(taken)
+    parser.add_argument("measured", type=Path, help="what `make bench-peers` wrote: out/peers.json")
+    _take_over(parser.parse_args().measured)
     PAGE.write_text(page(figures.read("peers")))
     README.write_text(fill_figures.filled(README.read_text()))
     print(f"wrote {PAGE} and the sentence of {README}")

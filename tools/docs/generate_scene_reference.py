@@ -1,7 +1,4 @@
-"""Write docs/reference/scenes.md from the schemas.
-
-Run it with ``python tools/docs/generate_scene_reference.py``.
-"""
+"""Write docs/reference/scenes.md from the schemas."""
 
 from __future__ import annotations
 
@@ -37,7 +34,8 @@ _VECTOR = re.compile(r"\[([^\[\]{}]*)\]")
 INTRODUCTION = """\
 # Scenes
 
-<!-- Written by tools/docs/generate_scene_reference.py from the schemas. Change those, then run it. -->
+<!-- Written by tools/docs/generate_scene_reference.py from the schemas.
+     Change those, then run python -m tools.docs.write_pages. -->
 
 A scene is one JSON object. Lengths are in scene units, angles in degrees, and colours are linear RGB. The
 world is right-handed, usually with y up. Coordinates are at most 1e15, sizes at least 1e-100. Numbers are
@@ -128,7 +126,3 @@ def kind(name: str) -> str:
     """The `type` that chooses a definition among others."""
     definition = scene_json_schema()["$defs"][name]
     return f"`{definition['properties']['type']['const']}`"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

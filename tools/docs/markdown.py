@@ -13,6 +13,7 @@ PLACE = re.compile(r"^\{(\w+)\}$", re.MULTILINE)
 """A placeholder: a name alone in its line. Other braces are text, such as those of paths."""
 
 BAR = re.compile(r"(?<!\\)\|")
+"""A bar that is not escaped yet."""
 
 
 def filled(template: Path, part: Callable[[str], str]) -> str:
@@ -21,6 +22,11 @@ def filled(template: Path, part: Callable[[str], str]) -> str:
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table of cells that are Markdown; a bar in a cell is part of its text."""
-    lines = [columns, ["---"] * len(columns), *([BAR.sub(r"\\|", cell) for cell in row] for row in rows)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    """A table of cells that are Markdown."""
+    return table_rows([columns, ["---"] * len(columns), *rows])
+
+
+def table_rows(rows: Iterable[Sequence[str]]) -> str:
+    """Rows of a table, for a template that has its head; a bar in a cell is part of its text."""
+    cells = ([BAR.sub(r"\\|", cell) for cell in row] for row in rows)
+    return "\n".join(f"| {' | '.join(row)} |" for row in cells)
