@@ -17,10 +17,7 @@ NUMERICS = {"hard_cases", "stability"}
 DRAWN = {"intervals"}
 """Figures that diagrams show, which `test_diagrams.py` holds to them."""
 
-RECORDED = {"http_examples"}
-"""Responses of the page about HTTP calls, which `test_reference_pages.py` holds to them."""
-
-COUNTED = {"hard_cases", *RECORDED}
+COUNTED = {"hard_cases"}
 """What is the same on every machine."""
 
 BY_HAND = [
@@ -53,7 +50,7 @@ def test_a_page_without_its_figures_is_not_written_and_the_message_says_how_to_m
 
 def test_every_file_of_figures_is_shown_and_has_the_command_that_measures_it() -> None:
     kept = {path.stem for path in figures.FOLDER.iterdir()}
-    assert kept == {name for page in MEASURED for name in page.figures} | NUMERICS | DRAWN | RECORDED
+    assert kept == {name for page in MEASURED for name in page.figures} | NUMERICS | DRAWN
     assert kept == set(figures.COMMANDS)
 
 

@@ -17,7 +17,6 @@ COMMANDS = {
     "capacity": "python -m benchmarks.capacity --out docs/figures/capacity.json",
     "chaos": "python -m benchmarks.chaos --out docs/figures/chaos.json",
     "hard_cases": "python tools/docs/generate_numerics_reference.py",
-    "http_examples": "python -m tools.docs.generate_http_reference --record",
     "intervals": "python -m benchmarks.intervals --out docs/figures/intervals.json",
     "load": "python -m benchmarks.load --out docs/figures/load.json",
     "page": "python -m benchmarks.page_paint --out docs/figures/page.json",

@@ -1,14 +1,8 @@
-"""Write docs/reference/http-calls.md from the OpenAPI document of the service and recorded examples.
-
-Run it with ``python -m tools.docs.generate_http_reference``. With ``--record`` it first starts a service,
-sends the examples of ``http_examples.toml``, and keeps the responses in ``docs/figures/http_examples.json``.
-"""
+"""Write docs/reference/http-calls.md from the OpenAPI document of the service and recorded examples."""
 
 from __future__ import annotations
 
 import json
-import sys
-import tempfile
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,22 +27,21 @@ from tools.docs.markdown import filled, table
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-PAGE = http_examples.ROOT / "docs" / "reference" / "http-calls.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "http-calls.md"
 TEMPLATE = Path(__file__).with_name("http_calls_template.txt")
 SEVERAL = 10
 """Fields of a response that is not shown a second time with the same values."""
 
 
 def page() -> str:
-    """Build the page; the kept responses must be there."""
+    """Build the page."""
     document = create_app(Settings()).openapi()
     calls = in_order(calls_of(document))
-    kept = json.loads(http_examples.KEPT.read_text(encoding="utf-8"))
     parts = {
         "setup": http_examples.EXAMPLES["setup"].strip(),
         "contents": contents(calls),
         "shared": replies(shared_replies(document)),
-        "calls": "\n\n".join(sections(calls, kept)),
+        "calls": "\n\n".join(sections(calls, http_examples.kept())),
         "objects": "\n\n".join(described(found) for found in objects_of(document)),
     }
     return filled(TEMPLATE, parts.__getitem__).replace(f"(#{anchor(LEAF)})", "(scenes.md)")
@@ -129,16 +122,3 @@ def meaning(member: Member) -> str:
     given = member.default not in (None, [], {}, "")
     shown = json.dumps(member.default).strip('"')
     return f"{member.text} Default: `{shown}`.".strip() if given else member.text
-
-
-def record() -> None:
-    """Keep the responses of a service that is started for it."""
-    with tempfile.TemporaryDirectory() as folder, http_examples.service(Path(folder)) as url:
-        found = http_examples.answers(url, Path(folder))
-    http_examples.KEPT.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    if "--record" in sys.argv:
-        record()
-    PAGE.write_text(page(), encoding="utf-8")
