@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from accuracy.hard_cases import SECTIONS, sections
 from accuracy.hard_cases.harness import DIGITS
 from accuracy.hard_cases.oracle import BITS
+from benchmarks import stability
 from service.cli import trials
 from tests.numerics.test_remedies import SWITCHED_OFF
 from tools.docs import figures
@@ -45,9 +46,8 @@ Counts = dict[str, dict[str, dict[str, Any]]]
 COUNTED = ("tried", "wrong", "textbook", "textbook_single")
 ASKED = ("tried", "textbook", "textbook_single")
 CASE_COLUMNS = ("case", "answers", "wrong, float64", "wrong, float32", "fails without")
-WAYS = ("penumbra", "textbook", "factored")
-NEEDED = ("symptom", "cause", "remedy", "expected")
-OPTIONAL = ("example", "source")
+WAYS = tuple(stability.WAYS)
+"""Penumbra, then what it is compared with."""
 
 WRITTEN = """\
 <!-- Written by tools/docs/generate_numerics_reference.py from
@@ -96,7 +96,10 @@ def pages() -> dict[Path, str]:
     counts: Counts = figures.read("hard_cases")
     measured = figures.read("stability")
     texts, about = read(CASES), read(SECTION_TEXTS)
-    written = {PAGE: results(counts, about, measured["stability"]), FOLDER / "cost.md": costs(measured)}
+    written = {
+        PAGE: results(counts, about, ranges(measured["stability"]["prices"])),
+        FOLDER / "cost.md": costs(measured),
+    }
     for section in sections():
         written[path_of(section.title, about)] = section_page(section, texts, about, counts[section.title])
     return written
@@ -107,7 +110,7 @@ def path_of(title: str, about: dict[str, Any]) -> Path:
     return FOLDER / f"{about[title]['file']}.md"
 
 
-def results(counts: Counts, about: dict[str, Any], stability: dict[str, Any]) -> str:
+def results(counts: Counts, about: dict[str, Any], times: dict[str, str]) -> str:
     """The page with one row for each section."""
     rows = [
         (f"[{title}]({FOLDER.name}/{about[title]['file']}.md)", f"{len(cases)}", *sums(list(cases.values())))
@@ -120,7 +123,7 @@ def results(counts: Counts, about: dict[str, Any], stability: dict[str, Any]) ->
         table=table_rows(rows),
         digits=DIGITS,
         bits=BITS,
-        times=ranges(stability),
+        times=times,
     )
 
 
@@ -240,22 +243,22 @@ def marked(text: str) -> str:
 
 def costs(measured: dict[str, Any]) -> str:
     """What stability costs in time, and what that buys."""
-    stability, machine = measured["stability"], measured["machine"]
+    prices, machine = measured["stability"]["prices"], measured["machine"]
     return COSTS_TEXT.read_text(encoding="utf-8").format(
         date=machine["date"][:10],
         cpu=machine["cpu"],
         python=machine["python"],
         numpy=machine["numpy"],
-        times=ranges(stability),
-        kernels=table_rows(map(priced, stability["prices"]["kernels"])),
-        pictures=table_rows(map(priced, stability["prices"]["pictures"])),
-        errors=table_rows(map(wrong_pixels, stability["errors"])),
+        times=ranges(prices),
+        kernels=table_rows(map(priced, prices["kernels"])),
+        pictures=table_rows(map(priced, prices["pictures"])),
+        errors=table_rows(map(wrong_pixels, measured["stability"]["errors"])),
     )
 
 
-def ranges(stability: dict[str, Any]) -> dict[str, str]:
+def ranges(prices: dict[str, Any]) -> dict[str, str]:
     """How many times as long as with other formulas whole pictures take, from the least to the most."""
-    ratios = {way: sorted(ratio(price, way) for price in stability["prices"]["pictures"]) for way in WAYS[1:]}
+    ratios = {way: sorted(ratio(price, way) for price in prices["pictures"]) for way in WAYS[1:]}
     return {way: f"{values[0]:.2f} to {values[-1]:.2f}" for way, values in ratios.items()}
 
 
