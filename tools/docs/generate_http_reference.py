@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -83,8 +82,7 @@ def section(call: Call, answer: dict[str, Any]) -> str:
     parts = [f"### {call.name}", f"**`{call.title}`**", call.text]
     if not call.needs_key:
         parts.append("It needs no key.")
-    own = [one for one in call.parameters if one.name != "job_id"]
-    if own:
+    if own := call.own_parameters:
         rows = ([f"`{one.name}`", one.place, one.kind, meaning(one)] for one in own)
         parts.append(table(("parameter", "in", "type", "meaning"), rows))
     if call.body:
@@ -119,6 +117,5 @@ def described(found: Object) -> str:
 
 def meaning(member: Member) -> str:
     """The text of a parameter or a field, with its default if that says something."""
-    given = member.default not in (None, [], {}, "")
-    shown = json.dumps(member.default).strip('"')
-    return f"{member.text} Default: `{shown}`.".strip() if given else member.text
+    shown = member.shown_default
+    return f"{member.text} Default: `{shown}`.".strip() if shown else member.text
