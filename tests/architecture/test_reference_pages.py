@@ -91,3 +91,8 @@ def test_a_long_value_is_cut_at_the_width_of_the_page(room: int) -> None:
     value = {"name": "x" * 200, "list": list(range(100)), "deep": {"a": [{"b": 1}] * 30}}
     assert all(len(http_examples.shortened(part, room)) <= room for part in [value, *value.values()])
     assert "…" in http_examples.shortened(value, room)
+
+
+def test_what_is_left_out_of_a_value_is_marked_where_it_was() -> None:
+    value = {"a": [1, 2, 3, 4, 5, 6, 7], "b": "text"}
+    assert http_examples.shortened(value, 24) == '{"a": [1, …], …}'

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
 FOLDER = Path(__file__).parents[2] / "docs" / "figures"
 
@@ -47,15 +47,11 @@ def read(name: str) -> Any:
     return json.loads(path.read_text(encoding="utf-8"))
 
 
-def measured_on(machine: Mapping[str, Any]) -> str:
-    """Say when and on what figures were measured.
-
-    Examples
-    --------
-    >>> measured_on({"date": "2026-11-21T10:00:00", "cores": 2, "cpu": "Xeon", "python": "3.11.7"})
-    'Measured on 2026-11-21 on 2 cores of Xeon with Python 3.11.7.'
-    """
-    on = f"Measured on {machine['date'][:10]} on {machine['cores']} cores of {machine['cpu']}"
-    numpy = f" and NumPy {machine['numpy']}" if "numpy" in machine else ""
+def measured_on(machine: Mapping[str, Any], beside: Iterable[str] = ()) -> str:
+    """Say when and on what figures were measured; `beside` are other programs with their versions."""
+    numpy = [f"NumPy {machine['numpy']}"] if "numpy" in machine else []
+    *others, last = [*beside, f"Python {machine['python']}", *numpy]
+    programs = f"{', '.join(others)} and {last}" if others else last
+    on = f"{machine['date'][:10]} on {machine['cores']} cores of {machine['cpu']}"
     load = f" The load before it began was {machine['load']:g}." if "load" in machine else ""
-    return f"{on} with Python {machine['python']}{numpy}.{load}"
+    return f"Measured on {on} with {programs}.{load}"

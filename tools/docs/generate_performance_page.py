@@ -29,6 +29,7 @@ PLOT = DOCS / "images" / "performance" / "peers.svg"
 def page(measured: dict[str, Any]) -> str:
     """The template with the tables and their sentences in their places."""
     rows, precisions = measured["comparisons"], measured["precisions"]
+    peers = (f"{name} {version}" for name, version in measured["peers"].items())
     errors = (f"{error:.4f}/255 ({scene})" for scene, error in measured["references"].items())
     return TEMPLATE.read_text().format(
         equal=table(peers_tables.EQUAL_COLUMNS, map(peers_tables.equal_row, rows)),
@@ -38,7 +39,7 @@ def page(measured: dict[str, Any]) -> str:
         precision_goal=peers_sentences.of_precision(precisions),
         fixed=table(peers_tables.FIXED_COLUMNS, map(peers_tables.fixed_row, rows)),
         fixed_goal=peers_sentences.of_fixed(rows),
-        machine=_machine(measured),
+        machine=figures.measured_on(measured["machine"], peers),
         limits=table(peers_tables.LIMIT_COLUMNS, map(peers_tables.limit_row, measured["limits"])),
         limit_setting=measured["limits"][0]["setting"],
         settings="\n\n".join(_settings(scene, runs) for scene, runs in measured["scenes"].items()),
@@ -51,16 +52,6 @@ def page(measured: dict[str, Any]) -> str:
 
 def _settings(scene: str, runs: list[dict[str, Any]]) -> str:
     return f"**{scene}**\n\n" + table(peers_tables.RUN_COLUMNS, map(peers_tables.run_row, runs))
-
-
-def _machine(measured: dict[str, Any]) -> str:
-    machine = measured["machine"]
-    peers = ", ".join(f"{name} {version}" for name, version in measured["peers"].items())
-    return (
-        f"Measured on {machine['date'][:10]} on {machine['cores']} cores of {machine['cpu']} with {peers}, "
-        f"Python {machine['python']} and NumPy {machine['numpy']}. "
-        f"The load before it began was {machine['load']}."
-    )
 
 
 def _take_over(path: Path) -> None:

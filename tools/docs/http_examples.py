@@ -121,11 +121,7 @@ def document_lines(value: Any) -> list[str]:
 
 
 def shortened(value: Any, room: int) -> str:
-    """Write a value in at most so many letters, with … for what is left out.
-
-    >>> shortened({"a": [1, 2, 3, 4, 5, 6, 7], "b": "text"}, 24)
-    '{"a": [1, 2, 3, …], …}'
-    """
+    """Write a value in at most so many letters, with … for what is left out."""
     text = json.dumps(value, ensure_ascii=False)
     if len(text) <= room:
         return text
