@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.acceptance.conftest import ROOT, Server, shell
-from tests.pages import blocks, page
+from tests.pages import blocks, missing, page
 
 pytestmark = pytest.mark.slow
 
@@ -72,14 +72,6 @@ def follow(name: str, folder: Path, server: Server) -> subprocess.CompletedProce
     commands = blocks(page(name), "sh")
     assert len(commands) >= 4
     return shell("\n".join(commands), folder, PENUMBRA_SERVER=server.url)
-
-
-def missing(name: str, printed: str) -> list[str]:
-    """Lines of output that a page shows and its commands did not print; a pipe gets tabs for blanks."""
-    shown = blocks(page(name), "text")
-    assert shown
-    lines = (" ".join(line.split()) for block in shown for line in block.splitlines())
-    return [line for line in lines if line not in " ".join(printed.split())]
 
 
 def test_a_reader_who_follows_the_first_tutorial_gets_what_it_shows(server: Server, checkout: Path) -> None:

@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.acceptance.conftest import ENVIRONMENT, ROOT
-from tests.acceptance.test_documentation import missing
-from tests.pages import blocks, page
+from tests.pages import blocks, missing, page
 from tests.postgres_server import PostgresServer
 
 NAME = "tutorials/first-service.md"
