@@ -12,7 +12,7 @@ from service.settings import Settings
 from tools.docs import generate_command_line_reference as command_line
 from tools.docs import generate_http_reference as http
 from tools.docs import http_examples
-from tools.docs.markdown import PLACE
+from tools.docs.templates import PLACE
 
 WHOLE_SERVICE = {"internal", "database", "store_away", "store_read_only", "store_full"}
 """Codes of faults that any call may meet."""

@@ -37,7 +37,7 @@ def test_every_case_has_counts_and_none_of_them_is_wrong() -> None:
     counts = figures.read("hard_cases")
     counted = [(section, case) for section, cases in counts.items() for case in cases]
     assert counted == [(section.title, case.name) for section in sections() for case in section.cases], (
-        "run python tools/docs/generate_numerics_reference.py"
+        "run python -m tools.docs.generate_numerics_reference"
     )
     assert {case["wrong"] for cases in counts.values() for case in cases.values()} == {0}
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from tools.docs.markdown import table
+from tools.docs.templates import table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

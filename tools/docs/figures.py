@@ -16,14 +16,14 @@ COMMANDS = {
     "bench": "python -m benchmarks rendering effects meshes accuracy service --out docs/figures/bench.json",
     "capacity": "python -m benchmarks.capacity --out docs/figures/capacity.json",
     "chaos": "python -m benchmarks.chaos --out docs/figures/chaos.json",
-    "hard_cases": "python tools/docs/generate_numerics_reference.py",
+    "hard_cases": "python -m tools.docs.generate_numerics_reference",
     "intervals": "python -m benchmarks.intervals --out docs/figures/intervals.json",
     "load": "python -m benchmarks.load --out docs/figures/load.json",
     "page": "python -m benchmarks.page_paint --out docs/figures/page.json",
-    "peers": "make bench-peers && python tools/docs/generate_performance_page.py out/peers.json",
+    "peers": "make bench-peers && python -m tools.docs.generate_performance_page out/peers.json",
     "jobs": "python -m benchmarks quotes bursts --out docs/figures/jobs.json",
     "stability": "python -m benchmarks stability --runs 9 --out docs/figures/stability.json",
-    "study": "make study && python tools/docs/generate_accuracy_page.py",
+    "study": "make study && python -m tools.docs.generate_accuracy_page",
     "targets": "python -m benchmarks targets --out docs/figures/targets.json",
 }
 """What measures the figures of each name again, and leaves them in `FOLDER`."""

@@ -16,7 +16,7 @@ from accuracy.variations import label
 from benchmarks import peers_sentences, references
 from benchmarks.settings import Setting
 from tools.docs import figures
-from tools.docs.markdown import table
+from tools.docs.templates import table
 
 ROOT = Path(__file__).parents[2]
 MARKED = re.compile(r"<!-- ([a-z-]+) -->(\n?).*?<!-- /\1 -->", re.DOTALL)

@@ -23,7 +23,7 @@ from service.grading.hints import HINTS
 from tests.assignment import submissions
 from tests.assignment.mistakes import MISTAKES
 from tools.docs.figures import FOLDER, measured_on, read
-from tools.docs.markdown import table
+from tools.docs.templates import table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -12,7 +12,7 @@ from service.cli import keys, render
 from service.cli.commands import COMMANDS
 from service.cli.options import JsonOption, ServerOption
 from service.cli.quality_options import PANEL
-from tools.docs.markdown import filled, table
+from tools.docs.templates import filled, table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from tools.docs.markdown import table
+from tools.docs.templates import table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

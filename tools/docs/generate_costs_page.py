@@ -10,7 +10,7 @@ from benchmarks.effects import SIDE
 from benchmarks.quotes import NEAR
 from benchmarks.settings import Setting
 from tools.docs import figures
-from tools.docs.markdown import table
+from tools.docs.templates import table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

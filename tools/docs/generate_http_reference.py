@@ -21,7 +21,7 @@ from service.api.reference import (
 from service.app import create_app
 from service.settings import Settings
 from tools.docs import http_examples
-from tools.docs.markdown import filled, table
+from tools.docs.templates import filled, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

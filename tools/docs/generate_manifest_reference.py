@@ -11,7 +11,7 @@ from schemas.base import Closed, fields_of
 from schemas.grading import acceptance, manifests
 from schemas.grading.manifest_reading import manifest_json_schema
 from tools.docs.field_tables import an_object, table_of_fields
-from tools.docs.markdown import filled
+from tools.docs.templates import filled
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "manifest.md"
 TEMPLATE = Path(__file__).with_name("manifest_template.txt")

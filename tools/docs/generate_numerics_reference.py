@@ -1,6 +1,6 @@
 """Write docs/reference/numerics.md, and a page for each section of the hard cases.
 
-``python tools/docs/generate_numerics_reference.py`` tries every case, which takes up to a minute, and keeps
+``python -m tools.docs.generate_numerics_reference`` tries every case, which takes up to a minute, and keeps
 the counts; ``python -m tools.docs.write_pages`` takes the counts that are kept. The texts are in
 tools/docs/numerics_*.toml and *.txt.
 """
@@ -23,7 +23,7 @@ from benchmarks import stability
 from service.cli import trials
 from tests.numerics.test_remedies import SWITCHED_OFF
 from tools.docs import figures
-from tools.docs.markdown import table, table_rows
+from tools.docs.templates import table, table_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -1,6 +1,6 @@
 """Write docs/explanation/performance.md, its plot and README's sentence from what `make bench-peers` leaves.
 
-`python tools/docs/generate_performance_page.py out/peers.json` takes the figures over.
+`python -m tools.docs.generate_performance_page out/peers.json` takes the figures over.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from benchmarks import peers_curves, peers_sentences, peers_tables
 from benchmarks.peers_runs import PEER
 from benchmarks.peers_settings import ERRORS_255, SCENES
 from tools.docs import figures, fill_figures
-from tools.docs.markdown import table
+from tools.docs.templates import table
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tools.docs import figures
-from tools.docs.markdown import table
+from tools.docs.templates import table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
