@@ -6,7 +6,6 @@ the command that measures them.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from tools.docs import (
@@ -28,8 +27,7 @@ from tools.docs import (
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-ROOT = Path(__file__).parents[2]
+    from pathlib import Path
 
 
 class Page(NamedTuple):
