@@ -49,8 +49,8 @@ fuzz: .venv/installed-test  ## send 100,000 malformed request bodies, into out/f
 	$(BIN)/python -m benchmarks.fuzz
 
 gallery: .venv/installed  ## render the gallery and the hard scenes into out, and the pictures of the cookbook
-	$(BIN)/python tools/docs/render_gallery.py
-	$(BIN)/python tools/docs/render_cookbook.py
+	$(BIN)/python -m tools.docs.render_gallery
+	$(BIN)/python -m tools.docs.render_cookbook
 
 bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
 	$(BIN)/python -m benchmarks

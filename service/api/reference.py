@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -40,8 +41,12 @@ class Member:
     text: str
     place: str = ""
     """Where a parameter is: path, query or header."""
-    is_required: bool = False
     default: object = None
+
+    @property
+    def shown_default(self) -> str:
+        """Its default as it is sent; empty if that says nothing."""
+        return "" if self.default in (None, [], {}, "") else json.dumps(self.default).strip('"')
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +81,11 @@ class Call:
     def title(self) -> str:
         """The method and the path."""
         return f"{self.method} {self.path}"
+
+    @property
+    def own_parameters(self) -> tuple[Member, ...]:
+        """Its parameters but for the id of a job, which is the same in all calls."""
+        return tuple(one for one in self.parameters if one.name != "job_id")
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,14 +186,12 @@ def _parameter(document: Schema, given: Schema) -> Member:
         kind=kind_of(document, schema).removesuffix(" or null").removesuffix(","),
         text=one_line(given.get("description", "")),
         place=given["in"],
-        is_required=given.get("required", False),
         default=schema.get("default"),
     )
 
 
 def _object(document: Schema, name: str) -> Object:
     schema = document["components"]["schemas"][name]
-    required = schema.get("required", ())
     return Object(
         name=name,
         text=schema.get("description", "").replace("``", "`"),
@@ -192,7 +200,6 @@ def _object(document: Schema, name: str) -> Object:
                 name=field,
                 kind=kind_of(document, part),
                 text=one_line(part.get("description", "")),
-                is_required=field in required,
                 default=part.get("default"),
             )
             for field, part in schema["properties"].items()

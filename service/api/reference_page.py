@@ -97,8 +97,7 @@ def _call(call: Call) -> Iterator[str]:
     yield _blocks(call.text)
     if not call.needs_key:
         yield "<p>It needs no key.</p>"
-    own = [one for one in call.parameters if one.name != "job_id"]
-    if own:
+    if own := call.own_parameters:
         rows = ([_code(one.name), one.place, _inline(one.kind), _meaning(one)] for one in own)
         yield _table(("parameter", "in", "type", "meaning"), rows)
     if call.body:
@@ -123,8 +122,8 @@ def _object(found: Object) -> Iterator[str]:
 
 
 def _meaning(member: Member) -> str:
-    given = member.default not in (None, [], {}, "")
-    return _inline(member.text) + (f" Default: {_code(f'{member.default}')}." if given else "")
+    shown = member.shown_default
+    return _inline(member.text) + (f" Default: {_code(shown)}." if shown else "")
 
 
 def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

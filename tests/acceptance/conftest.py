@@ -15,9 +15,10 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 COMMAND = [sys.executable, "-m", "service.cli.main"]
-# The tests must not depend on the environment of this machine.
+# The tests must not depend on the environment of this machine; `penumbra` is that of this Python.
 ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith("PENUMBRA_")} | {
-    "PYTHONPATH": str(ROOT)
+    "PYTHONPATH": str(ROOT),
+    "PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}",
 }
 START_SECONDS = 60
 
@@ -32,6 +33,23 @@ class Outcome:
     def document(self) -> Any:
         """All of stdout as one JSON document."""
         return json.loads(self.out)
+
+
+def shell(
+    script: str, folder: Path, *, timeout: float = 300, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """Run commands in one shell, as a reader does; the first that fails ends them, and the test."""
+    done = subprocess.run(
+        ["bash", "-eu", "-o", "pipefail", "-c", script],
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        env=ENVIRONMENT | environment,
+        timeout=timeout,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
 
 
 class Server:

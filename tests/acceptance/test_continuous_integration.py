@@ -15,8 +15,9 @@ import yaml
 
 from tests.acceptance.conftest import ENVIRONMENT, ROOT
 from tests.acceptance.test_documentation import reduce
+from tests.pages import page
 
-PAGE = (ROOT / "docs" / "how-to" / "continuous-integration.md").read_text()
+PAGE = page("how-to/continuous-integration.md")
 FILES = re.findall(r"^`([\w./-]+)`:\n\n```\w+\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 """Path and content of each file that the page shows."""
 
@@ -57,14 +58,13 @@ def repository(tmp_path: Path) -> Path:
 
 def execute(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """Run commands as a build does: the first that fails ends them."""
-    here = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"
     summary = {"GITHUB_STEP_SUMMARY": str(folder / "step-summary")}
     return subprocess.run(
         ["bash", "-e", "-c", script],
         capture_output=True,
         text=True,
         cwd=folder,
-        env=ENVIRONMENT | {"PATH": here} | summary,
+        env=ENVIRONMENT | summary,
         timeout=300,
         check=False,
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import re
 import shutil
 import subprocess
 import sys
@@ -14,33 +13,20 @@ import jsonschema
 import pytest
 from PIL import Image
 
-from tests.acceptance.conftest import ENVIRONMENT, ROOT
+from tests.acceptance.conftest import ENVIRONMENT, ROOT, shell
+from tests.pages import blocks, page
 from tests.unit.grading.exports.test_json_forms import CLASSROOM50, GRADESCOPE, RUNNER
 
 pytestmark = pytest.mark.slow
 
-PAGE = (ROOT / "docs" / "how-to" / "grading.md").read_text()
-
-
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+PAGE = page("how-to/grading.md")
 
 
 def test_an_assistant_who_follows_the_page_has_an_autograder_and_a_gradebook(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
     (tmp_path / "dist").mkdir()
     (tmp_path / "dist" / "penumbra_render-1-py3-none-any.whl").touch()
-    here = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"
-    done = subprocess.run(
-        ["bash", "-c", "\n".join(["set -eu -o pipefail", *blocks("sh")])],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        env=ENVIRONMENT | {"PATH": here},
-        timeout=550,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    shell("\n".join(blocks(PAGE, "sh")), tmp_path, timeout=550)
     results = json.loads((tmp_path / "autograder/results/results.json").read_text())
     jsonschema.validate(results, GRADESCOPE)
     assert results["score"] == json.loads((tmp_path / "grade.json").read_text())["score"] == 125
@@ -70,7 +56,7 @@ def test_the_script_for_classroom50_writes_the_result_that_is_asked_for(tmp_path
         "tests": [test | {"reference": picture | {"type": "picture"}}],
     }
     (bundle / "manifest.yaml").write_text(json.dumps(manifest))
-    (script,) = blocks("python")
+    (script,) = blocks(PAGE, "python")
     install = next(line for line in script.splitlines() if "pip" in line)
     (bundle / "autograder.py").write_text(script.replace(install, ""))
     done = subprocess.run(
@@ -89,8 +75,8 @@ def test_the_script_for_classroom50_writes_the_result_that_is_asked_for(tmp_path
 
 
 def test_settings_of_platforms_are_well_formed() -> None:
-    assert len([json.loads(block) for block in blocks("json")]) == 1
-    for script in blocks("bash"):
+    assert len([json.loads(block) for block in blocks(PAGE, "json")]) == 1
+    for script in blocks(PAGE, "bash"):
         subprocess.run(["bash", "-n"], input=script, text=True, check=True)
 
 

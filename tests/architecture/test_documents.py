@@ -1,6 +1,8 @@
 """What is written about the project is true of it, and speaks of the project alone."""
 
 import re
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -8,11 +10,11 @@ from typer.main import get_group
 
 from service.cli.commands import application
 from tests.architecture.sources import ROOT, text_files
+from tools.docs import site_hooks
 
 PAGES = [path for path in text_files() if path.suffix == ".md"]
 BLOCK = re.compile(r"^```(?:sh|console|bash)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
 FENCED = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 NAMED = re.compile(r"(?<![\w/.-])(?:tools/)?docs/[\w/-]+\.(?:md|py|txt|toml)\b")
 """What a text calls by its path: a page, the script that writes it, or what that script reads."""
@@ -22,28 +24,23 @@ ONE_MACHINE = re.compile(r"pythonhosted|index[-_]url|/home/\w|/Users/\w|/root/\w
 
 def links(path: Path) -> list[str]:
     """Relative links of a page."""
-    return [link for link in LINK.findall(prose(ROOT / path)) if not re.match(r"[a-z]+:", link)]
+    found = LINK.findall(FENCED.sub("", (ROOT / path).read_text()))
+    return [link for link in found if not re.match(r"[a-z]+:", link)]
 
 
+@cache
 def anchors(path: Path) -> set[str]:
-    """Fragments that the headings of a page are reached by: equal ones after the first have a number."""
-    found: list[str] = []
-    for heading in HEADING.findall(prose(path)):
-        words = re.sub(r"\]\([^)]*\)", "", heading).lower().replace(" ", "-")
-        found.append(re.sub(r"[^\w-]", "", words))
-    return {f"{name}-{found[:i].count(name)}" if name in found[:i] else name for i, name in enumerate(found)}
+    """Fragments that the headings of a page are reached by."""
+    slugs = site_hooks.Slugs()
+    tokens = site_hooks.FORGE.parse(path.read_text())
+    headings = [after for before, after in pairwise(tokens) if before.type == "heading_open"]
+    texts = ("".join(part.content for part in heading.children or []) for heading in headings)
+    return {slugs(text, "-") for text in texts}
 
 
-def prose(path: Path) -> str:
-    """A page without its fenced blocks."""
-    return FENCED.sub("", path.read_text())
-
-
-@pytest.mark.parametrize("path", [path for path in text_files() if path.name != Path(__file__).name], ids=str)
-def test_a_file_names_no_folder_of_one_machine_and_no_package_index(path: Path) -> None:
-    text = (ROOT / path).read_text()
-    assert not ONE_MACHINE.search(text)
-    assert str(ROOT) not in text
+def test_no_file_names_a_folder_of_one_machine_or_a_package_index() -> None:
+    texts = {path: (ROOT / path).read_text() for path in text_files() if path.name != Path(__file__).name}
+    assert [path for path, text in texts.items() if ONE_MACHINE.search(text) or str(ROOT) in text] == []
 
 
 @pytest.mark.parametrize("path", PAGES, ids=str)
@@ -73,30 +70,9 @@ def is_there(path: Path, link: str) -> bool:
     return there.exists() and (not fragment or fragment in anchors(there))
 
 
-@pytest.mark.parametrize(
-    ("link", "found"),
-    [
-        ("test_words.py", True),
-        ("../../CONTRIBUTING.md#set-up", True),
-        ("no_such_file.py", False),
-        ("../../CONTRIBUTING.md#no-such-heading", False),
-    ],
-)
-def test_a_link_is_there_if_its_file_and_its_heading_are(link: str, found: bool) -> None:
-    assert is_there(Path(__file__).relative_to(ROOT), link) == found
-
-
-def test_a_heading_is_reached_by_its_words_and_its_number_among_equal_ones(tmp_path: Path) -> None:
-    page = tmp_path / "page.md"
-    page.write_text("# `n x n` points: 26.6 degrees?\n\n```sh\n# no heading\n```\n\n## Again\n\n## Again\n")
-    assert anchors(page) == {"n-x-n-points-266-degrees", "again", "again-1"}
-
-
-@pytest.mark.parametrize("path", text_files(), ids=str)
-def test_a_page_or_a_script_that_a_file_names_is_there(path: Path) -> None:
-    text = (ROOT / path).read_text()
-    named = {match for match in NAMED.findall(text) if not (ROOT / match).exists()}
-    assert named == set()
+def test_a_page_or_a_script_that_a_file_names_is_there() -> None:
+    named = ((path, match) for path in text_files() for match in NAMED.findall((ROOT / path).read_text()))
+    assert [(path, match) for path, match in named if not (ROOT / match).exists()] == []
 
 
 def test_the_index_has_each_page_once_under_its_kind() -> None:

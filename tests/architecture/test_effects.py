@@ -1,6 +1,7 @@
 """Every effect of the scene language is rendered, tested, shown in the gallery or the documentation."""
 
 from collections.abc import Iterator
+from functools import cache
 from typing import Any, Literal, get_args, get_origin
 
 import pytest
@@ -51,6 +52,7 @@ RENDERER_TESTS = [
 ]
 
 
+@cache
 def texts_of_tests() -> list[str]:
     """The text of every file that tests the renderer."""
     return [path.read_text() for folder in RENDERER_TESTS for path in folder.rglob("*.py")]
@@ -79,6 +81,7 @@ def test_every_effect_is_shown_in_a_scene_or_described_in_the_documentation(
     assert effect in shown() or described
 
 
+@cache
 def shown() -> set[type[BaseModel]]:
     """Classes that some scene of the gallery or the study uses."""
     return {type(model) for path in scene_files() for model in models(read_scene(path.read_bytes())[0])}

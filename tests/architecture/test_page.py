@@ -1,32 +1,20 @@
 """What the page offers to begin with is the gallery as it is."""
 
-import importlib.util
 import json
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from PIL import Image
 
 from tests.architecture.sources import ROOT
+from tools.docs import render_gallery
 
 WEB = ROOT / "service" / "web"
 ENTRIES = json.loads((WEB / "gallery.json").read_text())
 
 
-def generator() -> ModuleType:
-    """The script that makes them."""
-    script = ROOT / "tools" / "docs" / "render_gallery.py"
-    spec = importlib.util.spec_from_file_location("render_gallery", script)
-    assert spec
-    assert spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_every_scene_of_the_gallery_is_offered_with_what_to_notice() -> None:
-    assert {entry["name"]: entry["notice"] for entry in ENTRIES} == generator().notices()
+    assert {entry["name"]: entry["notice"] for entry in ENTRIES} == render_gallery.notices()
     assert {entry["name"] for entry in ENTRIES} == {
         path.stem for path in (ROOT / "scenes" / "gallery").glob("*.json")
     }
@@ -43,5 +31,4 @@ SCRIPTS = [path for path in sorted(WEB.rglob("*.js")) if "vendor" not in path.pa
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: str(path.relative_to(WEB)))
 def test_a_script_of_the_page_fits_in_one_head(path: Path) -> None:
-
     assert len(path.read_text().splitlines()) <= 400

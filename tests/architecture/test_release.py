@@ -53,7 +53,3 @@ def test_a_form_for_issues_is_one_that_github_shows(path: Path) -> None:
     assert len(ids) == len(set(ids)) > 0
     assert all(field["attributes"]["label"] for field in fields)
     assert any(field.get("validations", {}).get("required") for field in fields)
-
-
-def test_there_is_a_form_for_faults_for_features_and_for_wrong_pictures() -> None:
-    assert [path.stem for path in FORMS] == ["bug", "feature", "wrong-picture"]

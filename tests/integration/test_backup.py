@@ -15,9 +15,9 @@ import pytest
 
 from service.server import running
 from service.settings import Settings
-from tests.architecture.sources import ROOT
 from tests.integration.support import TIMEOUT, finish, job_of, long_scene, scene, wait
 from tests.integration.test_assets import png, put, textured
+from tests.pages import blocks, page
 from tests.postgres_server import programs
 
 DAY = "2026-11-23"
@@ -26,9 +26,8 @@ DAY = "2026-11-23"
 
 def commands(section: str) -> tuple[str, str]:
     """What a section of the page runs to back up, and to restore."""
-    page = (ROOT / "docs" / "how-to" / "backup.md").read_text()
-    (text,) = re.findall(rf"^## {section}\n(.*?)^## ", page, re.MULTILINE | re.DOTALL)
-    backup, restore = re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    (text,) = re.findall(rf"^## {section}\n(.*?)^## ", page("how-to/backup.md"), re.MULTILINE | re.DOTALL)
+    backup, restore = blocks(text, "sh")
     return backup.replace("$(date +%F)", DAY), restore
 
 

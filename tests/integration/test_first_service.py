@@ -8,14 +8,13 @@ import shutil
 import signal
 import socket
 import subprocess
-import sys
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
 
 from tests.acceptance.conftest import ENVIRONMENT, ROOT
-from tests.acceptance.test_documentation import missing
+from tests.pages import blocks, missing, page
 from tests.postgres_server import PostgresServer
 
 NAME = "tutorials/first-service.md"
@@ -37,21 +36,17 @@ def test_an_operator_who_follows_the_tutorial_gets_what_it_shows(
     postgres: PostgresServer, tmp_path: Path
 ) -> None:
     shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
-    page = (ROOT / "docs" / NAME).read_text()
-    script = "\n".join(
-        ["set -eu -o pipefail", *re.findall(r"^```sh\n(.*?)^```", page, re.DOTALL | re.MULTILINE)]
-    )
+    script = "\n".join(["set -eu -o pipefail", *blocks(page(NAME), "sh")])
     free = dict(zip(PORTS, free_ports(len(PORTS)), strict=True))
     script = re.sub("|".join(PORTS), lambda port: free[port[0]], script)
     script = script.replace("postgresql:///penumbra", f"'{postgres.database()}'")
-    here = f"{Path(sys.executable).parent}:{ENVIRONMENT.get('PATH', '')}"
     followed = subprocess.Popen(
         ["bash", "-c", script],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         cwd=tmp_path,
-        env=ENVIRONMENT | {"PATH": here, "PENUMBRA_WORKERS": "2"},
+        env=ENVIRONMENT | {"PENUMBRA_WORKERS": "2"},
         start_new_session=True,
     )
     try:

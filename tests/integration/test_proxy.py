@@ -16,16 +16,15 @@ from service.server import RunningServer, running
 from service.settings import MIB, Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from tests.architecture.sources import ROOT
 from tests.integration.support import TIMEOUT, scene
+from tests.pages import blocks, page
 
 NAME = "render.example"
 
 
 def block(language: str) -> str:
     """The first example of a language on the page."""
-    page = (ROOT / "docs" / "how-to" / "proxy.md").read_text()
-    return re.findall(rf"^```{language}\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[0]
+    return blocks(page("how-to/proxy.md"), language)[0]
 
 
 def make_key(data: Path) -> str:

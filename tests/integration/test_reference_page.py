@@ -57,6 +57,11 @@ def test_the_reference_names_every_call_of_the_openapi_document(
     assert [title for title in titles if elements.text.count(title) < 2] == []
 
 
+def test_defaults_are_shown_as_they_are_sent(elements: Elements) -> None:
+    assert "Default: false." in elements.text
+    assert "Default: False" not in elements.text
+
+
 def test_every_link_of_the_reference_leads_to_its_own_service(
     client: httpx2.Client, elements: Elements
 ) -> None:

@@ -4,9 +4,7 @@ import doctest
 import json
 import math
 import re
-import runpy
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,8 +12,9 @@ import pytest
 
 from accuracy.hard_cases import sections
 from accuracy.hard_cases.harness import DIGITS
-from benchmarks.stability import COMPARED, OFFSETS, PRICED, WAYS
-from tests.architecture.sources import ROOT
+from benchmarks.stability import COMPARED, OFFSETS, PRICED
+from tools.docs import figures
+from tools.docs import generate_numerics_reference as generator
 
 CASES = [case for section in sections() for case in section.cases]
 IMPORTED = {"json": json, "math": math, "np": np, "Fraction": Fraction}
@@ -23,45 +22,32 @@ IMPORTED = {"json": json, "math": math, "np": np, "Fraction": Fraction}
 
 
 @pytest.fixture(scope="module")
-def generator() -> dict[str, Any]:
-    return runpy.run_path(str(ROOT / "tools" / "docs" / "generate_numerics_reference.py"))
+def texts() -> dict[str, dict[str, str]]:
+    return generator.read(generator.CASES)
 
 
-@pytest.fixture(scope="module")
-def texts(generator: dict[str, Any]) -> dict[str, dict[str, str]]:
-    found: dict[str, dict[str, str]] = generator["read"](generator["CASES"])
-    return found
-
-
-def test_every_case_has_its_texts_and_no_text_is_without_a_case(
-    generator: dict[str, Any], texts: dict[str, dict[str, str]]
-) -> None:
+def test_every_case_has_its_texts_and_no_text_is_without_a_case(texts: dict[str, dict[str, str]]) -> None:
     assert list(texts) == [case.heading for case in CASES]
-    needed = set(generator["NEEDED"])
+    needed = {"symptom", "cause", "remedy", "expected"}
     for heading, text in texts.items():
-        assert needed <= text.keys() <= needed | set(generator["OPTIONAL"]), heading
+        assert needed <= text.keys() <= needed | {"example", "source"}, heading
 
 
-def test_every_case_has_counts_and_none_of_them_is_wrong(generator: dict[str, Any]) -> None:
-    counts = generator["kept"](generator["COUNTS"])
+def test_every_case_has_counts_and_none_of_them_is_wrong() -> None:
+    counts = figures.read("hard_cases")
     counted = [(section, case) for section, cases in counts.items() for case in cases]
     assert counted == [(section.title, case.name) for section in sections() for case in section.cases], (
-        "run python tools/docs/generate_numerics_reference.py"
+        "run python -m tools.docs.generate_numerics_reference"
     )
     assert {case["wrong"] for cases in counts.values() for case in cases.values()} == {0}
 
 
-def test_the_pages_are_made_of_the_texts_of_the_cases_and_their_counts(generator: dict[str, Any]) -> None:
-    written = generator["pages"]()
-    assert set(written) == {generator["PAGE"], *generator["FOLDER"].iterdir()}
+def test_the_pages_are_made_of_the_texts_of_the_cases_and_their_counts() -> None:
+    written = generator.pages()
+    assert set(written) == {generator.PAGE, *generator.FOLDER.iterdir()}
     assert {path: path.read_text(encoding="utf-8") for path in written} == written, (
-        "run python tools/docs/generate_numerics_reference.py --kept"
+        "run python -m tools.docs.write_pages"
     )
-
-
-def test_no_page_is_written_without_figures(generator: dict[str, Any], tmp_path: Path) -> None:
-    with pytest.raises(SystemExit, match=r"lost\.json"):
-        generator["kept"](tmp_path / "lost.json")
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.heading)
@@ -75,38 +61,33 @@ def test_the_lines_of_python_of_a_case_give_what_the_page_shows(
     assert (result.failed, result.attempted) == (0, example.count(">>> "))
 
 
-def test_every_page_gives_the_precision_that_the_exact_answers_have(generator: dict[str, Any]) -> None:
+def test_every_page_gives_the_precision_that_the_exact_answers_have() -> None:
     found = {
         number
-        for text in generator["pages"]().values()
+        for text in generator.pages().values()
         for number in re.findall(r"(\d+) (?:decimal )?digits", text)
     }
     assert found == {str(DIGITS)}
 
 
-def test_each_source_of_the_list_is_one_of_a_case(
-    generator: dict[str, Any], texts: dict[str, dict[str, str]]
-) -> None:
+def test_each_source_of_the_list_is_one_of_a_case(texts: dict[str, dict[str, str]]) -> None:
     named = {name for text in texts.values() for name in text.get("source", "").split("; ")}
-    assert generator["read"](generator["SECTION_TEXTS"])["sources"].keys() <= named
+    assert generator.read(generator.SECTION_TEXTS)["sources"].keys() <= named
 
 
-def test_each_hard_scene_is_on_the_page_of_one_section(generator: dict[str, Any]) -> None:
-    about = generator["read"](generator["SECTION_TEXTS"])
+def test_each_hard_scene_is_on_the_page_of_one_section() -> None:
+    about = generator.read(generator.SECTION_TEXTS)
     shown = [name for section in sections() for name in about[section.title].get("pictures", [])]
-    assert sorted(shown) == sorted(path.stem for path in generator["SCENES"].glob("*.json"))
+    assert sorted(shown) == sorted(path.stem for path in generator.SCENES.glob("*.json"))
 
 
-def test_the_page_gives_the_price_and_the_errors_of_what_the_benchmark_measures(
-    generator: dict[str, Any],
-) -> None:
-    measured = generator["kept"](generator["COSTS"])["stability"]
+def test_the_page_gives_the_price_and_the_errors_of_what_the_benchmark_measures() -> None:
+    measured = figures.read("stability")["stability"]
     assert [price["name"] for price in measured["prices"]["pictures"]] == [each.name for each in PRICED]
     assert [(errors["scene"], errors["offset"]) for errors in measured["errors"]] == [
         (setting.scene, offset) for setting in COMPARED for offset in OFFSETS
     ]
-    assert generator["WAYS"] == tuple(WAYS)
 
 
-def test_signs_of_formulas_are_no_markdown(generator: dict[str, Any]) -> None:
-    assert generator["marked"]("a*b < c, `x*y`") == r"a\*b \< c, `x*y`"
+def test_signs_of_formulas_are_no_markdown() -> None:
+    assert generator.marked("a*b < c, `x*y`") == r"a\*b \< c, `x*y`"

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
 
 FOLDER = Path(__file__).parents[2] / "docs" / "figures"
 
@@ -16,15 +16,14 @@ COMMANDS = {
     "bench": "python -m benchmarks rendering effects meshes accuracy service --out docs/figures/bench.json",
     "capacity": "python -m benchmarks.capacity --out docs/figures/capacity.json",
     "chaos": "python -m benchmarks.chaos --out docs/figures/chaos.json",
-    "hard_cases": "python tools/docs/generate_numerics_reference.py",
-    "http_examples": "python -m tools.docs.generate_http_reference --record",
+    "hard_cases": "python -m tools.docs.generate_numerics_reference",
     "intervals": "python -m benchmarks.intervals --out docs/figures/intervals.json",
     "load": "python -m benchmarks.load --out docs/figures/load.json",
     "page": "python -m benchmarks.page_paint --out docs/figures/page.json",
-    "peers": "make bench-peers && python tools/docs/generate_performance_page.py out/peers.json",
+    "peers": "make bench-peers && python -m tools.docs.generate_performance_page out/peers.json",
     "jobs": "python -m benchmarks quotes bursts --out docs/figures/jobs.json",
     "stability": "python -m benchmarks stability --runs 9 --out docs/figures/stability.json",
-    "study": "make study && python tools/docs/generate_accuracy_page.py",
+    "study": "make study && python -m tools.docs.generate_accuracy_page",
     "targets": "python -m benchmarks targets --out docs/figures/targets.json",
 }
 """What measures the figures of each name again, and leaves them in `FOLDER`."""
@@ -48,29 +47,11 @@ def read(name: str) -> Any:
     return json.loads(path.read_text(encoding="utf-8"))
 
 
-def measured_on(machine: Mapping[str, Any]) -> str:
-    """Say when and on what figures were measured.
-
-    Examples
-    --------
-    >>> measured_on({"date": "2026-11-21T10:00:00", "cores": 2, "cpu": "Xeon", "python": "3.11.7"})
-    'Measured on 2026-11-21 on 2 cores of Xeon with Python 3.11.7.'
-    """
-    on = f"Measured on {machine['date'][:10]} on {machine['cores']} cores of {machine['cpu']}"
-    numpy = f" and NumPy {machine['numpy']}" if "numpy" in machine else ""
+def measured_on(machine: Mapping[str, Any], beside: Iterable[str] = ()) -> str:
+    """Say when and on what figures were measured; `beside` are other programs with their versions."""
+    numpy = [f"NumPy {machine['numpy']}"] if "numpy" in machine else []
+    *others, last = [*beside, f"Python {machine['python']}", *numpy]
+    programs = f"{', '.join(others)} and {last}" if others else last
+    on = f"{machine['date'][:10]} on {machine['cores']} cores of {machine['cpu']}"
     load = f" The load before it began was {machine['load']:g}." if "load" in machine else ""
-    return f"{on} with Python {machine['python']}{numpy}.{load}"
-
-
-def table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table in Markdown, of cells that are Markdown.
-
-    Examples
-    --------
-    >>> print(table(("a", "b"), [("1", "2")]))
-    | a | b |
-    | --- | --- |
-    | 1 | 2 |
-    """
-    lines = [columns, ["---"] * len(columns), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return f"Measured on {on} with {programs}.{load}"

@@ -16,6 +16,7 @@ from accuracy.variations import label
 from benchmarks import peers_sentences, references
 from benchmarks.settings import Setting
 from tools.docs import figures
+from tools.docs.templates import table
 
 ROOT = Path(__file__).parents[2]
 MARKED = re.compile(r"<!-- ([a-z-]+) -->(\n?).*?<!-- /\1 -->", re.DOTALL)
@@ -56,7 +57,7 @@ def reference_errors() -> str:
     """Samples and own error of each converged picture, a row each; both are kept beside the picture."""
     kept = ((name, references.read_provenance(name)) for name in references.NAMES)
     rows = [(name, f"{made.samples_per_pixel}", f"{made.own_error_255:.4f}") for name, made in kept]
-    return figures.table(("reference", "samples a pixel", "its own error, RMSE x 255"), rows)
+    return table(("reference", "samples a pixel", "its own error, RMSE x 255"), rows)
 
 
 def errors(bench: Figures) -> str:
@@ -67,7 +68,7 @@ def errors(bench: Figures) -> str:
         cells.setdefault(label(setting.quality), []).extend(_errors(row))
     rows = [(name, *errors) for name, errors in cells.items()]
     columns = ("samples", "soft: RMSE", "mean difference", "chess: RMSE", "mean difference")
-    return f"{figures.table(columns, rows)}\n\n{figures.measured_on(bench['machine'])}"
+    return f"{table(columns, rows)}\n\n{figures.measured_on(bench['machine'])}"
 
 
 def _errors(row: Figures) -> Iterator[str]:
@@ -114,8 +115,3 @@ def pages() -> list[Path]:
     """Pages that have marks."""
     known = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
     return [path for path in known if MARKED.search(path.read_text(encoding="utf-8"))]
-
-
-if __name__ == "__main__":
-    for path in pages():
-        path.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,6 +1,6 @@
 """Write docs/explanation/accuracy-costs-time.md from the studies of `make study`.
 
-``python tools/docs/generate_accuracy_page.py`` takes figures and images over from out/study into docs, if all
+``python -m tools.docs.generate_accuracy_page`` takes figures and images over from out/study into docs, if all
 studies are there; else it writes the page from the figures that are kept.
 """
 
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from accuracy.study import curves, tables, words
 from accuracy.study.pages import table
 from accuracy.study.settings import METHODS, PATTERNS, TARGET
-from tools.docs import figures
+from tools.docs import figures, templates
 
 if TYPE_CHECKING:
     from accuracy.study.pages import Table
@@ -182,8 +182,7 @@ def _details(results: Results) -> str:
     }
     shown = [name for name in SHOWN if name in captions or name == "reference"]
     images = [f"![{name}](../images/study/chess-{name}-detail.png)" for name in shown]
-    below = [captions.get(name, "the reference") for name in shown]
-    return "\n".join(f"| {' | '.join(line)} |" for line in (images, ["---"] * len(images), below))
+    return templates.table(images, [[captions.get(name, "the reference") for name in shown]])
 
 
 def _light(results: Results) -> str:

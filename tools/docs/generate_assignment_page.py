@@ -22,7 +22,8 @@ from service.grading.grading import grade
 from service.grading.hints import HINTS
 from tests.assignment import submissions
 from tests.assignment.mistakes import MISTAKES
-from tools.docs.figures import FOLDER, measured_on, read, table
+from tools.docs.figures import FOLDER, measured_on, read
+from tools.docs.templates import table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

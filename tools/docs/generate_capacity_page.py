@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks.capacity import report
 from benchmarks.capacity.workloads import SIDE
 from tools.docs import figures
-from tools.docs.figures import table
+from tools.docs.templates import table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

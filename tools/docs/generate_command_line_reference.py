@@ -1,12 +1,8 @@
-"""Write docs/reference/command-line.md from the commands, their options and help texts.
-
-Run it with ``python -m tools.docs.generate_command_line_reference``.
-"""
+"""Write docs/reference/command-line.md from the commands, their options and help texts."""
 
 from __future__ import annotations
 
 import inspect
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, get_args, get_origin
 
@@ -16,13 +12,13 @@ from service.cli import keys, render
 from service.cli.commands import COMMANDS
 from service.cli.options import JsonOption, ServerOption
 from service.cli.quality_options import PANEL
+from tools.docs.templates import filled, table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "command-line.md"
 TEMPLATE = Path(__file__).with_name("command_line_template.txt")
-PLACE = re.compile(r"^\{(\w+)\}$", re.MULTILINE)
 COMMON = {get_args(option)[1].help for option in (JsonOption, ServerOption)}
 """Help of options that the template describes once for all commands."""
 SELF_EVIDENT = {"job_id", "job_ids"}
@@ -63,7 +59,7 @@ class Parameter(NamedTuple):
 
 def page() -> str:
     """Build the page: each placeholder of the template is a command, or the options of quality."""
-    return PLACE.sub(lambda place: parts()[place[1]], TEMPLATE.read_text(encoding="utf-8"))
+    return filled(TEMPLATE, parts().__getitem__)
 
 
 def parts() -> dict[str, str]:
@@ -76,11 +72,11 @@ def parts() -> dict[str, str]:
 
 def summary() -> str:
     """All commands with the first lines of their help."""
-    lines = ["| command | does |", "| --- | --- |"]
-    for name, function in commands():
-        first, _, _ = (inspect.getdoc(function) or "").partition("\n")
-        lines.append(f"| [`{name}`](#{name.replace(' ', '-')}) | {first} |")
-    return "\n".join(lines)
+    rows = (
+        (f"[`{name}`](#{name.replace(' ', '-')})", (inspect.getdoc(function) or "").partition("\n")[0])
+        for name, function in commands()
+    )
+    return table(("command", "does"), rows)
 
 
 def commands() -> Iterator[tuple[str, Callable[..., Any]]]:
@@ -149,9 +145,7 @@ def quality(found: Iterable[Parameter]) -> Iterator[str]:
 
 def options(found: Iterable[Parameter]) -> str:
     """A table of arguments and options."""
-    lines = ["| option | meaning |", "| --- | --- |"]
-    lines += [f"| {label(one)} | {meaning(one)} |" for one in found]
-    return "\n".join(lines)
+    return table(("option", "meaning"), ((label(one), meaning(one)) for one in found))
 
 
 def label(one: Parameter) -> str:
@@ -159,13 +153,13 @@ def label(one: Parameter) -> str:
     if one.is_argument:
         return f"`{one.info.metavar or one.name.upper()}`"
     *others, last = one.words
-    value = f" {one.value}".replace("|", "\\|") if one.value else ""
+    value = f" {one.value}" if one.value else ""
     return ", ".join([*(f"`{word}`" for word in others), f"`{last}{value}`"])
 
 
 def meaning(one: Parameter) -> str:
     """The help text, with bounds, the default and the environment variable."""
-    text = [(one.info.help or "").replace("|", "\\|")]
+    text = [one.info.help or ""]
     low, high = one.info.min, one.info.max
     if low is not None and (high is None or high <= LARGEST):
         text.append(f"{low:g} to {high:g}." if high is not None else f"At least {low:g}.")
@@ -175,7 +169,3 @@ def meaning(one: Parameter) -> str:
     if one.info.envvar:
         text.append(f"Or `{one.info.envvar}`.")
     return " ".join(text)
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

@@ -1,7 +1,4 @@
-"""Write docs/reference/constants.md from the constants of target quality.
-
-Run it with ``python tools/docs/generate_constants_reference.py``.
-"""
+"""Write docs/reference/constants.md from the constants of target quality."""
 
 from __future__ import annotations
 
@@ -12,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+from tools.docs.templates import table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,6 +32,8 @@ MODULES = tuple(module for modules in STAGES.values() for module in modules)
 
 LONG = 60
 """Characters of a value that a row has space for: a series is shown by its ends."""
+
+COLUMNS = ("constant", "value", "meaning")
 
 INTRODUCTION = """# Constants of target quality
 
@@ -67,10 +68,9 @@ def page() -> str:
 def section(module: str) -> str:
     """Describe the constants of a module, one a row."""
     head = (inspect.getdoc(importlib.import_module(f"{PACKAGE}.{module}")) or "").splitlines()[0]
-    rows = [f"| `{name}` | `{value}` | {meaning} |" for name, value, meaning in constants(module)]
-    table = "\n".join(["| constant | value | meaning |", "| --- | --- | --- |", *rows])
+    rows = ((f"`{name}`", f"`{value}`", meaning) for name, value, meaning in constants(module))
     path = f"{PACKAGE.replace('.', '/')}/{module}.py"
-    return f"### {module}.py\n\n{head} [Source](../../{path})\n\n{table}\n"
+    return f"### {module}.py\n\n{head} [Source](../../{path})\n\n{table(COLUMNS, rows)}\n"
 
 
 def constants(module: str) -> Iterator[Constant]:
@@ -106,7 +106,3 @@ def text(statement: ast.stmt | None) -> str:
     if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
         return " ".join(str(statement.value.value).split())
     return ""
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

@@ -10,7 +10,7 @@ from benchmarks.effects import SIDE
 from benchmarks.quotes import NEAR
 from benchmarks.settings import Setting
 from tools.docs import figures
-from tools.docs.figures import table
+from tools.docs.templates import table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -108,7 +108,3 @@ def _quotes(quotes: Figures) -> Iterator[tuple[str, ...]]:
 def _live(milliseconds: Figures) -> Iterator[tuple[str, ...]]:
     for what, times in milliseconds.items():
         yield what, *(f"{times[end]:.1f}" for end in ("median", "least", "most"))
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(*map(figures.read, ("bench", "jobs", "page"))), encoding="utf-8")

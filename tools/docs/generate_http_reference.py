@@ -1,15 +1,7 @@
-"""Write docs/reference/http-calls.md from the OpenAPI document of the service and recorded examples.
-
-Run it with ``python -m tools.docs.generate_http_reference``. With ``--record`` it first starts a service,
-sends the examples of ``http_examples.toml``, and keeps the responses in ``docs/figures/http_examples.json``.
-"""
+"""Write docs/reference/http-calls.md from the OpenAPI document of the service and recorded examples."""
 
 from __future__ import annotations
 
-import json
-import re
-import sys
-import tempfile
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,31 +21,29 @@ from service.api.reference import (
 from service.app import create_app
 from service.settings import Settings
 from tools.docs import http_examples
+from tools.docs.templates import filled, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-PAGE = http_examples.ROOT / "docs" / "reference" / "http-calls.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "http-calls.md"
 TEMPLATE = Path(__file__).with_name("http_calls_template.txt")
 SEVERAL = 10
 """Fields of a response that is not shown a second time with the same values."""
-PLACE = re.compile(r"^\{(\w+)\}$", re.MULTILINE)
 
 
 def page() -> str:
-    """Build the page; the kept responses must be there."""
+    """Build the page."""
     document = create_app(Settings()).openapi()
     calls = in_order(calls_of(document))
-    kept = json.loads(http_examples.KEPT.read_text(encoding="utf-8"))
     parts = {
         "setup": http_examples.EXAMPLES["setup"].strip(),
         "contents": contents(calls),
         "shared": replies(shared_replies(document)),
-        "calls": "\n\n".join(sections(calls, kept)),
+        "calls": "\n\n".join(sections(calls, http_examples.kept())),
         "objects": "\n\n".join(described(found) for found in objects_of(document)),
     }
-    text = PLACE.sub(lambda place: parts[place[1]], TEMPLATE.read_text(encoding="utf-8"))
-    return text.replace(f"(#{anchor(LEAF)})", "(scenes.md)")
+    return filled(TEMPLATE, parts.__getitem__).replace(f"(#{anchor(LEAF)})", "(scenes.md)")
 
 
 def in_order(calls: Sequence[Call]) -> list[Call]:
@@ -92,8 +82,7 @@ def section(call: Call, answer: dict[str, Any]) -> str:
     parts = [f"### {call.name}", f"**`{call.title}`**", call.text]
     if not call.needs_key:
         parts.append("It needs no key.")
-    own = [one for one in call.parameters if one.name != "job_id"]
-    if own:
+    if own := call.own_parameters:
         rows = ([f"`{one.name}`", one.place, one.kind, meaning(one)] for one in own)
         parts.append(table(("parameter", "in", "type", "meaning"), rows))
     if call.body:
@@ -128,25 +117,5 @@ def described(found: Object) -> str:
 
 def meaning(member: Member) -> str:
     """The text of a parameter or a field, with its default if that says something."""
-    given = member.default not in (None, [], {}, "")
-    shown = json.dumps(member.default).strip('"')
-    return f"{member.text} Default: `{shown}`.".strip() if given else member.text
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table of Markdown."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |" for row in lines)
-
-
-def record() -> None:
-    """Keep the responses of a service that is started for it."""
-    with tempfile.TemporaryDirectory() as folder, http_examples.service(Path(folder)) as url:
-        found = http_examples.answers(url, Path(folder))
-    http_examples.KEPT.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    if "--record" in sys.argv:
-        record()
-    PAGE.write_text(page(), encoding="utf-8")
+    shown = member.shown_default
+    return f"{member.text} Default: `{shown}`.".strip() if shown else member.text

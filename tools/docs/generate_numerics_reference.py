@@ -1,14 +1,12 @@
 """Write docs/reference/numerics.md, and a page for each section of the hard cases.
 
-``python tools/docs/generate_numerics_reference.py`` tries every case, which takes up to a minute, and keeps
-the counts in docs/figures/hard_cases.json; with ``--kept`` it takes the counts that are kept. The texts are
-in tools/docs/numerics_*.toml and *.txt. Times are those that
-``python -m benchmarks stability --runs 9 --out docs/figures/stability.json`` measured.
+``python -m tools.docs.generate_numerics_reference`` tries every case, which takes up to a minute, and keeps
+the counts; ``python -m tools.docs.write_pages`` takes the counts that are kept. The texts are in
+tools/docs/numerics_*.toml and *.txt.
 """
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import inspect
 import json
@@ -21,19 +19,21 @@ from typing import TYPE_CHECKING, Any
 from accuracy.hard_cases import SECTIONS, sections
 from accuracy.hard_cases.harness import DIGITS
 from accuracy.hard_cases.oracle import BITS
+from benchmarks import stability
 from service.cli import trials
 from tests.numerics.test_remedies import SWITCHED_OFF
+from tools.docs import figures
+from tools.docs.templates import table, table_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from accuracy.hard_cases import Case, Outcome, Section
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "reference" / "numerics.md"
 FOLDER = PAGE.with_suffix("")
-COUNTS = ROOT / "docs" / "figures" / "hard_cases.json"
-COSTS = COUNTS.with_name("stability.json")
+COUNTS = figures.FOLDER / "hard_cases.json"
 RESULTS_TEXT = Path(__file__).with_name("numerics_results.txt")
 COSTS_TEXT = Path(__file__).with_name("numerics_costs.txt")
 CASES = Path(__file__).with_name("numerics_cases.toml")
@@ -45,13 +45,14 @@ Counts = dict[str, dict[str, dict[str, Any]]]
 
 COUNTED = ("tried", "wrong", "textbook", "textbook_single")
 ASKED = ("tried", "textbook", "textbook_single")
-WAYS = ("penumbra", "textbook", "factored")
-NEEDED = ("symptom", "cause", "remedy", "expected")
-OPTIONAL = ("example", "source")
+CASE_COLUMNS = ("case", "answers", "wrong, float64", "wrong, float32", "fails without")
+WAYS = tuple(stability.WAYS)
+"""Penumbra, then what it is compared with."""
 
 WRITTEN = """\
-<!-- Written by tools/docs/generate_numerics_reference.py from tools/docs/numerics_cases.toml and
-tools/docs/numerics_sections.toml. Change those, then run it. -->
+<!-- Written by tools/docs/generate_numerics_reference.py from
+     tools/docs/numerics_cases.toml and tools/docs/numerics_sections.toml.
+     Change those, then run python -m tools.docs.write_pages. -->
 """
 
 READING = """\
@@ -64,14 +65,8 @@ _CODE_OR_SIGN = re.compile(r"(`[^`]*`)|([*<])")
 
 
 def main() -> None:
-    """Try all cases and keep their counts, unless those that are kept will do; write the pages."""
-    parser = argparse.ArgumentParser(
-        description="Write docs/reference/numerics.md and a page for each section."
-    )
-    parser.add_argument("--kept", action="store_true", help="take the counts of docs/figures/hard_cases.json")
-    if not parser.parse_args().kept:
-        COUNTS.write_text(json.dumps(tried(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    FOLDER.mkdir(exist_ok=True)
+    """Try all cases, keep their counts, and write the pages."""
+    COUNTS.write_text(json.dumps(tried(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     for path, text in pages().items():
         path.write_text(text, encoding="utf-8")
 
@@ -91,13 +86,6 @@ def of_outcome(outcome: Outcome) -> dict[str, Any]:
     return {name: getattr(outcome, name) for name in COUNTED}
 
 
-def kept(path: Path) -> Any:
-    """The figures of a file; without it no page is written."""
-    if not path.is_file():
-        raise SystemExit(f"{path.name} is missing: without its figures the page cannot be written.")
-    return json.loads(path.read_text(encoding="utf-8"))
-
-
 def read(path: Path) -> dict[str, Any]:
     """The texts of a file."""
     return tomllib.loads(path.read_text(encoding="utf-8"))
@@ -105,9 +93,13 @@ def read(path: Path) -> dict[str, Any]:
 
 def pages() -> dict[Path, str]:
     """Texts of all pages, by their paths."""
-    counts: Counts = kept(COUNTS)
+    counts: Counts = figures.read("hard_cases")
+    measured = figures.read("stability")
     texts, about = read(CASES), read(SECTION_TEXTS)
-    written = {PAGE: results(counts, about), FOLDER / "cost.md": costs()}
+    written = {
+        PAGE: results(counts, about, ranges(measured["stability"]["prices"])),
+        FOLDER / "cost.md": costs(measured),
+    }
     for section in sections():
         written[path_of(section.title, about)] = section_page(section, texts, about, counts[section.title])
     return written
@@ -118,28 +110,27 @@ def path_of(title: str, about: dict[str, Any]) -> Path:
     return FOLDER / f"{about[title]['file']}.md"
 
 
-def results(counts: Counts, about: dict[str, Any]) -> str:
+def results(counts: Counts, about: dict[str, Any], times: dict[str, str]) -> str:
     """The page with one row for each section."""
     rows = [
-        row(f"[{title}]({FOLDER.name}/{about[title]['file']}.md) | {len(cases)}", list(cases.values()))
+        (f"[{title}]({FOLDER.name}/{about[title]['file']}.md)", f"{len(cases)}", *sums(list(cases.values())))
         for title, cases in counts.items()
     ]
     every = [case for cases in counts.values() for case in cases.values()]
-    rows.append(row(f"all | {len(every)}", every))
+    rows.append(("all", f"{len(every)}", *sums(every)))
     return RESULTS_TEXT.read_text(encoding="utf-8").format(
         cases=len(every),
-        table="\n".join(rows),
+        table=table_rows(rows),
         digits=DIGITS,
         bits=BITS,
-        times=ranges(kept(COSTS)["stability"]),
+        times=times,
     )
 
 
-def row(title: str, cases: list[dict[str, Any]], names: tuple[str, ...] = COUNTED) -> str:
+def sums(cases: Sequence[dict[str, Any]], names: Sequence[str] = COUNTED) -> list[str]:
     """The sums over some cases; empty where no formula was asked."""
     known = [[case[name] for case in cases if case[name] is not None] for name in names]
-    sums = [f"{sum(values):,}" if values else "" for values in known]
-    return f"| {' | '.join([title, *sums])} |"
+    return [f"{sum(values):,}" if values else "" for values in known]
 
 
 def section_page(
@@ -148,24 +139,21 @@ def section_page(
     """The page of one section: counts, pictures, cases, sources."""
     said = about[section.title]
     parts = [f"# {section.title}: hard cases\n", WRITTEN]
-    parts += [said["introduction"].lstrip(), table(section, counts), *pictures(said.get("pictures", []))]
+    parts += [said["introduction"].lstrip(), counted(section, counts), *pictures(said.get("pictures", []))]
     parts += ["## Cases\n", *(described(case, texts[case.heading]) for case in section.cases)]
     parts += cited(about["sources"], [texts[case.heading] for case in section.cases])
     return "\n".join(parts)
 
 
-def table(section: Section, counts: dict[str, Any]) -> str:
+def counted(section: Section, counts: dict[str, Any]) -> str:
     """What is tried, and one row a case: how often the textbook is wrong, and what the case fails without."""
-    sums = {name: sum(case[name] for case in counts.values()) for name in ("tried", "wrong")}
-    rows = [
-        READING.format(**sums, modules=", ".join(map(linked_module, SECTIONS[section.title]))),
-        "| case | answers | wrong, float64 | wrong, float32 | fails without |",
-        "| --- | --- | --- | --- | --- |",
-    ]
-    for case in section.cases:
-        link = f"[{heading(case)}](#{anchor(heading(case))})"
-        rows.append(f"{row(link, [counts[case.name]], names=ASKED)} {held(case)} |")
-    return "\n".join(rows) + "\n"
+    total = {name: sum(case[name] for case in counts.values()) for name in ("tried", "wrong")}
+    reading = READING.format(**total, modules=", ".join(map(linked_module, SECTIONS[section.title])))
+    rows = (
+        (f"[{heading(case)}](#{anchor(heading(case))})", *sums([counts[case.name]], ASKED), held(case))
+        for case in section.cases
+    )
+    return f"{reading}\n{table(CASE_COLUMNS, rows)}\n"
 
 
 def linked_module(name: str) -> str:
@@ -253,25 +241,24 @@ def marked(text: str) -> str:
     return _CODE_OR_SIGN.sub(lambda found: found[1] or f"\\{found[2]}", text.format(digits=DIGITS))
 
 
-def costs() -> str:
+def costs(measured: dict[str, Any]) -> str:
     """What stability costs in time, and what that buys."""
-    measured = kept(COSTS)
-    stability, machine = measured["stability"], measured["machine"]
+    prices, machine = measured["stability"]["prices"], measured["machine"]
     return COSTS_TEXT.read_text(encoding="utf-8").format(
         date=machine["date"][:10],
         cpu=machine["cpu"],
         python=machine["python"],
         numpy=machine["numpy"],
-        times=ranges(stability),
-        kernels=priced(stability["prices"]["kernels"]),
-        pictures=priced(stability["prices"]["pictures"]),
-        errors="\n".join(map(wrong_pixels, stability["errors"])),
+        times=ranges(prices),
+        kernels=table_rows(map(priced, prices["kernels"])),
+        pictures=table_rows(map(priced, prices["pictures"])),
+        errors=table_rows(map(wrong_pixels, measured["stability"]["errors"])),
     )
 
 
-def ranges(stability: dict[str, Any]) -> dict[str, str]:
+def ranges(prices: dict[str, Any]) -> dict[str, str]:
     """How many times as long as with other formulas whole pictures take, from the least to the most."""
-    ratios = {way: sorted(ratio(price, way) for price in stability["prices"]["pictures"]) for way in WAYS[1:]}
+    ratios = {way: sorted(ratio(price, way) for price in prices["pictures"]) for way in WAYS[1:]}
     return {way: f"{values[0]:.2f} to {values[-1]:.2f}" for way, values in ratios.items()}
 
 
@@ -280,22 +267,17 @@ def ratio(price: dict[str, Any], way: str) -> float:
     return float(price["seconds"]["penumbra"] / price["seconds"][way])
 
 
-def priced(prices: list[dict[str, Any]]) -> str:
-    """One row a part: milliseconds, and how many times as long Penumbra takes."""
-    rows = []
-    for price in prices:
-        timed = [way for way in WAYS if price["seconds"][way]]
-        times = [f"{1000 * price['seconds'][way]:.0f}" if way in timed else "" for way in WAYS]
-        ratios = [f"{ratio(price, way):.2f}" if way in timed else "" for way in WAYS[1:]]
-        rows.append(f"| {' | '.join([price['name'], *times, *ratios])} |")
-    return "\n".join(rows)
+def priced(price: dict[str, Any]) -> Sequence[str]:
+    """Cells of a part: milliseconds, and how many times as long Penumbra takes."""
+    timed = [way for way in WAYS if price["seconds"][way]]
+    times = [f"{1000 * price['seconds'][way]:.0f}" if way in timed else "" for way in WAYS]
+    return price["name"], *times, *(f"{ratio(price, way):.2f}" if way in timed else "" for way in WAYS[1:])
 
 
-def wrong_pixels(errors: dict[str, Any]) -> str:
-    """One row: shares of the pixels that are off, and of those too dark."""
+def wrong_pixels(errors: dict[str, Any]) -> Sequence[str]:
+    """Cells of a scene: shares of the pixels that are off, and of those too dark."""
     shares = [errors["off"][way] for way in WAYS] + [errors["dark"]["textbook"]]
-    cells = " | ".join(f"{100 * share:.3f} %" for share in shares)
-    return f"| {errors['scene']} | {errors['offset']:,.0f} | {cells} |"
+    return errors["scene"], f"{errors['offset']:,.0f}", *(f"{100 * share:.3f} %" for share in shares)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """Write docs/explanation/performance.md, its plot and README's sentence from what `make bench-peers` leaves.
 
-`python tools/docs/generate_performance_page.py out/peers.json` takes the figures over; without an argument
-the page is written from those that are kept in docs/figures, without measuring.
+`python -m tools.docs.generate_performance_page out/peers.json` takes the figures over.
 """
 
 from __future__ import annotations
@@ -10,15 +9,13 @@ import argparse
 import json
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from benchmarks import peers_curves, peers_sentences, peers_tables
 from benchmarks.peers_runs import PEER
 from benchmarks.peers_settings import ERRORS_255, SCENES
 from tools.docs import figures, fill_figures
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+from tools.docs.templates import table
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -32,16 +29,17 @@ PLOT = DOCS / "images" / "performance" / "peers.svg"
 def page(measured: dict[str, Any]) -> str:
     """The template with the tables and their sentences in their places."""
     rows, precisions = measured["comparisons"], measured["precisions"]
+    peers = (f"{name} {version}" for name, version in measured["peers"].items())
     return TEMPLATE.read_text().format(
-        equal=table(peers_tables.EQUAL_COLUMNS, peers_tables.equal_row, rows),
+        equal=table(peers_tables.EQUAL_COLUMNS, map(peers_tables.equal_row, rows)),
         goals="\n".join(f"- {sentence}" for sentence in peers_sentences.of_goals(rows)),
-        asked=table(peers_tables.ASKED_COLUMNS, peers_tables.asked_row, rows),
-        precision=table(peers_tables.PRECISION_COLUMNS, peers_tables.precision_row, precisions),
+        asked=table(peers_tables.ASKED_COLUMNS, map(peers_tables.asked_row, rows)),
+        precision=table(peers_tables.PRECISION_COLUMNS, map(peers_tables.precision_row, precisions)),
         precision_goal=peers_sentences.of_precision(precisions),
-        fixed=table(peers_tables.FIXED_COLUMNS, peers_tables.fixed_row, rows),
+        fixed=table(peers_tables.FIXED_COLUMNS, map(peers_tables.fixed_row, rows)),
         fixed_goal=peers_sentences.of_fixed(rows),
-        machine=_machine(measured),
-        limits=table(peers_tables.LIMIT_COLUMNS, peers_tables.limit_row, measured["limits"]),
+        machine=figures.measured_on(measured["machine"], peers),
+        limits=table(peers_tables.LIMIT_COLUMNS, map(peers_tables.limit_row, measured["limits"])),
         limit_setting=measured["limits"][0]["setting"],
         settings="\n\n".join(_settings(scene, runs) for scene, runs in measured["scenes"].items()),
         runs=measured["runs"],
@@ -50,26 +48,8 @@ def page(measured: dict[str, Any]) -> str:
     )
 
 
-def table(
-    columns: Sequence[str], cells: Callable[[Any], Sequence[str]], rows: Iterable[dict[str, Any]]
-) -> str:
-    """A table in Markdown."""
-    lines = [columns, ["---"] * len(columns), *map(cells, rows)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
 def _settings(scene: str, runs: list[dict[str, Any]]) -> str:
-    return f"**{scene}**\n\n" + table(peers_tables.RUN_COLUMNS, peers_tables.run_row, runs)
-
-
-def _machine(measured: dict[str, Any]) -> str:
-    machine = measured["machine"]
-    peers = ", ".join(f"{name} {version}" for name, version in measured["peers"].items())
-    return (
-        f"Measured on {machine['date'][:10]} on {machine['cores']} cores of {machine['cpu']} with {peers}, "
-        f"Python {machine['python']} and NumPy {machine['numpy']}. "
-        f"The load before it began was {machine['load']}."
-    )
+    return f"**{scene}**\n\n" + table(peers_tables.RUN_COLUMNS, map(peers_tables.run_row, runs))
 
 
 def _take_over(path: Path) -> None:
@@ -89,16 +69,12 @@ def _take_over(path: Path) -> None:
 
 
 def main() -> None:
-    """Write the pages, after taking over the figures where they are given."""
+    """Take over the figures, and write the pages."""
     parser = argparse.ArgumentParser(
         description="Write docs/explanation/performance.md and the sentence of README."
     )
-    parser.add_argument(
-        "measured", nargs="?", type=Path, help="what `make bench-peers` wrote: out/peers.json"
-    )
-    taken = parser.parse_args().measured
-    if taken is not None:
-        _take_over(taken)
+    parser.add_argument("measured", type=Path, help="what `make bench-peers` wrote: out/peers.json")
+    _take_over(parser.parse_args().measured)
     PAGE.write_text(page(figures.read("peers")))
     README.write_text(fill_figures.filled(README.read_text()))
     print(f"wrote {PAGE} and the sentence of {README}")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tools.docs import figures
-from tools.docs.figures import table
+from tools.docs.templates import table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,7 +28,3 @@ def section(measured: Mapping[str, Any]) -> str:
         for found in measured["promises"]
     ]
     return f"{table(COLUMNS, rows)}\n\n{figures.measured_on(measured['machine'])}"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(figures.read("chaos"), figures.read("load")), encoding="utf-8")

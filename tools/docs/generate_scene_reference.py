@@ -1,7 +1,4 @@
-"""Write docs/reference/scenes.md from the schemas.
-
-Run it with ``python tools/docs/generate_scene_reference.py``.
-"""
+"""Write docs/reference/scenes.md from the schemas."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import inspect
 import json
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from schemas.base import Closed, fields_of
 from schemas.cameras import Camera
@@ -20,6 +17,7 @@ from schemas.quality import Antialiasing, LightSampling, Sampling
 from schemas.scene import Display, Scene
 from schemas.shapes import Ellipsoid, Mesh, MeshFile, Parallelogram, Rectangle, Sphere, Triangle, Turn
 from schemas.textures import CheckerTexture, ImageTexture
+from tools.docs.field_tables import table_of_fields
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,7 +34,8 @@ _VECTOR = re.compile(r"\[([^\[\]{}]*)\]")
 INTRODUCTION = """\
 # Scenes
 
-<!-- Written by tools/docs/generate_scene_reference.py from the schemas. Change those, then run it. -->
+<!-- Written by tools/docs/generate_scene_reference.py from the schemas.
+     Change those, then run python -m tools.docs.write_pages. -->
 
 A scene is one JSON object. Lengths are in scene units, angles in degrees, and colours are linear RGB. The
 world is right-handed, usually with y up. Coordinates are at most 1e15, sizes at least 1e-100. Numbers are
@@ -99,7 +98,7 @@ def page() -> str:
         for heading, model in models:
             if heading:
                 parts.append(f"### {heading}\n")
-            parts += [f"{inspect.getdoc(model)}\n", table(model)]
+            parts += [f"{inspect.getdoc(model)}\n", fields(model)]
     return "\n".join([*parts, CLOSING, *pictures()])
 
 
@@ -116,66 +115,14 @@ def in_one_line(vector: re.Match[str]) -> str:
     return f"[{' '.join(vector[1].split())}]"
 
 
-def table(model: type[Closed]) -> str:
+def fields(model: type[Closed]) -> str:
     """Describe the fields of a model, one per row."""
-    described = scene_json_schema()
-    if model is not Scene:
-        described = described["$defs"][model.__name__]
-    required = described.get("required", [])
-    rows = ["| field | type | default | meaning |", "| --- | --- | --- | --- |"]
-    for name in fields_of(model):
-        field = described["properties"][name]
-        default = "required" if name in required else default_of(field)
-        rows.append(f"| `{name}` | {words(field)} | {default} | {field.get('description', 'The kind.')} |")
-    return "\n".join(rows) + "\n"
+    schema = scene_json_schema()
+    described = schema if model is Scene else schema["$defs"][model.__name__]
+    return table_of_fields(described, fields_of(model), kind) + "\n"
 
 
-def default_of(field: dict[str, Any]) -> str:
-    """Show a default; the meaning explains those that are computed."""
-    default = field.get("default")
-    return "" if default is None else f"`{json.dumps(default)}`"
-
-
-def words(field: dict[str, Any]) -> str:
-    """Say the type of a value."""
-    if "anyOf" in field:
-        return " or ".join(words(option) for option in field["anyOf"] if option != {"type": "null"})
-    if "oneOf" in field:
-        kinds = dict.fromkeys(constant(option["$ref"]) for option in field["oneOf"])
-        return " or ".join(kinds)
-    if "$ref" in field:
-        return f"{field['$ref'].rpartition('/')[2]} object"
-    if "const" in field or "enum" in field:
-        return " or ".join(f"`{json.dumps(value)}`" for value in field.get("enum", [field.get("const")]))
-    return compound(field)
-
-
-def compound(field: dict[str, Any]) -> str:
-    """Say the type of an array, an object of named things, or a plain value."""
-    match field["type"]:
-        case "array" if "maxItems" in field:
-            entries = words(field["items"])
-            return (
-                f"{field['maxItems']} x {entries}"
-                if entries[0].isdigit()
-                else f"{field['maxItems']} {entries}s"
-            )
-        case "array":
-            return f"array of {words(field['items'])}"
-        case "object" if "additionalProperties" in field:
-            return f"object of names, each with {words(field['additionalProperties'])}"
-        case "integer":
-            return "whole number"
-        case "string":
-            return "text"
-    return str(field["type"])
-
-
-def constant(reference: str) -> str:
-    """Give the `type` that a referenced definition has."""
-    definition = scene_json_schema()["$defs"][reference.rpartition("/")[2]]
+def kind(name: str) -> str:
+    """The `type` that chooses a definition among others."""
+    definition = scene_json_schema()["$defs"][name]
     return f"`{definition['properties']['type']['const']}`"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

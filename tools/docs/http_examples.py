@@ -1,25 +1,28 @@
-"""Send the examples of the HTTP reference to a service, and shorten what it answers."""
+"""Send the examples of the HTTP reference to a service, and shorten what it answers.
+
+``python -m tools.docs.http_examples`` starts a service, sends it the examples of ``http_examples.toml``, and
+keeps the responses in ``http_examples.json``. ``python -m tools.docs.write_pages`` writes the page from them.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
 import subprocess
-import sys
-import time
+import tempfile
 import tomllib
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from service.server import running
+from service.settings import Settings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-ROOT = Path(__file__).parents[2]
 SOURCE = Path(__file__).with_name("http_examples.toml")
-KEPT = ROOT / "docs" / "figures" / "http_examples.json"
+KEPT = SOURCE.with_suffix(".json")
 EXAMPLES: dict[str, Any] = tomllib.loads(SOURCE.read_text(encoding="utf-8"))
 LOCAL = "http://127.0.0.1:8000"
 SECONDS = 180
@@ -43,23 +46,10 @@ _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d+)?(?:Z|\+00:00)")
 _SHOWN_TIME = "2026-11-23T10:00:00Z"
 
 
-@contextmanager
-def service(folder: Path) -> Iterator[str]:
-    """Run a service on a free port, and give its address."""
-    log = folder / "log"
-    words = [sys.executable, "-m", "service.cli.main", "serve", "--port", "0", "--workers", "2", "--data"]
-    own = {name: value for name, value in os.environ.items() if not name.startswith("PENUMBRA_")}
-    with log.open("wb") as stderr:
-        process = subprocess.Popen([*words, str(folder / "data")], stderr=stderr, cwd=ROOT, env=own)
-    try:
-        while (found := re.search(r"http://127\.0\.0\.1:\d+", log.read_text())) is None:
-            if process.poll() is not None:
-                sys.exit(log.read_text())
-            time.sleep(0.05)
-        yield found[0]
-    finally:
-        process.terminate()
-        process.wait()
+def kept() -> dict[str, dict[str, Any]]:
+    """The recorded response of each call."""
+    responses: dict[str, dict[str, Any]] = json.loads(KEPT.read_text(encoding="utf-8"))
+    return responses
 
 
 def answers(url: str, folder: Path) -> dict[str, dict[str, Any]]:
@@ -120,17 +110,6 @@ def shape(value: Any, depth: int = 0) -> Any:
     return "number" if isinstance(value, int | float) else "text"
 
 
-def has_shape(kept: Any, found: Any) -> bool:
-    """Whether two shapes agree. What is null or empty in one of them may be anything in the other."""
-    if kept in (None, []) or found in (None, []):
-        return True
-    if isinstance(kept, dict) and isinstance(found, dict):
-        return kept.keys() == found.keys() and all(has_shape(kept[name], found[name]) for name in kept)
-    if isinstance(kept, list) and isinstance(found, list):
-        return has_shape(kept[0], found[0])
-    return bool(kept == found)
-
-
 def document_lines(value: Any) -> list[str]:
     """Write a JSON object with a line for each of its fields; what does not fit is left out."""
     fields = [f"  {json.dumps(name)}: " for name in value]
@@ -142,11 +121,7 @@ def document_lines(value: Any) -> list[str]:
 
 
 def shortened(value: Any, room: int) -> str:
-    """Write a value in at most so many letters, with … for what is left out.
-
-    >>> shortened({"a": [1, 2, 3, 4, 5, 6, 7], "b": "text"}, 24)
-    '{"a": [1, 2, 3, …], …}'
-    """
+    """Write a value in at most so many letters, with … for what is left out."""
     text = json.dumps(value, ensure_ascii=False)
     if len(text) <= room:
         return text
@@ -180,14 +155,15 @@ def text_lines(text: str) -> list[str]:
     return lines
 
 
-def differences(kept: dict[str, Any], found: dict[str, Any]) -> list[str]:
-    """Say how the response of a call differs from the kept one: in its status, its headers, or its fields."""
-    return [
-        what
-        for what, same in (
-            (f"status {found['status']}", kept["status"] == found["status"]),
-            (f"headers {sorted(found['headers'])}", kept["headers"].keys() == found["headers"].keys()),
-            (f"shape {found['shape']}", has_shape(kept["shape"], found["shape"])),
-        )
-        if not same
-    ]
+def record() -> None:
+    """Keep the responses of a service that is started for it."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        settings = Settings(data=folder / "data", port=0, workers=2, log_level="error")
+        with running(settings) as server:
+            found = answers(server.url, folder)
+    KEPT.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    record()

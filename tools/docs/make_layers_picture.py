@@ -1,6 +1,6 @@
 """Write docs/images/layers.png: depth, normal and shape of a gallery scene side by side.
 
-Run it with ``python tools/docs/make_layers_picture.py``.
+Run it with ``python -m tools.docs.make_layers_picture``.
 """
 
 from __future__ import annotations

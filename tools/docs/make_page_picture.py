@@ -1,6 +1,6 @@
 """Photograph the live page for the documentation: a job of the gallery with an error of half a code value.
 
-Run it with ``python tools/docs/make_page_picture.py``, on a machine with Chromium and the extra ``test``.
+Run it with ``python -m tools.docs.make_page_picture``, on a machine with Chromium and the extra ``test``.
 """
 
 from __future__ import annotations

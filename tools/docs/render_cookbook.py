@@ -1,7 +1,7 @@
 """Render the pictures of docs/how-to/cookbook.md from the scenes that are written there.
 
 Run it with ``make gallery``. Names of pictures after the command render only these:
-``python tools/docs/render_cookbook.py glass mirror``.
+``python -m tools.docs.render_cookbook glass mirror``.
 """
 
 from __future__ import annotations

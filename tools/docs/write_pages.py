@@ -1,12 +1,11 @@
 """Write every page that is generated, from the kept figures and from the code.
 
 ``python -m tools.docs.write_pages`` measures nothing. Where figures are missing it writes nothing, and names
-the command that measures them. The pages about numerics have a script of their own.
+the command that measures them.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from tools.docs import (
@@ -15,9 +14,12 @@ from tools.docs import (
     generate_accuracy_page,
     generate_assignment_page,
     generate_capacity_page,
+    generate_command_line_reference,
     generate_constants_reference,
     generate_costs_page,
+    generate_http_reference,
     generate_manifest_reference,
+    generate_numerics_reference,
     generate_performance_page,
     generate_reliability_page,
     generate_scene_reference,
@@ -25,8 +27,7 @@ from tools.docs import (
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-ROOT = Path(__file__).parents[2]
+    from pathlib import Path
 
 
 class Page(NamedTuple):
@@ -64,7 +65,9 @@ GENERATED = (
     Page(generate_costs_page.PAGE, ("bench", "jobs", "page"), generate_costs_page.page),
     Page(generate_performance_page.PAGE, ("peers",), generate_performance_page.page),
     Page(generate_reliability_page.PAGE, ("chaos", "load"), generate_reliability_page.page),
+    Page(generate_command_line_reference.PAGE, (), generate_command_line_reference.page),
     Page(generate_constants_reference.PAGE, (), generate_constants_reference.page),
+    Page(generate_http_reference.PAGE, (), generate_http_reference.page),
     Page(generate_manifest_reference.PAGE, (), generate_manifest_reference.page),
     Page(generate_scene_reference.PAGE, (), generate_scene_reference.page),
 )
@@ -72,7 +75,7 @@ GENERATED = (
 
 def main() -> None:
     """Write all pages, or none."""
-    texts = {page.path: page.text() for page in pages()}
+    texts = {page.path: page.text() for page in pages()} | generate_numerics_reference.pages()
     for path, text in texts.items():
         path.write_text(text, encoding="utf-8")
 

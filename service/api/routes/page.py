@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import re
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
 
 import fastapi
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, FastAPI, Request, Response
 from starlette.exceptions import HTTPException
 
 import scenes
@@ -68,7 +69,13 @@ def gallery_file(request: Request, path: FilePath) -> Response:
 @router.get("/docs")
 def reference(request: Request) -> Response:
     """Serve the HTTP reference, written from the same document as `/openapi.json`."""
-    return _page(request, page_of(request.app.openapi()).encode(), TYPES[".html"])
+    return _page(request, _reference_of(request.app), TYPES[".html"])
+
+
+# An application has one document for its life, and writing the page takes tens of milliseconds.
+@lru_cache(maxsize=1)
+def _reference_of(app: FastAPI) -> bytes:
+    return page_of(app.openapi()).encode()
 
 
 def _file(request: Request, folder: Path, path: str) -> Response:

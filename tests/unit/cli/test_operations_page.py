@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import tomllib
-from pathlib import Path
 
 from service.settings import Settings
 from service.telemetry.metrics import Metrics
 from service.workers.tasks import Cause
+from tests.pages import blocks, page
 
-PAGE = (Path(__file__).parents[3] / "docs" / "how-to" / "operations.md").read_text()
+PAGE = page("how-to/operations.md")
 
 
 def test_the_page_lists_every_counter() -> None:
@@ -28,6 +28,6 @@ def test_the_page_lists_every_cause_of_a_retry() -> None:
 
 
 def test_the_file_that_the_page_shows_is_taken() -> None:
-    (example,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+    (example,) = blocks(PAGE, "toml")
     settings = Settings(**tomllib.loads(example))
     assert (settings.max_user_jobs, settings.limits.max_samples) == (300, 1024)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from itertools import pairwise
 from math import exp
-from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any
 
+from tools.docs import figures
 from tools.docs.diagrams.drawing import (
     BLOCKED,
     FAINT,
@@ -32,8 +31,6 @@ from tools.docs.diagrams.drawing import (
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-MEASURED = Path(__file__).parents[3] / "docs" / "figures" / "intervals.json"
 
 PIXELS = 32
 """Of a row of a picture, between its first and its last pilot sample."""
@@ -191,7 +188,7 @@ def _is_ball(x: int, y: int) -> bool:
 
 def intervals() -> str:
     """Reported intervals and true errors of pictures of one scene, from the figures that are kept."""
-    measured = json.loads(MEASURED.read_text())
+    measured = figures.read("intervals")
     found = sorted(measured["pictures"], key=lambda one: one["true"])
     target = measured["target"]
     held = sum(_holds(one) for one in found)

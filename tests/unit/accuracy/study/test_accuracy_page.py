@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import runpy
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +12,9 @@ from accuracy.study import report
 from accuracy.study.running import Study
 from accuracy.study.settings import PATTERNS, Scale
 from tests.unit.accuracy.study.scenes import scene
+from tools.docs import generate_accuracy_page as generator
 
 ROOT = Path(__file__).parents[4]
-GENERATOR = runpy.run_path(str(ROOT / "tools" / "docs" / "generate_accuracy_page.py"))
 SCALE = Scale(
     side=12,
     references=(16,),
@@ -30,15 +29,14 @@ SCALE = Scale(
 def measured(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """A tiny study in the place of each scene's."""
     study = Study(scene(), tmp_path_factory.mktemp("study"), SCALE)
-    results = GENERATOR["rounded"](report.answered(study.run(lambda _: None)))
-    return dict.fromkeys(GENERATOR["SCENES"], results)
+    results = generator.rounded(report.answered(study.run(lambda _: None)))
+    return dict.fromkeys(generator.SCENES, results)
 
 
 @pytest.fixture(scope="module")
 def page(measured: dict[str, Any]) -> str:
     """The page of it."""
-    text: str = GENERATOR["page"](measured)
-    return text
+    return generator.page(measured)
 
 
 def tables(page: str) -> list[list[list[str]]]:
@@ -55,7 +53,7 @@ def test_every_table_has_as_many_cells_in_each_line(page: str) -> None:
 
 def test_every_image_of_the_page_is_one_that_is_taken_over(page: str, measured: dict[str, Any]) -> None:
     shown = set(re.findall(r"\(\.\./images/study/([^)]+)\)", page))
-    assert shown == set(GENERATOR["images_of"](measured))
+    assert shown == set(generator.images_of(measured))
 
 
 def test_the_chess_board_is_compared_at_equal_numbers_of_samples(page: str, measured: dict[str, Any]) -> None:
@@ -72,9 +70,9 @@ def test_scenes_are_those_of_make_study() -> None:
     named = re.search(r"^STUDIED := (.*)$", makefile, re.MULTILINE)
     assert named
     folders = {Path(path).name: Path(path).parent.name for path in named[1].split()}
-    assert folders == GENERATOR["SCENES"]
+    assert folders == generator.SCENES
     assert [path for path in named[1].split() if not (ROOT / "scenes" / f"{path}.json").exists()] == []
 
 
 def test_what_is_kept_of_a_figure_is_more_than_a_table_shows() -> None:
-    assert GENERATOR["rounded"]({"a": [1.23456789, 3, "x", None]}) == {"a": [1.2346, 3, "x", None]}
+    assert generator.rounded({"a": [1.23456789, 3, "x", None]}) == {"a": [1.2346, 3, "x", None]}

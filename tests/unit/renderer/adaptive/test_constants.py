@@ -1,16 +1,12 @@
 """The page of the constants of target quality has a meaning for each."""
 
-import runpy
-from pathlib import Path
-
 import pytest
 
-ROOT = Path(__file__).parents[4]
-GENERATOR = runpy.run_path(str(ROOT / "tools" / "docs" / "generate_constants_reference.py"))
+from tools.docs.generate_constants_reference import MODULES, constants
 
 
-@pytest.mark.parametrize("module", GENERATOR["MODULES"])
+@pytest.mark.parametrize("module", MODULES)
 def test_every_constant_has_a_meaning(module: str) -> None:
-    found = list(GENERATOR["constants"](module))
+    found = list(constants(module))
     assert found
     assert [constant.name for constant in found if not constant.meaning] == []
