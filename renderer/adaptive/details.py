@@ -43,6 +43,10 @@ thin, as 5 do at 4 x 4 texels a pixel."""
 FAINTEST = 2.0**-16
 """Powers of highlights below this are left out."""
 
+MOST_DEVIATION = 1 / 2
+"""Largest standard deviation of values between black and white (Popoviciu 1935): that of pixels which cover
+more texels than their places reach."""
+
 TOGETHER = 16384
 """Places shaded at once: arrays stay in cache."""
 
@@ -122,10 +126,13 @@ class Detail:
         viewers = _local(base, points.viewers)
         arriving = [self._light(base, viewers, beams) for beams in lights if beams]
         values = np.empty((3, points.count))
-        deviations, levels = self._sampled(Pixels(centers, base, viewers, arriving), values)
+        pixels = Pixels(centers, base, viewers, arriving)
+        deviations, levels = self._sampled(pixels, values)
         light = self._arriving(points.shading_normals, lights)
         reflectances = np.divide(values, light, out=np.ones_like(values), where=light > 0)
-        return values, reflectances, deviations**2 * SIZES[levels] ** FALL
+        unseen = MOST_DEVIATION**2 * (np.minimum(light, 1) ** 2).mean(axis=0)
+        doubts = np.where(pixels.cut(), unseen, deviations**2 * SIZES[levels] ** FALL)
+        return values, reflectances, doubts
 
     def _arriving(self, normals: Floats, lights: list[list[Beam]]) -> Floats:
         """What white of the same kind would reflect, (3, n), without highlights."""
@@ -240,14 +247,21 @@ class Pixels:
     viewers: Singles
     lights: list[Light]
 
+    def cut(self) -> Masks:
+        """Whether a pixel covers more of some table than its places reach, (n,)."""
+        cut: Masks = np.logical_or.reduce([each.cut for each in self._tables()])
+        return cut
+
     def areas(self) -> Floats:
         """Texels that each pixel covers, (n,), on the table where they are most."""
-        tables = [*self.base.centers, *([] if self.centers is None else [self.centers])]
-        sides = [each.sides.astype(np.float64) for each in tables]
+        sides = [each.sides.astype(np.float64) for each in self._tables()]
         found: Floats = np.max(
             [np.abs(a[0] * b[1] - b[0] * a[1]) for a, b in (s.swapaxes(0, 1) for s in sides)], axis=0
         )
         return found
+
+    def _tables(self) -> list[Centers]:
+        return [*self.base.centers, *([] if self.centers is None else [self.centers])]
 
     def part(self, index: Integers) -> "Pixels":
         """Some of them (m,)."""

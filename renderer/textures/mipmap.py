@@ -24,9 +24,12 @@ class MipmapTexture:
     ----------
     levels : tuple of ImageTexture
         Bilinear; the image itself first, a single texel last.
+    share : float
+        Of the sides of a footprint that a look-up averages over.
     """
 
     levels: tuple[ImageTexture, ...]
+    share: float = 1.0
 
     def at(self, coordinates: Floats, footprints: Floats | None = None) -> Floats:
         """Values (3, N) at texture coordinates (2, N), over footprints (2, 2, N) if there are any."""
@@ -48,7 +51,7 @@ class MipmapTexture:
         other side too.
         """
         height, width = self.levels[0].texels.shape[:2]
-        sides = np.hypot(footprints[0] * width, footprints[1] * height)
+        sides = self.share * np.hypot(footprints[0] * width, footprints[1] * height)
         return np.clip(np.log2(np.maximum(np.maximum(sides[0], sides[1]), 1.0)), 0.0, len(self.levels) - 1)
 
     def _between(self, number: int, coordinates: Floats, share: Floats) -> Floats:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.math.arrays import Floats, Integers
+from renderer.math.arrays import Floats, Integers, Masks
 
 REACH = 16
 """Look-ups of one pixel go no farther from its centre than this, texels along either axis."""
@@ -34,15 +34,18 @@ class Centers:
         How far the centre is from that texel, 0 to 1.
     sides : (2, 2, n) float32
         Sides of the footprint: coordinate, side, pixel; texels.
+    cut : (n,) bool
+        Whether the footprint is too long for the table, so that `sides` are shorter.
     """
 
     rows: Integers
     shares: Singles
     sides: Singles
+    cut: Masks
 
     def part(self, index: Integers) -> "Centers":
         """Those of some pixels (m,)."""
-        return Centers(self.rows[index], self.shares[:, index], self.sides[:, :, index])
+        return Centers(self.rows[index], self.shares[:, index], self.sides[:, :, index], self.cut[index])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +90,8 @@ class TexelTable:
         whole = np.floor(places)
         column, row = (whole + PADDING).astype(np.int64)
         width = self.size[0] + 2 * PADDING
-        return Centers(row * width + column, (places - whole).astype(np.float32), sides.astype(np.float32))
+        shares = (places - whole).astype(np.float32)
+        return Centers(row * width + column, shares, sides.astype(np.float32), reach > REACH)
 
     def at(self, centers: Centers, offsets: Singles, channels: int) -> list[Singles]:
         """Values, (K, n) for each channel, at `offsets` (2, K, 1) in shares of the footprints."""

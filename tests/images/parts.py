@@ -11,7 +11,7 @@ import renderer
 from accuracy.hard_cases.harness import DOUBLE, SINGLE, Files, png
 from renderer.integrator import camera_rays, radiance
 from renderer.tiling import blocks
-from schemas.quality import FixedQuality
+from schemas.quality import Quality
 from schemas.tiles import Pass, Tile
 
 __all__ = ["DOUBLE", "SINGLE", "Files", "image_of", "plan_of", "png", "same", "samples_of"]
@@ -22,14 +22,14 @@ def same(a: NDArray[Any], b: NDArray[Any]) -> bool:
 
 
 def plan_of(
-    document: Mapping[str, Any], quality: FixedQuality | None = None, *, culling: bool = True, files: Any = ()
+    document: Mapping[str, Any], quality: Quality | None = None, *, culling: bool = True, files: Any = ()
 ) -> renderer.RenderPlan:
     loaded = renderer.load_scene(dict(document), assets=Files(files))
     return renderer.compile_scene(loaded, quality, culling=culling)
 
 
 def image_of(
-    document: Mapping[str, Any], quality: FixedQuality | None = None, **options: Any
+    document: Mapping[str, Any], quality: Quality | None = None, **options: Any
 ) -> NDArray[np.float32]:
     return renderer.render(plan_of(document, quality, **options)).image
 

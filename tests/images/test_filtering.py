@@ -5,6 +5,7 @@ import pytest
 
 import renderer
 from accuracy.hard_cases.documents import camera, ellipsoid, phong, rectangle, sampled, scene, triangle
+from benchmarks.targets import clipped, root_of_product
 from renderer.integrator import camera_rays, intersect
 from renderer.textures import footprints
 from renderer.tiling import blocks
@@ -163,3 +164,26 @@ def test_with_target_quality_textures_filter_as_for_256_samples() -> None:
         offsets.append(np.hstack((stage.across, stage.along)))
     assert (offsets[0] == offsets[1]).all()
     assert np.abs(offsets[0]).max() > 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "side", "tiles", "error"), [("mipmap", 64, 4, 2 / 255), ("bilinear", 512, 1, 4 / 255)]
+)
+def test_a_target_is_kept_on_tiles_that_shrink_to_the_horizon(
+    kind: str, side: int, tiles: int, error: float
+) -> None:
+    """A pixel far away covers more texels than one look-up does, and a pyramid blurs it too much."""
+    rim = side // 8
+    codes = np.zeros((side, side, 3), dtype=np.uint8)
+    codes[rim:-rim, rim:-rim] = [240, 190, 120]
+    document = horizon("none", samples=256, pattern="sobol")
+    document["textures"] = {"board": {"type": "image", "asset": "tile", "wrap": "repeat", "filter": kind}}
+    uvs = [0, 0], [900 * tiles, 0], [450 * tiles, 700 * tiles]
+    document["shapes"] = [triangle([-900, 0, 200], [900, 0, 200], [0, 0, -1200], uvs=uvs)]
+    document["lights"] = [{"type": "directional", "direction": [0, -1, -0.2], "color": [1, 1, 1]}]
+    document["materials"] = {"plain": phong(color_texture="board", ambient=0.2, diffuse=0.8)}
+    files = {"tile": png(codes)}
+    seeds = [document | {"sampling": document["sampling"] | {"seed": seed}} for seed in (1, 2)]
+    references = [clipped(image_of(each, files=files)) for each in seeds]
+    image = clipped(image_of(document, TargetQuality(mode="target", error=error), files=files))
+    assert root_of_product(*(image - reference for reference in references)) <= error

@@ -11,7 +11,7 @@ from renderer.adaptive.planning import details, explanations
 from renderer.adaptive.shadow_edges import shadow_edge_places
 from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
-from renderer.materials.maps import ColorTexture
+from renderer.materials.maps import ColorTexture, NormalMap
 from renderer.materials.phong import Phong
 from renderer.math.arrays import Integers, Masks
 from renderer.plan.building import build_plan
@@ -20,13 +20,14 @@ from renderer.plan.lights import shadow_stages
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting, PointStage
-from renderer.plan.surfaces import phong_table
+from renderer.plan.surfaces import FINEST, phong_table
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.shapes.family import Hulls
 from renderer.textures import footprints
 from renderer.textures.checker import AveragedChecker, BoxCheckerTexture
 from renderer.textures.means import MeanColor
+from renderer.textures.mipmap import MipmapTexture
 from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 
 PENUMBRA = 64, 2.0**-8
@@ -110,7 +111,13 @@ def build_pilot(seen: Request, target: TargetQuality) -> RenderPlan:
 
 
 def averaged(stage: PointStage, camera: Pinhole, target: TargetQuality) -> PointStage:
-    """A stage that looks up colours, with the mean over the pixel of what is a checker board."""
+    """A stage that looks up textures, as pilot samples do it.
+
+    They know the mean of a checker board over a pixel. The pyramid of an image does not: at a grazing angle
+    its mean over a whole pixel is blurred over many, so it shows what the samples to come will see.
+    """
+    if isinstance(stage, ColorTexture | NormalMap) and isinstance(stage.texture, MipmapTexture):
+        return replace(stage, texture=replace(stage.texture, share=1 / np.sqrt(FINEST)))
     if not isinstance(stage, ColorTexture) or not isinstance(stage.texture, BoxCheckerTexture):
         return stage
     pixel = footprints.build(camera, 1)
