@@ -112,7 +112,8 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 picks a free one.")
     workers: int = Field(default_factory=_processors, ge=1, le=1024, description="Processes that render.")
     database: str | None = Field(
-        default=None, description="SQLAlchemy URL; by default an SQLite file in the data folder."
+        default=None,
+        description="Database, postgresql://user@host/name; by default an SQLite file in the data folder.",
     )
     engine: Literal["slots", "dask"] = Field(
         default="slots", description="What renders: processes of this machine, or a Dask cluster."
