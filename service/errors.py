@@ -250,7 +250,9 @@ class EngineMissingError(EngineError):
     """The packages of an engine are not installed."""
 
     def __init__(self) -> None:
-        super().__init__("This engine needs another package: pip install 'penumbra-render[dask]'")
+        super().__init__(
+            "This engine needs the package distributed. Install it with: pip install 'penumbra-render[dask]'"
+        )
 
 
 class UnsafeClusterError(EngineError):
@@ -281,7 +283,9 @@ class StoreMissingError(StoreError):
     """The packages for a bucket are not installed."""
 
     def __init__(self) -> None:
-        super().__init__("A bucket needs another package: pip install 'penumbra-render[s3]'")
+        super().__init__(
+            "A bucket needs the package obstore. Install it with: pip install 'penumbra-render[s3]'"
+        )
 
 
 class StoreDamagedError(StoreError):

@@ -26,7 +26,7 @@ PREFIX = "PENUMBRA_"
 CLIENT = ("SERVER", "KEY", "CONFIG")
 """Variables that are not settings of a service."""
 
-DEVELOPERS = ("test", "check", "bench")
+DEVELOPERS = ("test", "check", "docs", "bench")
 """Extras for work on this project."""
 
 LITTLE_MEMORY = 1 << 30
