@@ -55,7 +55,7 @@ def doctor(
     config: ConfigOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what is installed, found and configured here, and from where."""
+    """Show what is installed, found and configured, and from where."""
     if numerics:
         from service.cli.numerics import check_numerics
 

@@ -11,6 +11,7 @@ import typer
 
 from service.cli import output
 from service.cli.errors import CommandError, ExitCode
+from service.cli.help_pages import Command, Group
 from service.cli.options import DatabaseOption, DataOption, JsonOption
 from service.cli.serve import read_settings
 
@@ -25,7 +26,9 @@ RoleName = Literal["submit", "staff", "admin"]
 LONGEST_NAME = 64
 
 app = typer.Typer(
-    help="API keys: who may use a service.", context_settings={"help_option_names": ["-h", "--help"]}
+    cls=Group,
+    help="Create, list and revoke API keys: who may use a service.",
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
@@ -36,7 +39,7 @@ def _without_a_command(context: typer.Context) -> None:
         raise typer.Exit(ExitCode.USAGE)
 
 
-@app.command()
+@app.command(cls=Command)
 def add(
     user: Annotated[str, typer.Argument(metavar="USER", help="Name of the user.", show_default=False)],
     role: Annotated[
@@ -71,7 +74,7 @@ def add(
     output.say(f"Key {key.id} of {user}. It is not stored and cannot be shown again.")
 
 
-@app.command()
+@app.command(cls=Command)
 def ls(data: DataOption = None, database: DatabaseOption = None, as_json: JsonOption = False) -> None:
     """List the keys. Their secrets are not stored."""
     from service.access import keys
@@ -82,7 +85,7 @@ def ls(data: DataOption = None, database: DatabaseOption = None, as_json: JsonOp
     output.report({"keys": rows}, lines, as_json=as_json)
 
 
-@app.command()
+@app.command(cls=Command)
 def revoke(
     key_id: Annotated[
         str,

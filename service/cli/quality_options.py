@@ -36,7 +36,7 @@ class SampleOptions:
     light_samples: Annotated[int | None, _option("Points on each rectangle light.", min=1)] = None
     light_pattern: Annotated[LightPattern | None, _option("How points are placed on a light.")] = None
     precision: Annotated[
-        Precision | None, _option("Arithmetic of the work on pairs of points and lights.")
+        Precision | None, _option("Precision of shadows and highlights: float32 or float64.")
     ] = None
 
     def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
