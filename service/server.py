@@ -25,14 +25,7 @@ from service.access.hosts import is_loopback
 from service.access.keys import any_made
 from service.api.middleware import RequestIds, SafeHeaders, slow_client_protocol
 from service.app import create_app
-from service.errors import (
-    DatabaseUrlError,
-    DatabaseVersionError,
-    EngineError,
-    NoKeysError,
-    StoreError,
-    UnavailableError,
-)
+from service.errors import NoKeysError, ServiceError, UnavailableError
 from service.jobs.context import Service
 from service.settings import Settings
 from service.storage import ownership
@@ -85,21 +78,24 @@ def run(settings: Settings) -> None:
             stack.enter_context(ownership.held(settings.data, shared=shared))
             _prepare_database(settings)
             check_engine(settings)
-        except (
-            StoreError,
-            NoKeysError,
-            DatabaseUrlError,
-            EngineError,
-            DatabaseVersionError,
-            OSError,
-        ) as error:
-            log.error("not started", reason=str(error))  # noqa: TRY400  (the reason is enough)
-            raise SystemExit(STARTUP_FAILURE) from None
-        except SQLAlchemyError as error:
-            reason = f"The database cannot be used: {str(error).splitlines()[0]}"
-            log.error("not started", reason=reason)  # noqa: TRY400  (the reason is enough)
+        except (ServiceError, OSError, SQLAlchemyError) as error:
+            log.error("not started", reason=_reason(error, settings))  # noqa: TRY400  (the reason is enough)
             raise SystemExit(STARTUP_FAILURE) from None
         _serve(settings)
+
+
+def _reason(error: Exception, settings: Settings) -> str:
+    """What is wrong and what to do; only the data folder is opened as a file here."""
+    match error:
+        case SQLAlchemyError():
+            return f"The database cannot be used: {str(error).splitlines()[0]}"
+        case FileExistsError():
+            return f"The data folder {settings.data} cannot be used: it is a file. Name another."
+        case NotADirectoryError():
+            return f"The data folder {settings.data} cannot be used: it is below a file. Name another."
+        case OSError():
+            return f"The data folder {settings.data} cannot be used: {error.strerror}. Name another."
+    return str(error)
 
 
 def _prepare_database(settings: Settings) -> None:

@@ -26,6 +26,7 @@ from service.cli.options import (
 )
 from service.cli.progress import Bar, progress_bar
 from service.cli.targets import ImageTarget, make_folder
+from service.cli.wording import plain
 
 if TYPE_CHECKING:
     from schemas.api.jobs import Job, TileBatch
@@ -70,8 +71,7 @@ def _setting_error(item: Mapping[str, Any]) -> str:
     variable = "PENUMBRA_" + ("__".join(path).upper() or "...")
     name = variable if source in {DEFAULT, variable} else f"{'.'.join(path)} in {source}"
     unknown = item["type"] in {"extra_forbidden", "unexpected_keyword_argument"}
-    sentence = "There is no such setting" if unknown else item["msg"].removeprefix("Value error, ")
-    return f"{name}: {sentence}."
+    return f"{name}: {'There is no such setting.' if unknown else plain(item['msg'])}"
 
 
 Engine = Literal["slots", "dask"]

@@ -46,7 +46,7 @@ def test_while_the_service_is_away_every_command_says_so(
         outcome = penumbra(*words)
         assert outcome.code == 4
         assert server.url in outcome.err
-        assert "penumbra serve" in outcome.err
+        assert outcome.err.count("penumbra serve") == 1
     server.start()
     assert penumbra("ls").code == 0
 
