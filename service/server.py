@@ -17,7 +17,6 @@ import httpx2
 import structlog
 import uvicorn
 from fastapi import FastAPI
-from sqlalchemy.exc import SQLAlchemyError
 from uvicorn.config import STARTUP_FAILURE
 
 from service import logs
@@ -25,7 +24,7 @@ from service.access.hosts import is_loopback
 from service.access.keys import any_made
 from service.api.middleware import RequestIds, SafeHeaders, slow_client_protocol
 from service.app import create_app
-from service.errors import NoKeysError, ServiceError, UnavailableError
+from service.errors import NoKeysError, UnavailableError
 from service.jobs.context import Service
 from service.settings import Settings
 from service.storage import ownership
@@ -33,6 +32,7 @@ from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.urls import is_shared
 from service.storage.folder import place_of
+from service.storage.opening import OPENING_ERRORS, reason
 from service.workers.engines import check_engine
 
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
@@ -78,24 +78,10 @@ def run(settings: Settings) -> None:
             stack.enter_context(ownership.held(settings.data, shared=shared))
             _prepare_database(settings)
             check_engine(settings)
-        except (ServiceError, OSError, SQLAlchemyError) as error:
-            log.error("not started", reason=_reason(error, settings))  # noqa: TRY400  (the reason is enough)
+        except OPENING_ERRORS as error:
+            log.error("not started", reason=reason(error, settings.data))  # noqa: TRY400  (the reason is enough)
             raise SystemExit(STARTUP_FAILURE) from None
         _serve(settings)
-
-
-def _reason(error: Exception, settings: Settings) -> str:
-    """What is wrong and what to do; only the data folder is opened as a file here."""
-    match error:
-        case SQLAlchemyError():
-            return f"The database cannot be used: {str(error).splitlines()[0]}"
-        case FileExistsError():
-            return f"The data folder {settings.data} cannot be used: it is a file. Name another."
-        case NotADirectoryError():
-            return f"The data folder {settings.data} cannot be used: it is below a file. Name another."
-        case OSError():
-            return f"The data folder {settings.data} cannot be used: {error.strerror}. Name another."
-    return str(error)
 
 
 def _prepare_database(settings: Settings) -> None:

@@ -232,7 +232,12 @@ class Settings(BaseSettings):
     @property
     def database_url(self) -> str:
         """URL of the database in use."""
-        return self.database or f"sqlite:///{self.data.absolute() / 'penumbra.sqlite'}"
+        return self.database or f"sqlite:///{self.sqlite_file}"
+
+    @property
+    def sqlite_file(self) -> Path:
+        """The database where no other is named."""
+        return self.data.absolute() / "penumbra.sqlite"
 
     @field_validator("store")
     @classmethod
