@@ -23,6 +23,7 @@ ServiceError
 │   ├── UploadQuotaError        the user has sent as much as allowed
 │   └── UploadUnusableError
 ├── NoKeysError                 others could use a service without authentication
+├── PortTakenError              another program listens there
 ├── DatabaseUrlError            the address of the database cannot be used
 ├── DatabaseVersionError        another version of the service made its tables
 ├── EngineError                 the configured engine is not available
@@ -129,7 +130,9 @@ class UnauthenticatedError(ServiceError):
         found = (
             "This key is not valid: it may have been revoked." if wrong else "This service requires a key."
         )
-        super().__init__(f"{found} Send yours as 'Authorization: Bearer pnm_...'; staff make keys.")
+        super().__init__(
+            f"{found} Send yours as 'Authorization: Bearer pnm_...'. The service's operator makes keys."
+        )
 
 
 class ForbiddenError(ServiceError):
@@ -231,6 +234,21 @@ class NoKeysError(ServiceError):
         super().__init__(
             f"Anyone who reaches {host} could use this service, for there are no keys. Make one with "
             f"'penumbra keys add NAME --data {data}', or give --behind-proxy if a proxy authenticates users."
+        )
+
+
+class PortTakenError(ServiceError):
+    """Another program listens there.
+
+    Parameters
+    ----------
+    host, port : str, int
+        Where the service was to listen.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        super().__init__(
+            f"Another program uses port {port} of {host}. Stop it, or choose another with --port."
         )
 
 

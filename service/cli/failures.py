@@ -25,6 +25,7 @@ from service.cli.wording import plain
 from service.client.errors import (
     ClientError,
     NoImageError,
+    NotAllowedError,
     RefusedError,
     RequestInvalidError,
     TimedOutError,
@@ -50,6 +51,8 @@ OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
 """The first row that fits counts."""
 
 UNKNOWN = "A bug in Penumbra itself"
+UNAUTHENTICATED = 401
+"""Status of requests without a valid key."""
 
 
 def report(error: BaseException, *, as_json: bool) -> ExitCode:
@@ -105,6 +108,8 @@ def _lines(error: BaseException, title: str) -> list[str]:
 def _advice(error: BaseException) -> list[str]:
     if _outcome(error)[1] == UNKNOWN:
         return ["This is a bug in Penumbra, not in your input. Please report it with the lines above."]
+    if isinstance(error, NotAllowedError) and error.status == UNAUTHENTICATED:
+        return ["Commands take your key from the variable PENUMBRA_KEY."]
     if isinstance(error, TimedOutError) and error.job_id:
         job_id = error.job_id
         return [f"Wait again with 'penumbra wait {job_id}', or stop it with 'penumbra cancel {job_id}'."]
