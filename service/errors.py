@@ -23,6 +23,7 @@ ServiceError
 │   ├── UploadQuotaError        the user has sent as much as allowed
 │   └── UploadUnusableError
 ├── NoKeysError                 others could use a service without authentication
+├── PortTakenError              another program listens there
 ├── DatabaseUrlError            the address of the database cannot be used
 ├── DatabaseVersionError        another version of the service made its tables
 ├── EngineError                 the configured engine is not available
@@ -129,7 +130,9 @@ class UnauthenticatedError(ServiceError):
         found = (
             "This key is not valid: it may have been revoked." if wrong else "This service requires a key."
         )
-        super().__init__(f"{found} Send yours as 'Authorization: Bearer pnm_...'; staff make keys.")
+        super().__init__(
+            f"{found} Send yours as 'Authorization: Bearer pnm_...'. The service's operator makes keys."
+        )
 
 
 class ForbiddenError(ServiceError):
@@ -234,6 +237,21 @@ class NoKeysError(ServiceError):
         )
 
 
+class PortTakenError(ServiceError):
+    """Another program listens there.
+
+    Parameters
+    ----------
+    host, port : str, int
+        Where the service was to listen.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        super().__init__(
+            f"Another program uses port {port} of {host}. Stop it, or choose another with --port."
+        )
+
+
 class DatabaseUrlError(ServiceError):
     """The address of the database cannot be used."""
 
@@ -250,7 +268,9 @@ class EngineMissingError(EngineError):
     """The packages of an engine are not installed."""
 
     def __init__(self) -> None:
-        super().__init__("This engine needs another package: pip install 'penumbra-render[dask]'")
+        super().__init__(
+            "This engine needs the package distributed. Install it with: pip install 'penumbra-render[dask]'"
+        )
 
 
 class UnsafeClusterError(EngineError):
@@ -281,7 +301,9 @@ class StoreMissingError(StoreError):
     """The packages for a bucket are not installed."""
 
     def __init__(self) -> None:
-        super().__init__("A bucket needs another package: pip install 'penumbra-render[s3]'")
+        super().__init__(
+            "A bucket needs the package obstore. Install it with: pip install 'penumbra-render[s3]'"
+        )
 
 
 class StoreDamagedError(StoreError):

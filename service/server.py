@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import socket
 import subprocess
@@ -17,7 +18,6 @@ import httpx2
 import structlog
 import uvicorn
 from fastapi import FastAPI
-from sqlalchemy.exc import SQLAlchemyError
 from uvicorn.config import STARTUP_FAILURE
 
 from service import logs
@@ -25,14 +25,7 @@ from service.access.hosts import is_loopback
 from service.access.keys import any_made
 from service.api.middleware import RequestIds, SafeHeaders, slow_client_protocol
 from service.app import create_app
-from service.errors import (
-    DatabaseUrlError,
-    DatabaseVersionError,
-    EngineError,
-    NoKeysError,
-    StoreError,
-    UnavailableError,
-)
+from service.errors import NoKeysError, PortTakenError, UnavailableError
 from service.jobs.context import Service
 from service.settings import Settings
 from service.storage import ownership
@@ -40,6 +33,7 @@ from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.urls import is_shared
 from service.storage.folder import place_of
+from service.storage.opening import OPENING_ERRORS, reason
 from service.workers.engines import check_engine
 
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
@@ -85,21 +79,35 @@ def run(settings: Settings) -> None:
             stack.enter_context(ownership.held(settings.data, shared=shared))
             _prepare_database(settings)
             check_engine(settings)
-        except (
-            StoreError,
-            NoKeysError,
-            DatabaseUrlError,
-            EngineError,
-            DatabaseVersionError,
-            OSError,
-        ) as error:
-            log.error("not started", reason=str(error))  # noqa: TRY400  (the reason is enough)
-            raise SystemExit(STARTUP_FAILURE) from None
-        except SQLAlchemyError as error:
-            reason = f"The database cannot be used: {str(error).splitlines()[0]}"
-            log.error("not started", reason=reason)  # noqa: TRY400  (the reason is enough)
+            _check_port(settings.host, settings.port)
+        except OPENING_ERRORS as error:
+            log.error("not started", reason=reason(error, settings.data))  # noqa: TRY400  (the reason is enough)
             raise SystemExit(STARTUP_FAILURE) from None
         _serve(settings)
+
+
+def _check_port(host: str, port: int) -> None:
+    """Report a port that another program uses; the HTTP server reports it in the system's words alone."""
+    try:
+        places = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    except socket.gaierror:
+        # A name that no machine has: the HTTP server says so.
+        return
+    if any(_is_taken(family, address) for family, _, _, _, address in places):
+        raise PortTakenError(host, port)
+
+
+def _is_taken(family: int, address: tuple[object, ...]) -> bool:
+    """Whether another program listens there: bind to it for a moment, as the HTTP server will."""
+    try:
+        with socket.socket(family, socket.SOCK_STREAM) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if family == socket.AF_INET6:
+                probe.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+            probe.bind(address)
+    except OSError as error:
+        return error.errno == errno.EADDRINUSE
+    return False
 
 
 def _prepare_database(settings: Settings) -> None:

@@ -112,7 +112,8 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 picks a free one.")
     workers: int = Field(default_factory=_processors, ge=1, le=1024, description="Processes that render.")
     database: str | None = Field(
-        default=None, description="SQLAlchemy URL; by default an SQLite file in the data folder."
+        default=None,
+        description="Database, postgresql://user@host/name; by default an SQLite file in the data folder.",
     )
     engine: Literal["slots", "dask"] = Field(
         default="slots", description="What renders: processes of this machine, or a Dask cluster."
@@ -231,7 +232,12 @@ class Settings(BaseSettings):
     @property
     def database_url(self) -> str:
         """URL of the database in use."""
-        return self.database or f"sqlite:///{self.data.absolute() / 'penumbra.sqlite'}"
+        return self.database or f"sqlite:///{self.sqlite_file}"
+
+    @property
+    def sqlite_file(self) -> Path:
+        """The database where no other is named."""
+        return self.data.absolute() / "penumbra.sqlite"
 
     @field_validator("store")
     @classmethod

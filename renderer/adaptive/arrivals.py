@@ -1,7 +1,7 @@
 """What light reaches points whose fine detail is shaded apart from it: a few directions with their weights.
 
 Light varies slowly where texels do not. The directions lie on a Gauss-Legendre grid on the light; where it is
-seen in part, each stands for the share of its cell that is seen.
+partially occluded, each stands for the visible share of its cell.
 """
 
 from collections.abc import Sequence

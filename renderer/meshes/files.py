@@ -226,7 +226,9 @@ def _load(kind: str, content: bytes) -> Any:
         # Scenes without mesh files are rendered where it is not installed.
         import trimesh  # noqa: PLC0415
     except ImportError as error:
-        raise AssetError("Reading mesh files needs trimesh: pip install 'penumbra-render[mesh]'.") from error
+        raise AssetError(
+            "Mesh files need the package trimesh. Install it with: pip install 'penumbra-render[mesh]'"
+        ) from error
     try:
         with changed_filters():
             # NumPy reports by this that an OBJ has words where it should have numbers.

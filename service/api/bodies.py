@@ -57,7 +57,9 @@ async def chunks(request: Request, limit: int, first_seconds: float) -> AsyncIte
                 break
             yield chunk
     if size > limit:
-        raise BodyTooLargeError(f"The body is longer than {limit} bytes.")
+        raise BodyTooLargeError(
+            f"The body is longer than {limit:,} bytes. The service's operator can raise this limit."
+        )
 
 
 def _announced(request: Request) -> int:

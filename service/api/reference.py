@@ -42,11 +42,19 @@ class Member:
     place: str = ""
     """Where a parameter is: path, query or header."""
     default: object = None
+    is_required: bool = False
 
     @property
     def shown_default(self) -> str:
         """Its default as it is sent; empty if that says nothing."""
         return "" if self.default in (None, [], {}, "") else json.dumps(self.default).strip('"')
+
+    @property
+    def if_omitted(self) -> str:
+        """What holds for a request without it: an error, its default, or what its text says."""
+        if self.is_required:
+            return "required"
+        return f"`{self.shown_default}`" if self.shown_default else "optional"
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +103,17 @@ class Object:
     name: str
     text: str
     members: tuple[Member, ...]
+    is_sent: bool
+    """Whether requests contain it. A response has all fields: their defaults say nothing."""
+
+    def table(self) -> Iterator[tuple[str, ...]]:
+        """Header and rows of a table of its fields, in Markdown."""
+        if self.is_sent:
+            yield "field", "type", "default", "meaning"
+            yield from ((f"`{one.name}`", one.kind, one.if_omitted, one.text) for one in self.members)
+        else:
+            yield "field", "type", "meaning"
+            yield from ((f"`{one.name}`", one.kind, one.text) for one in self.members)
 
 
 def anchor(name: str) -> str:
@@ -129,15 +148,23 @@ def shared_replies(document: Schema) -> tuple[Reply, ...]:
 
 def objects_of(document: Schema) -> tuple[Object, ...]:
     """List the objects that calls take and return, by name, without those of the scene language."""
+    operations = [operation for item in document["paths"].values() for operation in item.values()]
+    sent = _names(document, [operation.get("requestBody") for operation in operations])
+    names = sorted(_names(document, operations))
+    return tuple(_object(document, name, is_sent=name in sent) for name in names)
+
+
+def _names(document: Schema, part: object) -> set[str]:
+    """Name the objects that a part of the document refers to, and those that these refer to."""
     schemas = document["components"]["schemas"]
     names: set[str] = set()
-    waiting = [*_references(document["paths"])]
+    waiting = [*_references(part)]
     while waiting:
         name = waiting.pop()
         if name not in names and name != LEAF and "properties" in schemas[name]:
             names.add(name)
             waiting += _references(schemas[name])
-    return tuple(_object(document, name) for name in sorted(names))
+    return names
 
 
 def _call(document: Schema, method: str, path: str, operation: Schema) -> Call:
@@ -190,8 +217,9 @@ def _parameter(document: Schema, given: Schema) -> Member:
     )
 
 
-def _object(document: Schema, name: str) -> Object:
+def _object(document: Schema, name: str, *, is_sent: bool) -> Object:
     schema = document["components"]["schemas"][name]
+    required = schema.get("required", ())
     return Object(
         name=name,
         text=schema.get("description", "").replace("``", "`"),
@@ -201,9 +229,11 @@ def _object(document: Schema, name: str) -> Object:
                 kind=kind_of(document, part),
                 text=one_line(part.get("description", "")),
                 default=part.get("default"),
+                is_required=field in required,
             )
             for field, part in schema["properties"].items()
         ),
+        is_sent=is_sent,
     )
 
 

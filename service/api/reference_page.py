@@ -49,8 +49,14 @@ _HEAD = """<!doctype html>
       </p>
 """
 _EVERY_CALL = """<h2 id="every-call">Every call</h2>
-<p><code>{job_id}</code> in a path is the id of a job. Errors are problem documents (RFC 9457); their
-<code>code</code> is for programs. Besides its own errors, each call that needs a key may be answered:</p>
+<p>Parameters in a path are required, all others are optional. <code>{job_id}</code> in a path is the id of a
+job. Errors are problem documents (RFC 9457); their <code>code</code> is for programs. Besides its own errors,
+each call that needs a key may be answered:</p>
+"""
+_OBJECTS = """<h2 id="objects">Objects</h2>
+<p>Objects that requests contain have a column <em>default</em>: a <em>required</em> field must be sent, an
+<em>optional</em> one may be left out. Responses have all fields, except that problem documents leave out
+those that are null.</p>
 """
 _FOOT = "    </main>\n  </body>\n</html>\n"
 _LINK = re.compile(r"\[([^]]+)\]\(([^)\s]+)\)")
@@ -67,7 +73,7 @@ def page_of(document: Schema) -> str:
             _EVERY_CALL,
             _replies(shared_replies(document)),
             *_sections(calls),
-            '<h2 id="objects">Objects</h2>',
+            _OBJECTS,
             *(part for found in objects_of(document) for part in _object(found)),
             _FOOT,
         ]
@@ -116,8 +122,8 @@ def _replies(replies: Iterable[Reply]) -> str:
 
 def _object(found: Object) -> Iterator[str]:
     yield f'<section><h3 id="{anchor(found.name)}">{escape(found.name)}</h3>{_blocks(found.text)}'
-    rows = ([_code(one.name), _inline(one.kind), _meaning(one)] for one in found.members)
-    yield _table(("field", "type", "meaning"), rows)
+    header, *rows = found.table()
+    yield _table(header, ([_inline(cell) for cell in row] for row in rows))
     yield "</section>"
 
 

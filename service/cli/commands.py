@@ -26,6 +26,7 @@ from service.cli import (
     watch,
 )
 from service.cli.errors import ExitCode
+from service.cli.help_pages import Command, Group
 
 Shell = Literal["bash", "zsh", "fish"]
 ShellArgument = Annotated[
@@ -37,7 +38,10 @@ VARIABLE = "_PENUMBRA_COMPLETE"
 
 
 def completion(shell: ShellArgument) -> None:
-    """Print a script that lets a shell complete commands and options: eval "$(penumbra completion bash)"."""
+    """Print a script that completes commands and options in a shell.
+
+    Run it in your shell: eval "$(penumbra completion bash)".
+    """
     # Typer offers this only as an option, which detects the shell from the parent process.
     from typer.completion import get_completion_script  # type: ignore[attr-defined]
 
@@ -85,6 +89,7 @@ COMMANDS: tuple[tuple[str, str, Callable[..., Any]], ...] = (
 def application() -> typer.Typer:
     """The command line with all its commands."""
     app = typer.Typer(
+        cls=Group,
         help="Render ray-traced scenes here, or on a service that streams the tiles back.",
         epilog="Exit codes: 0 done, 1 a check found wrong answers, 2 usage, 3 input not usable, "
         "4 server or network, 5 timeout, 130 interrupted.",
@@ -94,7 +99,7 @@ def application() -> typer.Typer:
     )
     app.callback(invoke_without_command=True)(_before_any_command)
     for name, panel, function in COMMANDS:
-        app.command(name, rich_help_panel=panel)(function)
+        app.command(name, cls=Command, rich_help_panel=panel)(function)
     app.add_typer(keys.app, name="keys", rich_help_panel="Service")
     return app
 

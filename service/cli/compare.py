@@ -72,7 +72,10 @@ def compare(  # noqa: PLR0913 - one argument for each option
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
-    """Compare a picture with its reference: metrics, a verdict that allows for noise, and likely mistakes."""
+    """Compare a picture with its reference, and find likely mistakes.
+
+    Shows metrics, and a verdict that allows for noise.
+    """
     begun = time.perf_counter(), time.process_time()
     for target in filter(None, (heat_map, side_by_side)):
         check_target(target, (".png",))

@@ -41,7 +41,10 @@ def convert(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Convert a file of another program to a scene, and report what was assumed or left out."""
+    """Convert a file of another program to a scene.
+
+    Reports what was assumed or left out.
+    """
     check_target(out, (".json",))
     conversion = _converted(source, root or source.parent, out.parent)
     text = (_written(conversion.document) + "\n").encode()

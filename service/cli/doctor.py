@@ -26,7 +26,7 @@ PREFIX = "PENUMBRA_"
 CLIENT = ("SERVER", "KEY", "CONFIG")
 """Variables that are not settings of a service."""
 
-DEVELOPERS = ("test", "check", "bench")
+DEVELOPERS = ("test", "check", "docs", "bench")
 """Extras for work on this project."""
 
 LITTLE_MEMORY = 1 << 30
@@ -55,7 +55,7 @@ def doctor(
     config: ConfigOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what is installed, found and configured here, and from where."""
+    """Show what is installed, found and configured, and from where."""
     if numerics:
         from service.cli.numerics import check_numerics
 

@@ -49,7 +49,10 @@ def validate(
     ],
     as_json: JsonOption = False,
 ) -> None:
-    """Show every error and warning of scene files, each with its pointer, line and column."""
+    """Show every error and warning of scene files, and where it is.
+
+    Each has its pointer, line and column.
+    """
     findings = [_examine(name) for name in scenes]
     valid = all(finding.valid for finding in findings)
     document = {"valid": valid, "files": [_as_document(finding) for finding in findings]}
@@ -114,7 +117,10 @@ def explain(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the plan of a scene: its stages, what requires each, what is left out, the predicted cost."""
+    """Show what runs to render a scene, why, and the predicted cost.
+
+    This plan has the stages, what requires each of them, and what is left out.
+    """
     file = scene_files.load(scene)
     requested = quality.requested(file.scene.document.model_dump())
     plan = _priced(file.plan(requested, parsed_layers(layers)))

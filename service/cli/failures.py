@@ -21,13 +21,14 @@ from service.cli.errors import (
     UnusableSceneError,
 )
 from service.cli.output import excerpts
+from service.cli.wording import plain
 from service.client.errors import (
     ClientError,
     NoImageError,
+    NotAllowedError,
     RefusedError,
     RequestInvalidError,
     TimedOutError,
-    UnreachableError,
 )
 from service.grading.export_errors import ExportError
 
@@ -50,6 +51,8 @@ OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
 """The first row that fits counts."""
 
 UNKNOWN = "A bug in Penumbra itself"
+UNAUTHENTICATED = 401
+"""Status of requests without a valid key."""
 
 
 def report(error: BaseException, *, as_json: bool) -> ExitCode:
@@ -96,16 +99,17 @@ def _lines(error: BaseException, title: str) -> list[str]:
     text = error.text if isinstance(error, UnusableSceneError) else b""
     # Names of files and answers of servers may hold control characters.
     message = "\n".join(map(output.harmless, (_message(error) or title).split("\n")))
-    lines = [output.emphasis("error", "red") + ": " + message]
+    first, *rest = [line for part in f"error: {message}".split("\n") for line in output.folded(part)]
+    lines = [output.emphasis("error", "red") + first.removeprefix("error"), *rest]
     lines += excerpts(text, [problem for problem in problems if problem.detail != message], more)
-    return [*lines, *_advice(error)]
+    return [*lines, *(line for advice in _advice(error) for line in output.folded(advice))]
 
 
 def _advice(error: BaseException) -> list[str]:
     if _outcome(error)[1] == UNKNOWN:
         return ["This is a bug in Penumbra, not in your input. Please report it with the lines above."]
-    if isinstance(error, UnreachableError):
-        return ["Start one with 'penumbra serve', or name another with --server or PENUMBRA_SERVER."]
+    if isinstance(error, NotAllowedError) and error.status == UNAUTHENTICATED:
+        return ["Commands take your key from the variable PENUMBRA_KEY."]
     if isinstance(error, TimedOutError) and error.job_id:
         job_id = error.job_id
         return [f"Wait again with 'penumbra wait {job_id}', or stop it with 'penumbra cancel {job_id}'."]
@@ -130,7 +134,7 @@ def _problems(error: BaseException) -> tuple[Sequence[Problem], int]:
 def _message(error: BaseException) -> str:
     match error:
         case TyperException():
-            return error.format_message()
+            return plain(error.format_message())
         case SceneError():
             return "The scene cannot be used."
         case RefusedError():

@@ -55,17 +55,22 @@ def _command(change: str, about: Callable[[Job], str], text: str) -> Callable[..
 
 cancel = _command("cancel", _state, "Stop a job that is queued or running.")
 pause = _command(
-    "pause", _state, "Pause a job: finished tiles are kept, and no more are rendered until it is resumed."
+    "pause",
+    _state,
+    "Pause a job: no more tiles are rendered until it is resumed.\n\nFinished tiles are kept.",
 )
 resume = _command("resume", _state, "Resume a paused job.")
 pin = _command(
-    "pin", _kept, "Keep the picture of a job until it is unpinned or deleted; for its owner and staff."
+    "pin", _kept, "Keep the picture of a job until it is unpinned or deleted.\n\nFor its owner and staff."
 )
 unpin = _command("unpin", _kept, "Let the picture of a job expire like any other.")
 
 
 def delete(job_ids: JobsArgument, server: ServerOption = DEFAULT_SERVER, as_json: JsonOption = False) -> None:
-    """Delete jobs and their pictures. A job that is queued or running is stopped first."""
+    """Delete jobs and their pictures.
+
+    A job that is queued or running is stopped first.
+    """
     from service.client import NotFoundError
 
     deleted, missing = [], []
@@ -106,7 +111,10 @@ def prune(
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
-    """Delete what a service need not keep, by its own rules or those given. Pinned jobs stay. For admins."""
+    """Delete what a service need not keep. For admins.
+
+    Rules without an option are those of the service. Pinned jobs stay.
+    """
     seconds = None if older_than is None else amount(older_than, SECONDS, "7d")
     size = None if keep_bytes is None else int(amount(keep_bytes, BYTES, "20G"))
     assets = None if assets_older_than is None else amount(assets_older_than, SECONDS, "7d")

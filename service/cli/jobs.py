@@ -47,7 +47,10 @@ def get(
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
-    """Show a job, or save its picture or its error against time, as far as they are finished."""
+    """Show a job, or save its picture or its error against time.
+
+    If the job is not finished, they are as far as it has come.
+    """
     names = parsed_layers(layers)
     if names and out is None:
         raise CommandError("--layers are saved beside the picture. Give -o too.")
@@ -164,7 +167,7 @@ def state_of(job: Job) -> str:
 
 
 def logs(job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: JsonOption = False) -> None:
-    """Show the history of a job: states, passes, retried tiles, lost workers, failures."""
+    """Show the history of a job: states, passes, retries, failures."""
     with connect(server) as client:
         found = client.log(job_id)
     lines = _log_by_day if output.on_terminal() else _log_lines

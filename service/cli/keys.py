@@ -11,12 +11,14 @@ import typer
 
 from service.cli import output
 from service.cli.errors import CommandError, ExitCode
+from service.cli.help_pages import Command, Group
 from service.cli.options import DatabaseOption, DataOption, JsonOption
 from service.cli.serve import read_settings
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
+    from service.settings import Settings
     from service.storage.database.models import KeyRow
 
 # Repeated so that `penumbra --help` need not load the schemas; the database takes no other.
@@ -25,7 +27,9 @@ RoleName = Literal["submit", "staff", "admin"]
 LONGEST_NAME = 64
 
 app = typer.Typer(
-    help="API keys: who may use a service.", context_settings={"help_option_names": ["-h", "--help"]}
+    cls=Group,
+    help="Create, list and revoke API keys: who may use a service.",
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
@@ -36,7 +40,7 @@ def _without_a_command(context: typer.Context) -> None:
         raise typer.Exit(ExitCode.USAGE)
 
 
-@app.command()
+@app.command(cls=Command)
 def add(
     user: Annotated[str, typer.Argument(metavar="USER", help="Name of the user.", show_default=False)],
     role: Annotated[
@@ -62,27 +66,29 @@ def add(
 
     if not 0 < len(user) <= LONGEST_NAME or not user.isprintable():
         raise CommandError(f"The name of a user has 1 to {LONGEST_NAME} printable characters.")
-    with _writing(data, database) as session:
+    settings = _settings(data, database)
+    with _writing(settings) as session:
         key = keys.add(session, user, Role(role), max_jobs=max_jobs, max_cpu_seconds=max_cpu_seconds)
     if as_json:
         output.document({"id": key.id, "user": user, "role": role, "key": str(key)})
         return
     output.result(str(key))
-    output.say(f"Key {key.id} of {user}. It is not stored and cannot be shown again.")
+    place = "the configured database" if settings.database else f"the data folder {settings.data}"
+    output.say(f"Key {key.id} of {user} is in {place}. It cannot be shown again: only its hash is stored.")
 
 
-@app.command()
+@app.command(cls=Command)
 def ls(data: DataOption = None, database: DatabaseOption = None, as_json: JsonOption = False) -> None:
     """List the keys. Their secrets are not stored."""
     from service.access import keys
 
-    with _writing(data, database) as session:
+    with _writing(_existing(data, database)) as session:
         rows = [_document(row) for row in keys.listing(session)]
     lines = ("\t".join(str(cell or "") for cell in row.values()) for row in rows)
     output.report({"keys": rows}, lines, as_json=as_json)
 
 
-@app.command()
+@app.command(cls=Command)
 def revoke(
     key_id: Annotated[
         str,
@@ -96,31 +102,45 @@ def revoke(
     """Revoke a key at once. The user's jobs stay."""
     from service.access import keys
 
-    with _writing(data, database) as session:
+    with _writing(_existing(data, database)) as session:
         if not keys.revoke(session, key_id):
             raise CommandError(f"There is no key {output.harmless(key_id)!r}. `penumbra keys ls` lists them.")
     output.say(f"Key {key_id} is revoked.")
 
 
+def _settings(data: Path | None, database: str | None) -> Settings:
+    given = {"data": data, "database": database}
+    return read_settings({name: value for name, value in given.items() if value is not None})
+
+
+def _existing(data: Path | None, database: str | None) -> Settings:
+    """Settings of a service that has been used: a misspelt folder must not become an empty one."""
+    settings = _settings(data, database)
+    if settings.database is None and not settings.sqlite_file.exists():
+        raise CommandError(
+            f"There is no database of a service in {settings.data}. Give its --data or --database."
+        )
+    return settings
+
+
 @contextmanager
-def _writing(data: Path | None, database: str | None) -> Iterator[Session]:
+def _writing(settings: Settings) -> Iterator[Session]:
     """Open the database of a service, which may be running."""
-    from service.errors import DatabaseVersionError
     from service.storage.database.connection import Database
     from service.storage.database.migrations import upgrade
+    from service.storage.opening import OPENING_ERRORS, reason
 
-    given = {"data": data, "database": database}
-    settings = read_settings({name: value for name, value in given.items() if value is not None})
-    settings.data.mkdir(mode=0o700, parents=True, exist_ok=True)
-    opened = Database(settings.database_url)
     try:
-        upgrade(opened)
-        with opened.writing() as session:
-            yield session
-    except DatabaseVersionError as error:
-        raise CommandError(str(error)) from error
-    finally:
-        opened.close()
+        settings.data.mkdir(mode=0o700, parents=True, exist_ok=True)
+        opened = Database(settings.database_url)
+        try:
+            upgrade(opened)
+            with opened.writing() as session:
+                yield session
+        finally:
+            opened.close()
+    except OPENING_ERRORS as error:
+        raise CommandError(reason(error, settings.data)) from error
 
 
 def _document(row: KeyRow) -> dict[str, object]:

@@ -81,7 +81,7 @@ ConfigOption = Annotated[
 DataOption = Annotated[Path | None, typer.Option(help="Data folder of the service.")]
 DatabaseOption = Annotated[
     str | None,
-    typer.Option(help="SQLAlchemy URL of the database; by default an SQLite file in the data folder."),
+    typer.Option(metavar="URL", help="A PostgreSQL database; by default an SQLite file in the data folder."),
 ]
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print one JSON document on stdout and nothing else there.")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
+import textwrap
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +18,8 @@ if TYPE_CHECKING:
 
     from schemas.errors import Problem
 
-USUAL_WIDTH = 100
-"""Columns where there is no terminal."""
+_FIRM = "\N{NO-BREAK SPACE}"
+_QUOTED = re.compile(r"(?<!\w)'[^']*'(?!\w)")
 
 LONGEST_LINE = 100
 SHORTEST_LINE = 20
@@ -99,17 +101,37 @@ def reached_error(*, estimate: float, low: float, high: float) -> str:
     return f"{estimate:.2g} ({low:.2g} to {high:.2g})"
 
 
-def width() -> int:
-    """Columns of the terminal, or `USUAL_WIDTH`."""
+def columns() -> int | None:
+    """Columns of the terminal; None where there is none."""
     asked = os.environ.get("COLUMNS", "")
     if asked.isdecimal() and int(asked) > 0:
         return int(asked)
     for stream in (sys.stderr, sys.stdout):
         try:
-            return os.get_terminal_size(stream.fileno()).columns or USUAL_WIDTH
+            return os.get_terminal_size(stream.fileno()).columns or None
         except (OSError, ValueError):
             continue
-    return USUAL_WIDTH
+    return None
+
+
+def folded(text: str, *, indent: str = "") -> list[str]:
+    """Break a text between words into lines of the terminal; without one it stays a line.
+
+    Quoted words are commands and names: they stay together, to be copied.
+    """
+    if (room := columns()) is None:
+        return [indent + text]
+    kept = _QUOTED.sub(lambda words: words[0].replace(" ", _FIRM), text)
+    room = max(room, len(indent) + SHORTEST_LINE)
+    lines = textwrap.wrap(
+        kept,
+        room,
+        initial_indent=indent,
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return [line.replace(_FIRM, " ") for line in lines]
 
 
 def on_terminal() -> bool:
@@ -136,7 +158,7 @@ def excerpts(text: bytes, problems: Sequence[Problem], more: int = 0, *, kind: s
 
 def _excerpt(source: Sequence[str], problem: Problem, kind: str) -> Iterable[str]:
     yield f"  {emphasis(kind, 'red' if kind == 'error' else 'yellow')} {_place_of(problem)}"
-    yield f"    {harmless(problem.detail)}"
+    yield from folded(harmless(problem.detail), indent="    ")
     if problem.suggestion:
         yield f"    Did you mean {problem.suggestion!r}?"
     if problem.line is not None and problem.column is not None and problem.line <= len(source):
@@ -150,7 +172,7 @@ def _place_of(problem: Problem) -> str:
 
 def _marked(line: str, number: int, column: int) -> Iterable[str]:
     gutter = f"    {number} | "
-    room = max(SHORTEST_LINE, min(LONGEST_LINE, width() - len(gutter)))
+    room = max(SHORTEST_LINE, min(LONGEST_LINE, (columns() or LONGEST_LINE) - len(gutter)))
     before, after = _window(harmless(line), column - 1, room)
     yield gutter + (before + after).rstrip()
     yield " " * (len(gutter) - 2) + "| " + " " * _cells(before) + emphasis("^", "red")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_type_hin
 import typer
 
 from service.cli.errors import CommandError
+from service.cli.wording import plain
 
 if TYPE_CHECKING:
     from schemas.quality import FixedQuality, TargetQuality
@@ -36,7 +37,7 @@ class SampleOptions:
     light_samples: Annotated[int | None, _option("Points on each rectangle light.", min=1)] = None
     light_pattern: Annotated[LightPattern | None, _option("How points are placed on a light.")] = None
     precision: Annotated[
-        Precision | None, _option("Arithmetic of the work on pairs of points and lights.")
+        Precision | None, _option("Precision of shadows and highlights: float32 or float64.")
     ] = None
 
     def requested(self, scene: Mapping[str, Any]) -> FixedQuality | TargetQuality | None:
@@ -167,4 +168,4 @@ def _problem(item: Mapping[str, Any]) -> str:
     part, *rest = [str(step) for step in item["loc"]]
     names = {"antialiasing": "--", "light": "--light-"}
     alone = {"error": "target-error", "time_limit": "time-limit"}
-    return f"{names.get(part, '--')}{rest[0] if rest else alone.get(part, part)}: {item['msg'].rstrip('.')}."
+    return f"{names.get(part, '--')}{rest[0] if rest else alone.get(part, part)}: {plain(item['msg'])}"

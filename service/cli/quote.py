@@ -48,7 +48,10 @@ def quote(
     workers: WorkersOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Predict time and error of a scene at several qualities, by rendering samples of it for 1.5 seconds."""
+    """Predict time and error of a scene at several qualities.
+
+    Parts of it are rendered, for at most 1.5 seconds.
+    """
     from accuracy.quotes import quote as quoted
 
     file = scene_files.load(scene)

@@ -43,7 +43,10 @@ def render(
     tile: Annotated[int | None, typer.Option(min=1, help="Side of a tile, pixels.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Render a scene on this machine, without a server. Workers and tiles do not change the picture."""
+    """Render a scene on this machine, without a server.
+
+    Workers and tiles do not change the picture.
+    """
     names = parsed_layers(layers)
     out.check(names, as_json=as_json)
     if out.suffix == ".exr":

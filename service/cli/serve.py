@@ -26,6 +26,7 @@ from service.cli.options import (
 )
 from service.cli.progress import Bar, progress_bar
 from service.cli.targets import ImageTarget, make_folder
+from service.cli.wording import plain
 
 if TYPE_CHECKING:
     from schemas.api.jobs import Job, TileBatch
@@ -70,8 +71,7 @@ def _setting_error(item: Mapping[str, Any]) -> str:
     variable = "PENUMBRA_" + ("__".join(path).upper() or "...")
     name = variable if source in {DEFAULT, variable} else f"{'.'.join(path)} in {source}"
     unknown = item["type"] in {"extra_forbidden", "unexpected_keyword_argument"}
-    sentence = "There is no such setting" if unknown else item["msg"].removeprefix("Value error, ")
-    return f"{name}: {sentence}."
+    return f"{name}: {'There is no such setting.' if unknown else plain(item['msg'])}"
 
 
 Engine = Literal["slots", "dask"]
@@ -111,7 +111,10 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     ] = False,
     config: ConfigOption = None,
 ) -> None:
-    """Run the service. Other settings come from PENUMBRA_HOST, PENUMBRA_PORT and so on, then from a file."""
+    """Run the service, with its web page, until Ctrl-C.
+
+    A setting that no option gives comes from its variable, such as PENUMBRA_PORT, or else from a file.
+    """
     from service.server import run
 
     options = {
@@ -147,7 +150,10 @@ def demo(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Start a service, render a scene of the gallery over HTTP, save the picture, and stop the service."""
+    """Render a scene of the gallery over HTTP, to see it all work.
+
+    Starts a service, submits the scene, saves the picture, and stops the service.
+    """
     out = out or ImageTarget.named(DEFAULT_OUT)
     make_folder(out.path.parent)
     out.check(as_json=as_json)

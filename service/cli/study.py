@@ -47,7 +47,7 @@ def study(
     quick: Annotated[bool, typer.Option("--quick", help="Few settings on a picture of 48 pixels.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Render a scene with many settings, and report the error and the cost of each.
+    """Measure the error and the cost of a scene with many settings.
 
     The same command resumes a study that was stopped; nothing is rendered twice.
     """

@@ -97,7 +97,8 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
         # Permissions are not enough: a file system may be full or read-only.
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
-        raise CommandError(f"{folder} is not writable ({error.strerror}). Write elsewhere.") from error
+        reason = error.strerror or error
+        raise CommandError(f"No file can be written in {folder}: {reason}. Write elsewhere.") from error
     return path
 
 

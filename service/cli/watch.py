@@ -50,7 +50,9 @@ def watch(
     tev: TevOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show a job's tiles and the error after each pass: a bar on a terminal, lines on a pipe.
+    """Show a job's tiles as they finish, and the error of each pass.
+
+    On a terminal they are a bar, on a pipe lines.
 
     Ctrl-C stops watching, not the job. A second watch shows all tiles again.
     """

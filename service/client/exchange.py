@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import random
+import re
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -51,7 +52,8 @@ def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None
         yield
     except (httpx2.ConnectError, httpx2.ConnectTimeout) as error:
         raise UnreachableError(
-            f"There is no server at {server} ({error}). Start it, or set PENUMBRA_SERVER to another.",
+            f"There is no server at {server} ({_reason(error)}). Start one with 'penumbra serve', or set "
+            "PENUMBRA_SERVER to the address of another.",
             sent=False,
             job_id=job_id,
         ) from error
@@ -59,7 +61,17 @@ def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None
         about = f" about job {job_id}" if job_id else ""
         raise TimedOutError(f"{server} did not answer in time{about}.", job_id=job_id) from error
     except httpx2.TransportError as error:
-        raise UnreachableError(f"The connection to {server} broke ({error}).", job_id=job_id) from error
+        message = f"The connection to {server} broke ({_reason(error)})."
+        raise UnreachableError(message, job_id=job_id) from error
+
+
+def _reason(error: httpx2.TransportError) -> str:
+    """The reason that the system gives, without its number.
+
+    >>> _reason(httpx2.ConnectError("[Errno 111] Connection refused"))
+    'Connection refused'
+    """
+    return re.sub(r"^\[Errno -?\d+\] ", "", str(error))
 
 
 def check(answer: httpx2.Response, call: Call[Any]) -> httpx2.Response:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 # Where to send, by the names that all programs have for it; the first is for spans alone.
 ENDPOINTS = ("OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_ENDPOINT")
-MISSING = "They need packages that are not installed: pip install 'penumbra-render[traces]'"
+MISSING = "They need packages of OpenTelemetry. Install them with: pip install 'penumbra-render[traces]'"
 
 log = structlog.get_logger()
 

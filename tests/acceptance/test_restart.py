@@ -46,7 +46,7 @@ def test_while_the_service_is_away_every_command_says_so(
         outcome = penumbra(*words)
         assert outcome.code == 4
         assert server.url in outcome.err
-        assert "penumbra serve" in outcome.err
+        assert outcome.err.count("penumbra serve") == 1
     server.start()
     assert penumbra("ls").code == 0
 
@@ -54,11 +54,15 @@ def test_while_the_service_is_away_every_command_says_so(
 def test_a_second_service_on_the_same_port_or_folder_says_what_is_wrong(
     penumbra: Penumbra, server: Server
 ) -> None:
-    taken = [["--port", server.port, "--data", "other"], ["--port", 0, "--data", server.folder / "data"]]
-    for words in taken:
+    taken = {
+        f"Another program uses port {server.port} of 127.0.0.1": ["--port", server.port, "--data", "other"],
+        f"Another service uses {server.folder / 'data'}": ["--port", 0, "--data", server.folder / "data"],
+    }
+    for reason, words in taken.items():
         outcome = penumbra("serve", *words)
         assert outcome.code == 4
         assert outcome.out == ""
+        assert reason in outcome.err
         assert "could not start" in outcome.err
 
 

@@ -1,5 +1,8 @@
 import ast
+import re
+import tomllib
 from collections.abc import Iterator
+from fnmatch import fnmatch
 
 from tests.architecture.sources import ROOT, modules, python_files, tree
 
@@ -24,6 +27,18 @@ def test_everything_public_has_a_docstring() -> None:
         for path in modules()
         for name, node in _public("", tree(path))
         if not ast.get_docstring(node)
+    ] == []
+
+
+def test_every_example_in_a_docstring_is_run() -> None:
+    options = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["pytest"]["ini_options"]
+    ignored = [word.partition("=")[2] for word in options["addopts"] if word.startswith("--ignore-glob=")]
+    examples = [path for path in modules() if re.search(r"^ *>>> ", (ROOT / path).read_text(), re.MULTILINE)]
+    assert len(examples) > 40
+    assert [
+        path
+        for path in examples
+        if path.parts[0] not in options["testpaths"] or any(fnmatch(str(ROOT / path), one) for one in ignored)
     ] == []
 
 

@@ -68,6 +68,30 @@ def test_every_parameter_and_every_field_of_a_request_is_described(document: dic
     assert parameters + fields == []
 
 
+def test_every_object_of_a_request_says_what_is_required_and_what_defaults_are(
+    document: dict[str, Any],
+) -> None:
+    tables = {found.name: list(found.table()) for found in objects_of(document)}
+    sent = {name: rows for name, (header, *rows) in tables.items() if "default" in header}
+    defaults = {name: {field: default for field, _, default, _ in rows} for name, rows in sent.items()}
+    assert set(defaults) >= {name for name in tables if name.endswith("Request")}
+    assert set(defaults).isdisjoint({"Job", "Quote", "ComparisonAnswer", "ProblemDocument"})
+    assert defaults["TargetQuality"] == {
+        "`mode`": "`target`",
+        "`error`": "required",
+        "`confidence`": "`0.95`",
+        "`time_limit`": "optional",
+        "`precision`": "`single`",
+    }
+    schemas = document["components"]["schemas"]
+    assert {
+        (name, field.strip("`"))
+        for name, fields in defaults.items()
+        for field, default in fields.items()
+        if default == "required"
+    } == {(name, field) for name in defaults for field in schemas[name].get("required", ())}
+
+
 def test_every_code_that_a_client_can_get_is_documented(document: dict[str, Any]) -> None:
     documented = {code for call in calls_of(document) for reply in call.replies for code in reply.codes}
     documented |= {code for reply in shared_replies(document) for code in reply.codes}

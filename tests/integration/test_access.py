@@ -196,6 +196,19 @@ def penumbra(*words: str | Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
 
 
+def test_the_command_line_says_where_it_takes_a_key_from(
+    guarded: RunningServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("PENUMBRA_KEY", raising=False)
+    for reason, key in {"This service requires a key.": None, "This key is not valid": "pnm_0_x"}.items():
+        if key is not None:
+            monkeypatch.setenv("PENUMBRA_KEY", key)
+        refused = penumbra("ls", "--server", guarded.url)
+        assert refused.returncode == 4
+        assert reason in refused.stderr
+        assert "from the variable PENUMBRA_KEY" in refused.stderr
+
+
 def test_a_service_for_others_does_not_start_without_keys(tmp_path: Path) -> None:
     refused = penumbra("serve", "--host", EVERYWHERE, "--port", "0", "--data", tmp_path)
     assert refused.returncode == 4

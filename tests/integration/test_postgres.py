@@ -59,8 +59,8 @@ def test_servers_share_a_folder_only_where_they_share_a_database(tmp_path: Path)
 @pytest.mark.parametrize(
     ("url", "cure"),
     [
-        ("mysql://localhost/penumbra", "postgresql[+]psycopg://"),
-        ("postgresql+psycopg2://localhost/penumbra", "postgresql[+]psycopg://"),
+        ("mysql://localhost/penumbra", "postgresql://user@host/name"),
+        ("postgresql+psycopg2://localhost/penumbra", "postgresql://user@host/name"),
         ("penumbra.sqlite", "sqlite:///file"),
     ],
 )

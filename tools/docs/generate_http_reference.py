@@ -111,11 +111,11 @@ def example(call: Call, answer: dict[str, Any]) -> str:
 
 def described(found: Object) -> str:
     """The fields of an object."""
-    rows = ([f"`{one.name}`", one.kind, meaning(one)] for one in found.members)
-    return "\n\n".join([f"### {found.name}", found.text, table(("field", "type", "meaning"), rows)])
+    header, *rows = found.table()
+    return "\n\n".join([f"### {found.name}", found.text, table(header, rows)])
 
 
 def meaning(member: Member) -> str:
-    """The text of a parameter or a field, with its default if that says something."""
+    """The text of a parameter, with its default if that says something."""
     shown = member.shown_default
     return f"{member.text} Default: `{shown}`.".strip() if shown else member.text

@@ -125,7 +125,7 @@ def averaged(stage: PointStage, camera: Pinhole, target: TargetQuality) -> Point
 
 
 def quality_of(target: TargetQuality) -> FixedQuality:
-    """One ray through the middle of the pixel, and many points on a light that is seen in part."""
+    """One ray through the middle of the pixel, and many points on a partially occluded light."""
     return FixedQuality(
         mode="fixed",
         antialiasing=Antialiasing(pattern="center"),

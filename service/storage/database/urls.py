@@ -29,8 +29,9 @@ _LIFE = {
 }
 ANSWER_SECONDS = 15.0
 """An answer of PostgreSQL that takes longer never comes: no statement waits as long for other writers."""
-POSTGRESQL = {"postgres", "postgresql", "postgresql+psycopg"}
-"""Ways to name the driver; the first is that of PostgreSQL's own tools."""
+POSTGRESQL = {"postgresql", "postgres", "postgresql+psycopg"}
+"""Schemes of one database: the two that PostgreSQL's own tools accept, of which the documentation recommends
+the first, and the one with the driver's name."""
 
 
 def engine_of(url: str) -> Engine:
@@ -48,7 +49,7 @@ def engine_of(url: str) -> Engine:
         from service.storage.database import answers  # noqa: PLC0415 - the driver is in an extra
     except ImportError:
         raise DatabaseUrlError(
-            "PostgreSQL needs a driver that is not installed: pip install 'penumbra-render[postgres]'."
+            "PostgreSQL needs the package psycopg. Install it with: pip install 'penumbra-render[postgres]'"
         ) from None
     engine = create_engine(parsed, **_POSTGRESQL)
     answers.limit(engine)
@@ -85,5 +86,5 @@ def parse(url: str) -> URL:
         return parsed
     raise DatabaseUrlError(
         f"Jobs cannot be stored in {parsed.drivername!r}. "
-        "Write sqlite:///file, or postgresql+psycopg://user@host/name."
+        "Write sqlite:///file, or postgresql://user@host/name."
     )

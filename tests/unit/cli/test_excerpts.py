@@ -4,7 +4,7 @@ import pytest
 from rich.text import Text
 
 from schemas.errors import Problem
-from service.cli.output import excerpts
+from service.cli.output import excerpts, folded
 
 
 def _problem(line: int, column: int) -> Problem:
@@ -64,3 +64,24 @@ def test_a_problem_without_a_line_is_reported_without_one() -> None:
 
 def test_problems_that_are_not_listed_are_counted() -> None:
     assert excerpts(b"", [], 7)[-1].strip() == "... and 7 more"
+
+
+@pytest.mark.parametrize("columns", [30, 40, 80])
+def test_a_long_sentence_is_broken_between_words_and_what_is_quoted_stays_whole(
+    monkeypatch: pytest.MonkeyPatch, columns: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    text = "The scene's service is away. Start it with 'penumbra serve --port 1', or wait until it isn't."
+    lines = folded(text, indent="  ")
+    assert len(lines) > 1
+    assert max(map(len, lines)) <= columns
+    assert " ".join(line.removeprefix("  ") for line in lines) == text
+    assert any("'penumbra serve --port 1'" in line for line in lines)
+
+
+def test_where_there_is_no_terminal_a_sentence_stays_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
+    text = "word " * 100
+    assert folded(text) == [text]

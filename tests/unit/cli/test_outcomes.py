@@ -147,6 +147,35 @@ def _with_server(words: list[str]) -> list[str]:
     return [*words, "--server", NOWHERE] if talks else words
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "message"),
+    [
+        ("--samples", "four", "Invalid value for '--samples': It must be a whole number."),
+        ("--samples", "0", "Invalid value for '--samples': It must be at least 1."),
+        ("--target-error", "small", "Invalid value for '--target-error': It must be a number."),
+        ("--target-error", "5", "--target-error: It must be at most 1."),
+        ("--time-limit", "5", "--time-limit is part of target quality. Give --target-error too."),
+        ("--precision", "half", "Invalid value for '--precision': 'half' is not one of 'single', 'double'."),
+    ],
+)
+def test_a_wrong_value_is_reported_in_plain_words(
+    here: Penumbra, option: str, value: str, message: str
+) -> None:
+    outcome = here("render", "scene.json", "-o", "a.png", option, value)
+    assert outcome.err.splitlines()[0] == f"error: {message}"
+
+
+@pytest.mark.parametrize(
+    ("folder", "reason"), [("scene.json", "it is a file"), ("scene.json/data", "it is below a file")]
+)
+def test_a_service_says_why_its_data_folder_cannot_be_used(
+    penumbra: Penumbra, folder: str, reason: str
+) -> None:
+    outcome = penumbra("serve", "--data", folder)
+    assert outcome.code == ExitCode.SERVER
+    assert f"The data folder {folder} cannot be used: {reason}." in outcome.err
+
+
 def test_one_mistake_is_reported_once_and_nothing_in_it_acts_on_the_terminal(here: Penumbra) -> None:
     outcome = here("render", "no\x1b[31m\nsuch.json", "-o", "a.png")
     assert outcome.err.startswith("error: no [31m\nsuch.json ")

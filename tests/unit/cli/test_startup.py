@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from typing import get_args
@@ -12,6 +13,7 @@ from service.cli.commands import COMMANDS
 from service.cli.options import DEFAULT_SERVER, LARGEST_SEED, MOST_WORKERS, PRIORITIES, State
 from service.client import DEFAULT_SERVER as CLIENT_DEFAULT
 from service.settings import Settings
+from tests.unit.cli.conftest import Penumbra
 
 CONTRACT = {
     "render", "validate", "explain", "quote", "trace", "study", "serve", "submit", "wait", "watch", "get",
@@ -65,3 +67,12 @@ def test_limits_of_options_are_those_of_what_they_set() -> None:
 
 def test_command_line_and_client_look_for_the_server_in_the_same_place() -> None:
     assert DEFAULT_SERVER == CLIENT_DEFAULT
+
+
+@pytest.mark.parametrize(
+    "words", [["--help"], ["serve", "--help"], ["keys", "--help"], ["keys", "ls", "--help"]]
+)
+def test_help_shows_flags_as_words_that_take_no_value(words: list[str], here: Penumbra) -> None:
+    shown = here(*words).out
+    assert re.search(r"--help +-h +Show this message", shown)
+    assert "bool" not in shown

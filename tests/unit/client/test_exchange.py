@@ -276,6 +276,15 @@ def test_where_there_is_no_server_the_address_is_reported(address: str) -> None:
         client.version()
 
 
+def test_a_server_that_is_not_there_is_reported_with_the_reason_and_what_to_do() -> None:
+    with pytest.raises(UnreachableError) as caught, Client("http://127.0.0.1:1", retry_seconds=0.0) as client:
+        client.version()
+    assert str(caught.value) == (
+        "There is no server at http://127.0.0.1:1 (Connection refused). "
+        "Start one with 'penumbra serve', or set PENUMBRA_SERVER to the address of another."
+    )
+
+
 def test_a_call_that_is_repeated_for_long_is_logged_once(
     serve: Serve, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
