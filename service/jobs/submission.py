@@ -101,12 +101,14 @@ def submit(service: Service, sent: Submission) -> SubmittedJob:
             if before is not None and before.body_sha256 == sent.body_sha256:
                 return SubmittedJob(_job_of(session, before), replayed=True)
     admitted = admit(service, sent.principal, sent.body)
-    for _ in range(TRIES - 1):
+    for number in range(TRIES - 1):
         try:
-            return enter(service, sent, admitted)
+            return enter(service, sent, admitted, alone=number > 0)
         except IntegrityError:
             log.debug("entered by another request at the same time")
-    return enter(service, sent, admitted)
+        except _RenderEndedError:
+            log.debug("the render to join has ended without a picture meanwhile")
+    return enter(service, sent, admitted, alone=True)
 
 
 def _sent_before(session: Session, sent: Submission) -> IdempotencyRow | None:
@@ -139,24 +141,42 @@ def _is_same_document(session: Session, before: IdempotencyRow, body: bytes) -> 
     return bool(json.loads(zlib.decompress(kept)) == json.loads(body))
 
 
-def enter(service: Service, sent: Submission, admitted: Admitted) -> SubmittedJob:
-    """Enter an admitted job, or return the earlier job of an equal request."""
+class _RenderEndedError(Exception):
+    """There was a render to join, and there is none any more."""
+
+
+def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool = True) -> SubmittedJob:
+    """Enter an admitted job, or return the earlier job of an equal request.
+
+    Parameters
+    ----------
+    alone
+        Whether to prepare for a render of its own in any case. Otherwise nothing is written to the store
+        where there is a render to join, and if that has ended meanwhile, the job is not entered.
+    """
     job = _job(sent.principal, admitted)
     spec = None if sent.anew else canonical.spec_of(admitted.request)
+    kept = alone or not _needs_no_spec(service, sent, spec)
     try:
+        if kept:
+            # Before the transaction, in which others would wait for the store; and workers look for it as
+            # soon as that is over.
+            service.store.put_spec(job.id, spec.content if spec else sent.body)
         with service.database.writing() as session:
             known = _replayed(session, sent)
             submitted = (
                 SubmittedJob(known, replayed=True)
                 if known
-                else _enter_job(service, session, sent, admitted, job, spec)
+                else _enter_job(service, session, sent, admitted, job, spec, kept=kept)
             )
             service.database.notify(session, work=True)
     except BaseException as error:
         # Where the connection was lost it is unknown whether the job was entered.
-        if not (isinstance(error, DBAPIError) and error.connection_invalidated):
+        if kept and not (isinstance(error, DBAPIError) and error.connection_invalidated):
             service.store.drop_job(job.id)
         raise
+    if kept and submitted.render != job.id:
+        service.store.drop_job(job.id)
     service.dispatcher.wake()
     service.spans.taken(submitted.job, submitted.render, shared=submitted.shared)
     log.info(
@@ -170,10 +190,27 @@ def enter(service: Service, sent: Submission, admitted: Admitted) -> SubmittedJo
     return submitted
 
 
+def _needs_no_spec(service: Service, sent: Submission, spec: Spec | None) -> bool:
+    """Whether a job of this request has come before, or a render of its picture."""
+    with service.database.reading() as session:
+        return _sent_before(session, sent) is not None or (
+            spec is not None and _render_of(session, spec) is not None
+        )
+
+
 def _enter_job(
-    service: Service, session: Session, sent: Submission, admitted: Admitted, job: JobRow, spec: Spec | None
+    service: Service,
+    session: Session,
+    sent: Submission,
+    admitted: Admitted,
+    job: JobRow,
+    spec: Spec | None,
+    *,
+    kept: bool,
 ) -> SubmittedJob:
     found = _render_of(session, spec) if spec else None
+    if found is None and not kept:
+        raise _RenderEndedError
     if found is not None:
         _share(job, found)
     else:
@@ -184,8 +221,6 @@ def _enter_job(
         steps, course = _course(admitted, service.settings)
         job.render = _render(admitted, job.id, spec, steps, course)
         job.render.traceparent = service.spans.here()
-        # Workers look for it as soon as the transaction is over.
-        service.store.put_spec(job.id, spec.content if spec else sent.body)
     session.add(job)
     session.flush()
     if found is None and job.render_number is not None:

@@ -41,8 +41,15 @@ ENDPOINTS = ("AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT")
 AT_ONCE = 32
 """Small objects that are fetched at the same time."""
 RECENT_BYTES = 256 << 20
-# Seconds of outage after which jobs wait and requests fail.
-RETRY_SECONDS = 5
+# Longest request, with its body, seconds.
+CALL_SECONDS = 5
+# Seconds of outage after which jobs wait and requests fail; less than a request, so that none is tried again
+# that has hung.
+RETRY_SECONDS = 4
+# Larger objects are moved in parts of this size, the smallest that S3 takes, so that a slow network fails no
+# large picture: with two at once 16 Mbit/s are enough.
+PART_BYTES = 5 << 20
+PARTS_AT_ONCE = 2
 # Seconds before the next try to remove objects.
 DROP_SECONDS = 5.0
 
@@ -70,7 +77,11 @@ class Bucket:
                 parts.netloc,
                 prefix=parts.path.strip("/") or None,
                 # The address of an endpoint says whether it is to be spoken to without TLS.
-                client_options={"allow_http": endpoint.startswith("http://"), "connect_timeout": "3s"},
+                client_options={
+                    "allow_http": endpoint.startswith("http://"),
+                    "connect_timeout": "3s",
+                    "timeout": f"{CALL_SECONDS}s",
+                },
                 retry_config={"max_retries": 2, "retry_timeout": timedelta(seconds=RETRY_SECONDS)},
             )
         except BaseError as error:
@@ -112,7 +123,12 @@ class Bucket:
     def get(self, name: str) -> bytes:
         """Return all bytes; raise FileNotFoundError if there are none."""
         with self._translate_errors():
-            return bytes(obstore.get(self._store, name).bytes())
+            found = obstore.get(self._store, name)
+            size = found.meta["size"]
+            if size <= PART_BYTES:
+                return bytes(found.bytes())
+            parts = [obstore.get_range(self._store, name, start=s, end=e) for s, e in _parts(size)]
+            return b"".join(parts)
 
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
         """Return the bytes of several names in their order, fetching some of them in parallel."""
@@ -178,7 +194,7 @@ class Bucket:
     def _put(self, name: str, content: bytes | Path) -> None:
         try:
             with self._translate_errors():
-                obstore.put(self._store, name, content)
+                obstore.put(self._store, name, content, chunk_size=PART_BYTES, max_concurrency=PARTS_AT_ONCE)
         except FileNotFoundError as error:
             raise StoreAwayError("There is no such bucket any more.") from error
 
@@ -190,8 +206,12 @@ class Bucket:
         return await asyncio.gather(*(self._fetch(name) for name in names))
 
     async def _fetch(self, name: str) -> bytes:
-        result = await obstore.get_async(self._store, name)
-        return bytes(await result.bytes_async())
+        found = await obstore.get_async(self._store, name)
+        size = found.meta["size"]
+        if size <= PART_BYTES:
+            return bytes(await found.bytes_async())
+        parts = [await obstore.get_range_async(self._store, name, start=s, end=e) for s, e in _parts(size)]
+        return b"".join(parts)
 
     def _unusable(self, error: Exception) -> StoreAwayError:
         cure = "Check the name of the bucket, AWS_ENDPOINT_URL and the other AWS variables."
@@ -209,6 +229,12 @@ class Bucket:
             structlog.get_logger().warning("object store not usable", store=self.place, error=reason)
             message = "The object store cannot be used now. Try again in a moment."
             raise StoreAwayError(message) from error
+
+
+def _parts(size: int) -> Iterator[tuple[int, int]]:
+    """Yield where the parts of an object begin and end, bytes."""
+    for start in range(0, size, PART_BYTES):
+        yield start, min(start + PART_BYTES, size)
 
 
 class Recent:
