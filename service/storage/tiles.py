@@ -7,7 +7,7 @@ import time
 import zipfile
 import zlib
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import IO, Any, Literal
@@ -103,6 +103,10 @@ class TileStore:
         """Keep a result of a job under a name."""
         self.objects.put(f"{job}/{name}", data)
 
+    def put_final(self, job: str, attempt: int, name: str, data: bytes) -> None:
+        """Keep a file of the final picture that an attempt has composed, beside those of other attempts."""
+        self.put_file(job, f"{final_prefix(attempt)}{name}", data)
+
     def get_file(self, job: str, name: str) -> bytes:
         """Return a result of a job."""
         return self.objects.get(f"{job}/{name}")
@@ -165,7 +169,13 @@ class TileStore:
             sizes[found.name.partition("/")[0]] += found.size
         return dict(sizes)
 
-    def sweep(self, jobs: Collection[str], ended: Collection[str], age_seconds: float) -> None:
+    def sweep(
+        self,
+        jobs: Collection[str],
+        ended: Collection[str],
+        age_seconds: float,
+        finals: Mapping[str, str] | None = None,
+    ) -> None:
         """Remove what a killed process left behind.
 
         Parameters
@@ -174,14 +184,20 @@ class TileStore:
             All that there are; what belongs to no other is removed once it has this age.
         ended
             Those of them that need no tiles any more.
+        finals
+            Prefixes of the final files of those that have a picture: those of other attempts are removed.
         """
         newest: defaultdict[str, float] = defaultdict(float)
         tiled = set()
+        unrecorded = []
         for found in self.objects.found():
             job, _, rest = found.name.partition("/")
             newest[job] = max(newest[job], found.modified)
             if rest.startswith(f"{TILES}/"):
                 tiled.add(job)
+            if finals and job in finals and _is_of_another_attempt(rest, finals[job]):
+                unrecorded.append(found.name)
+        self.objects.delete(unrecorded)
         for job in tiled & set(ended):
             self.drop_tiles(job)
         since = time.time() - age_seconds
@@ -189,6 +205,11 @@ class TileStore:
             if not age_seconds or newest[job] < since:
                 self.drop_job(job)
         self.objects.tidy(age_seconds)
+
+
+def final_prefix(attempt: int) -> str:
+    """Return what the names of the final files begin with that an attempt writes."""
+    return f"{attempt}-"
 
 
 def put_arrays(objects: Objects, name: str, arrays: Layers) -> None:
@@ -238,6 +259,11 @@ def _samples_name(job: str, pass_index: int, tile: Tile, attempt: int) -> str:
 
 def _pass_name(job: str, pass_index: int, kind: str, attempt: int) -> str:
     return f"{job}/{TILES}/{pass_index}-{kind}.{attempt}"
+
+
+def _is_of_another_attempt(name: str, prefix: str) -> bool:
+    attempt, separator, _ = name.partition("-")
+    return bool(separator) and attempt.isdecimal() and not name.startswith(prefix)
 
 
 def _is_before(name: str, pass_index: int) -> bool:
