@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from sqlalchemy import select
-from sqlalchemy.orm import Session
 
 from schemas.api.jobs import JobState
 from service.errors import StoreTakenError
@@ -20,6 +19,8 @@ from service.storage.objects import Objects
 
 MARK = "database-id"
 """What names the database to which a place belongs."""
+CLAIMED = "?"
+"""Precedes the name in the database until the place bears it."""
 
 _TAKEN = "{} is for the pictures of another database. Name an empty place for a new one."
 
@@ -69,30 +70,69 @@ def check(database: Database, place: Objects) -> None:
     StoreAwayError
         If the place cannot be reached.
     """
-    mark = place.get(MARK).decode().strip() if place.find(MARK) else None
+    folder = _folder(database)
+    if folder is not None and not folder.startswith(CLAIMED):
+        _check_mark(place, folder)
+        return
+    _check_unmarked(database, place, folder)
+    # Nothing is written to the place under the write lock, which would wait for it. Servers that start at the
+    # same moment write the same name, that of the first.
+    claimed = _claim(database)
+    name = claimed.removeprefix(CLAIMED)
+    place.put(MARK, f"{name}\n".encode())
+    with database.writing() as session:
+        session.scalars(select(LeaderRow)).one().folder = name
+
+
+def _folder(database: Database) -> str | None:
+    with database.reading() as session:
+        return session.scalars(select(LeaderRow.folder)).one()
+
+
+def _claim(database: Database) -> str:
+    """Choose the name of the place, unless another server has done so, and return it."""
     with database.writing() as session:
         row = session.scalars(select(LeaderRow)).one()
         if row.folder is None:
-            if mark is not None:
-                raise StoreTakenError(_TAKEN.format(place.place))
-            _check_pictures(session, place)
-            row.folder = secrets.token_hex(8)
-            place.put(MARK, f"{row.folder}\n".encode())
-        elif mark != row.folder:
-            raise StoreTakenError(
-                f"{place.place} is not where the pictures of this database are. Is a disk not mounted, or a "
-                f"bucket another one? Name the place in which {MARK} holds {row.folder}."
-            )
+            row.folder = f"{CLAIMED}{secrets.token_hex(8)}"
+        return row.folder
 
 
-def _check_pictures(session: Session, place: Objects) -> None:
-    """Check that an unmarked place has the pictures of this database, and no others."""
-    newest = select(RenderRow.id).where(RenderRow.state == JobState.SUCCEEDED)
-    render = session.scalar(newest.order_by(RenderRow.number.desc()).limit(1))
-    if render is None and any(place.found(JOBS)):
-        raise StoreTakenError(_TAKEN.format(place.place))
-    if render is not None and place.find(f"{JOBS}/{render}/image.npy") is None:
+def _mark(place: Objects) -> str | None:
+    return place.get(MARK).decode().strip() if place.find(MARK) else None
+
+
+def _check_mark(place: Objects, folder: str) -> None:
+    """Check that a place bears this name."""
+    if _mark(place) != folder:
         raise StoreTakenError(
-            f"The pictures of this database are not in {place.place}. Copy what is in the folders jobs and "
-            "assets of its data folder there first."
+            f"{place.place} is not where the pictures of this database are. Is a disk not mounted, or a "
+            f"bucket another one? Name the place in which {MARK} holds {folder}."
         )
+
+
+def _check_unmarked(database: Database, place: Objects, folder: str | None) -> None:
+    """Check that a place has the pictures of this database, and no others."""
+    with database.reading() as session:
+        newest = select(RenderRow).where(RenderRow.state == JobState.SUCCEEDED)
+        render = session.scalar(newest.order_by(RenderRow.number.desc()).limit(1))
+    # The mark is read last: another server that starts now writes it before it takes jobs.
+    problem = _picture_problem(place, render)
+    mark = _mark(place)
+    current = _folder(database) if mark is not None else folder
+    if mark is not None and (current is None or mark != current.removeprefix(CLAIMED)):
+        raise StoreTakenError(_TAKEN.format(place.place))
+    if mark is None and problem is not None:
+        raise StoreTakenError(problem)
+
+
+def _picture_problem(place: Objects, render: RenderRow | None) -> str | None:
+    """Say what is wrong with the pictures in a place, where the newest should be that of this render."""
+    if render is None:
+        return _TAKEN.format(place.place) if any(place.found(JOBS)) else None
+    if place.find(f"{JOBS}/{render.id}/{render.final_prefix}image.npy") is not None:
+        return None
+    return (
+        f"The pictures of this database are not in {place.place}. Copy what is in the folders jobs and "
+        "assets of its data folder there first."
+    )

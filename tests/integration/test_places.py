@@ -6,6 +6,7 @@ import asyncio
 import hashlib
 import io
 from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from itertools import count
 from pathlib import Path
@@ -13,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from sqlalchemy import select
 
 from schemas.api.jobs import JobState
 from schemas.limits import Limits
@@ -20,8 +22,9 @@ from schemas.tiles import Pass, Tile
 from service.errors import StoreAwayError, StoreDamagedError, StoreTakenError, UploadMismatchError
 from service.storage import ownership
 from service.storage.assets import AssetStore
+from service.storage.bucket import PART_BYTES
 from service.storage.database.connection import Database
-from service.storage.database.models import RenderRow
+from service.storage.database.models import LeaderRow, RenderRow
 from service.storage.folder import place_of
 from service.storage.objects import Objects
 from service.storage.tiles import StoredTile, TileStore
@@ -105,6 +108,14 @@ def test_an_array_is_read_whatever_was_written_before_it(place: Objects) -> None
         np.testing.assert_array_equal(place.array("a.npy")[:, 1:3], array[:, 1:3])
     with pytest.raises(ValueError, match="read-only"):
         place.array("a.npy")[0, 0, 0] = 1
+
+
+@pytest.mark.parametrize("size", [PART_BYTES, PART_BYTES + 1, 2 * PART_BYTES + 17])
+def test_large_contents_come_back_whole(place: Objects, size: int) -> None:
+    data = np.random.default_rng(size).bytes(size)
+    place.put("large", data)
+    assert place.get("large") == data
+    assert list(place.many(["large", "large"])) == [data, data]
 
 
 def test_an_old_attempt_overwrites_nothing(place: Objects) -> None:
@@ -237,6 +248,27 @@ def test_a_database_that_has_pictures_takes_the_place_to_which_they_were_copied(
     place.put("jobs/ab/image.npy", b"")
     ownership.check(database, place)
     assert place.find(ownership.MARK)
+
+
+@BOTH
+def test_a_place_that_was_claimed_before_a_crash_is_taken_at_the_next_start(
+    place: Objects, database: Database
+) -> None:
+    with database.writing() as session:
+        session.scalars(select(LeaderRow)).one().folder = f"{ownership.CLAIMED}ab"
+    for _ in range(2):
+        ownership.check(database, place)
+    assert place.get(ownership.MARK) == b"ab\n"
+    with database.reading() as session:
+        assert session.scalars(select(LeaderRow)).one().folder == "ab"
+
+
+@BOTH
+def test_servers_that_start_at_the_same_moment_take_one_place(place: Objects, database: Database) -> None:
+    with ThreadPoolExecutor(4) as pool:
+        for done in [pool.submit(ownership.check, database, place) for _ in range(4)]:
+            done.result()
+    ownership.check(database, place)
 
 
 def test_a_bucket_that_is_not_there_is_reported(object_store: S3Server) -> None:
