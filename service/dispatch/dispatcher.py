@@ -323,10 +323,13 @@ class Dispatcher:
         try:
             with self._database.reading() as session:
                 renders = session.execute(select(RenderRow.id, RenderRow.state, RenderRow.final_prefix)).all()
-            ended = {render for render, state, _ in renders if state.final}
-            finals = {render: prefix for render, state, prefix in renders if state is JobState.SUCCEEDED}
+            ended = {
+                render: prefix if state is JobState.SUCCEEDED else None
+                for render, state, prefix in renders
+                if state.final
+            }
             age = UNFINISHED_SECONDS if self._database.shared else 0.0
-            self._store.sweep({render for render, _, _ in renders}, ended, age, finals)
+            self._store.sweep({render for render, *_ in renders}, ended, age)
         except (SQLAlchemyError, OSError, StoreError) as error:
             log.warning("store not tidied", error=type(error).__name__)
 

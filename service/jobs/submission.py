@@ -145,6 +145,25 @@ class _RenderEndedError(Exception):
     """There was a render to join, and there is none any more."""
 
 
+@dataclass(frozen=True)
+class _Entry:
+    """What is about to be entered.
+
+    Attributes
+    ----------
+    spec : Spec or None
+        What identifies equal pictures; None where none is to be shared.
+    kept : bool
+        Whether the store has what a render of its own needs.
+    """
+
+    sent: Submission
+    admitted: Admitted
+    job: JobRow
+    spec: Spec | None
+    kept: bool
+
+
 def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool = True) -> SubmittedJob:
     """Enter an admitted job, or return the earlier job of an equal request.
 
@@ -156,26 +175,22 @@ def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool
     """
     job = _job(sent.principal, admitted)
     spec = None if sent.anew else canonical.spec_of(admitted.request)
-    kept = alone or not _needs_no_spec(service, sent, spec)
+    entry = _Entry(sent, admitted, job, spec, kept=alone or _needs_render(service, sent, job, spec))
     try:
-        if kept:
-            # Before the transaction, in which others would wait for the store; and workers look for it as
+        if entry.kept:
+            # Before the transaction, which would keep others waiting for the store. Workers look for it as
             # soon as that is over.
             service.store.put_spec(job.id, spec.content if spec else sent.body)
         with service.database.writing() as session:
             known = _replayed(session, sent)
-            submitted = (
-                SubmittedJob(known, replayed=True)
-                if known
-                else _enter_job(service, session, sent, admitted, job, spec, kept=kept)
-            )
+            submitted = SubmittedJob(known, replayed=True) if known else _enter_job(service, session, entry)
             service.database.notify(session, work=True)
     except BaseException as error:
         # Where the connection was lost it is unknown whether the job was entered.
-        if kept and not (isinstance(error, DBAPIError) and error.connection_invalidated):
+        if entry.kept and not (isinstance(error, DBAPIError) and error.connection_invalidated):
             service.store.drop_job(job.id)
         raise
-    if kept and submitted.render != job.id:
+    if entry.kept and submitted.render != job.id:
         service.store.drop_job(job.id)
     service.dispatcher.wake()
     service.spans.taken(submitted.job, submitted.render, shared=submitted.shared)
@@ -190,31 +205,30 @@ def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool
     return submitted
 
 
-def _needs_no_spec(service: Service, sent: Submission, spec: Spec | None) -> bool:
-    """Whether a job of this request has come before, or a render of its picture."""
+def _needs_render(service: Service, sent: Submission, job: JobRow, spec: Spec | None) -> bool:
+    """Whether there is neither a job of this request nor a render of its picture.
+
+    Raises
+    ------
+    QueueFullError
+        If there is no room for another render: nothing is written to the store for it.
+    """
     with service.database.reading() as session:
-        return _sent_before(session, sent) is not None or (
-            spec is not None and _render_of(session, spec) is not None
-        )
+        if _sent_before(session, sent) or (spec and _render_of(session, spec)):
+            return False
+        job.load = job.predicted_cpu_seconds
+        check_queue(session, service.settings, sent.principal, job, service.dispatcher.throughput.rate())
+        return True
 
 
-def _enter_job(
-    service: Service,
-    session: Session,
-    sent: Submission,
-    admitted: Admitted,
-    job: JobRow,
-    spec: Spec | None,
-    *,
-    kept: bool,
-) -> SubmittedJob:
+def _enter_job(service: Service, session: Session, entry: _Entry) -> SubmittedJob:
+    sent, admitted, job, spec = entry.sent, entry.admitted, entry.job, entry.spec
     found = _render_of(session, spec) if spec else None
-    if found is None and not kept:
-        raise _RenderEndedError
     if found is not None:
         _share(job, found)
-    else:
-        job.load = job.predicted_cpu_seconds
+    elif not entry.kept:
+        raise _RenderEndedError
+    job.load = 0.0 if found else job.predicted_cpu_seconds
     rate = service.dispatcher.throughput.rate()
     queue = check_queue(session, service.settings, sent.principal, job, rate)
     if found is None:

@@ -40,14 +40,15 @@ except ImportError:
 ENDPOINTS = ("AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT")
 AT_ONCE = 32
 """Small objects that are fetched at the same time."""
+SMALL_BYTES = 256 << 10
 RECENT_BYTES = 256 << 20
 # Longest request, with its body, seconds.
 CALL_SECONDS = 5
 # Seconds of outage after which jobs wait and requests fail; less than a request, so that none is tried again
 # that has hung.
 RETRY_SECONDS = 4
-# Larger objects are moved in parts of this size, the smallest that S3 takes, so that a slow network fails no
-# large picture: with two at once 16 Mbit/s are enough.
+# Other objects are moved in parts of this size, the smallest that S3 takes, so that a slow network fails no
+# large picture: 16 Mbit/s are enough for two of them at once, and for as many small objects as there are.
 PART_BYTES = 5 << 20
 PARTS_AT_ONCE = 2
 # Seconds before the next try to remove objects.
@@ -122,13 +123,7 @@ class Bucket:
 
     def get(self, name: str) -> bytes:
         """Return all bytes; raise FileNotFoundError if there are none."""
-        with self._translate_errors():
-            found = obstore.get(self._store, name)
-            size = found.meta["size"]
-            if size <= PART_BYTES:
-                return bytes(found.bytes())
-            parts = [obstore.get_range(self._store, name, start=s, end=e) for s, e in _parts(size)]
-            return b"".join(parts)
+        return next(self.many([name]))
 
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
         """Return the bytes of several names in their order, fetching some of them in parallel."""
@@ -203,15 +198,22 @@ class Bucket:
             return bytes(obstore.get_range(self._store, name, start=start, end=end))
 
     async def _fetched(self, names: Sequence[str]) -> list[bytes]:
-        return await asyncio.gather(*(self._fetch(name) for name in names))
+        turn = asyncio.Semaphore(PARTS_AT_ONCE)
+        return await asyncio.gather(*(self._fetch(name, turn) for name in names))
 
-    async def _fetch(self, name: str) -> bytes:
+    async def _fetch(self, name: str, turn: asyncio.Semaphore) -> bytes:
+        """Fetch an object: a small one with one request, others in parts, few at once."""
         found = await obstore.get_async(self._store, name)
         size = found.meta["size"]
-        if size <= PART_BYTES:
+        if size <= SMALL_BYTES:
             return bytes(await found.bytes_async())
-        parts = [await obstore.get_range_async(self._store, name, start=s, end=e) for s, e in _parts(size)]
-        return b"".join(parts)
+        # What comes of the first answer is lost, and its connection with it.
+        del found
+        return b"".join(await asyncio.gather(*(self._fetch_part(name, s, e, turn) for s, e in _parts(size))))
+
+    async def _fetch_part(self, name: str, start: int, end: int, turn: asyncio.Semaphore) -> bytes:
+        async with turn:
+            return bytes(await obstore.get_range_async(self._store, name, start=start, end=end))
 
     def _unusable(self, error: Exception) -> StoreAwayError:
         cure = "Check the name of the bucket, AWS_ENDPOINT_URL and the other AWS variables."

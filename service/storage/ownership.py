@@ -20,7 +20,7 @@ from service.storage.objects import Objects
 MARK = "database-id"
 """What names the database to which a place belongs."""
 CLAIMED = "?"
-"""Precedes the name in the database until the place bears it."""
+"""Precedes the name in the database until the place bears it, too."""
 
 _TAKEN = "{} is for the pictures of another database. Name an empty place for a new one."
 
@@ -70,18 +70,39 @@ def check(database: Database, place: Objects) -> None:
     StoreAwayError
         If the place cannot be reached.
     """
-    folder = _folder(database)
-    if folder is not None and not folder.startswith(CLAIMED):
-        _check_mark(place, folder)
-        return
-    _check_unmarked(database, place, folder)
-    # Nothing is written to the place under the write lock, which would wait for it. Servers that start at the
-    # same moment write the same name, that of the first.
-    claimed = _claim(database)
-    name = claimed.removeprefix(CLAIMED)
-    place.put(MARK, f"{name}\n".encode())
-    with database.writing() as session:
-        session.scalars(select(LeaderRow)).one().folder = name
+    with database.starting():
+        folder = _folder(database)
+        if folder is None or folder.startswith(CLAIMED):
+            _claim(database, place, folder)
+        elif _mark(place) != folder:
+            raise StoreTakenError(
+                f"{place.place} is not where the pictures of this database are. Is a disk not mounted, or a "
+                f"bucket another one? Name the place in which {MARK} holds {folder}."
+            )
+
+
+def _claim(database: Database, place: Objects, claimed: str | None) -> None:
+    """Have a place bear the name that the database has for it, or gets.
+
+    Nothing is written to the place under the write lock, which others would wait for. The database has the
+    name first, so that after a crash the place is known by it.
+
+    Parameters
+    ----------
+    claimed
+        What a start that was not finished left in the database.
+    """
+    mark = _mark(place)
+    if mark is None:
+        _check_pictures(database, place)
+    elif claimed is None or mark != claimed.removeprefix(CLAIMED):
+        raise StoreTakenError(_TAKEN.format(place.place))
+    name = claimed.removeprefix(CLAIMED) if claimed else secrets.token_hex(8)
+    if claimed is None:
+        _record(database, f"{CLAIMED}{name}")
+    if mark is None:
+        place.put(MARK, f"{name}\n".encode())
+    _record(database, name)
 
 
 def _folder(database: Database) -> str | None:
@@ -89,50 +110,24 @@ def _folder(database: Database) -> str | None:
         return session.scalars(select(LeaderRow.folder)).one()
 
 
-def _claim(database: Database) -> str:
-    """Choose the name of the place, unless another server has done so, and return it."""
+def _record(database: Database, folder: str) -> None:
     with database.writing() as session:
-        row = session.scalars(select(LeaderRow)).one()
-        if row.folder is None:
-            row.folder = f"{CLAIMED}{secrets.token_hex(8)}"
-        return row.folder
+        session.scalars(select(LeaderRow)).one().folder = folder
 
 
 def _mark(place: Objects) -> str | None:
     return place.get(MARK).decode().strip() if place.find(MARK) else None
 
 
-def _check_mark(place: Objects, folder: str) -> None:
-    """Check that a place bears this name."""
-    if _mark(place) != folder:
-        raise StoreTakenError(
-            f"{place.place} is not where the pictures of this database are. Is a disk not mounted, or a "
-            f"bucket another one? Name the place in which {MARK} holds {folder}."
-        )
-
-
-def _check_unmarked(database: Database, place: Objects, folder: str | None) -> None:
-    """Check that a place has the pictures of this database, and no others."""
+def _check_pictures(database: Database, place: Objects) -> None:
+    """Check that an unmarked place has the pictures of this database, and no others."""
     with database.reading() as session:
         newest = select(RenderRow).where(RenderRow.state == JobState.SUCCEEDED)
         render = session.scalar(newest.order_by(RenderRow.number.desc()).limit(1))
-    # The mark is read last: another server that starts now writes it before it takes jobs.
-    problem = _picture_problem(place, render)
-    mark = _mark(place)
-    current = _folder(database) if mark is not None else folder
-    if mark is not None and (current is None or mark != current.removeprefix(CLAIMED)):
+    if render is None and any(place.found(JOBS)):
         raise StoreTakenError(_TAKEN.format(place.place))
-    if mark is None and problem is not None:
-        raise StoreTakenError(problem)
-
-
-def _picture_problem(place: Objects, render: RenderRow | None) -> str | None:
-    """Say what is wrong with the pictures in a place, where the newest should be that of this render."""
-    if render is None:
-        return _TAKEN.format(place.place) if any(place.found(JOBS)) else None
-    if place.find(f"{JOBS}/{render.id}/{render.final_prefix}image.npy") is not None:
-        return None
-    return (
-        f"The pictures of this database are not in {place.place}. Copy what is in the folders jobs and "
-        "assets of its data folder there first."
-    )
+    if render is not None and place.find(f"{JOBS}/{render.id}/{render.final_prefix}image.npy") is None:
+        raise StoreTakenError(
+            f"The pictures of this database are not in {place.place}. Copy what is in the folders jobs and "
+            "assets of its data folder there first."
+        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import time
 import zipfile
 import zlib
@@ -28,6 +29,8 @@ LAYERS_SUFFIX = ".npz"
 TILES = "tiles"
 UNFINISHED_SECONDS = 3600.0
 """What is younger may be a file that another server is writing."""
+_FINAL = re.compile(r"((?:\d+-)?)(?:image[.-]|layer-)")
+"""The names of pictures, thumbnails and layers, and the prefix of each; those of version 0.1 have none."""
 
 
 @dataclass(frozen=True)
@@ -169,13 +172,7 @@ class TileStore:
             sizes[found.name.partition("/")[0]] += found.size
         return dict(sizes)
 
-    def sweep(
-        self,
-        jobs: Collection[str],
-        ended: Collection[str],
-        age_seconds: float,
-        finals: Mapping[str, str] | None = None,
-    ) -> None:
+    def sweep(self, jobs: Collection[str], ended: Mapping[str, str | None], age_seconds: float) -> None:
         """Remove what a killed process left behind.
 
         Parameters
@@ -183,22 +180,23 @@ class TileStore:
         jobs
             All that there are; what belongs to no other is removed once it has this age.
         ended
-            Those of them that need no tiles any more.
-        finals
-            Prefixes of the final files of those that have a picture: those of other attempts are removed.
+            Those of them that need no tiles any more, with the prefix of their final files, or None where
+            there is no picture: final files of other attempts are removed.
         """
         newest: defaultdict[str, float] = defaultdict(float)
-        tiled = set()
-        unrecorded = []
+        tiled, unrecorded = set(), []
         for found in self.objects.found():
             job, _, rest = found.name.partition("/")
             newest[job] = max(newest[job], found.modified)
-            if rest.startswith(f"{TILES}/"):
-                tiled.add(job)
-            if finals and job in finals and _is_of_another_attempt(rest, finals[job]):
+            if job not in ended:
+                continue
+            final = _FINAL.match(rest)
+            if final and final[1] != ended[job]:
                 unrecorded.append(found.name)
+            elif rest.startswith(f"{TILES}/"):
+                tiled.add(job)
         self.objects.delete(unrecorded)
-        for job in tiled & set(ended):
+        for job in tiled:
             self.drop_tiles(job)
         since = time.time() - age_seconds
         for job in newest.keys() - set(jobs):
@@ -259,11 +257,6 @@ def _samples_name(job: str, pass_index: int, tile: Tile, attempt: int) -> str:
 
 def _pass_name(job: str, pass_index: int, kind: str, attempt: int) -> str:
     return f"{job}/{TILES}/{pass_index}-{kind}.{attempt}"
-
-
-def _is_of_another_attempt(name: str, prefix: str) -> bool:
-    attempt, separator, _ = name.partition("-")
-    return bool(separator) and attempt.isdecimal() and not name.startswith(prefix)
 
 
 def _is_before(name: str, pass_index: int) -> bool:

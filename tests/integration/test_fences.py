@@ -110,15 +110,6 @@ def test_a_stopped_worker_that_wakes_after_another_has_composed_replaces_nothing
     assert bench.store.get_file("job", f"{final_prefix(2)}layer-depth.npy") == depth
 
 
-def test_files_that_no_row_records_are_removed(bench: Bench) -> None:
-    for attempt in (1, 2, 12):
-        bench.store.put_final("job", attempt, "image.npy", b"picture")
-    bench.store.put_file("job", f"{final_prefix(2)}image-96.png", b"thumbnail")
-    bench.store.sweep({"job"}, set(), 0.0, {"job": final_prefix(2)})
-    left = {path.name for path in (Path(bench.store.objects.place) / "job").iterdir() if path.is_file()}
-    assert left == {"spec.json", "2-image.npy", "2-image-96.png"}
-
-
 def test_pictures_of_version_0_1_are_found_under_their_names(start: Start) -> None:
     """Their rows have no prefix, and their files none either."""
     server = start()

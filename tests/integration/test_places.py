@@ -148,11 +148,35 @@ def test_a_sweep_leaves_what_jobs_need(place: Objects) -> None:
         store.put_spec(job, b"{}")
         store.put_tile(job, TILE, PASS, 1, np.ones((3, 4, 3), np.float32))
     assert store.sizes() == dict.fromkeys(("running", "ended", "unknown"), 2 + 4 * 36)
-    store.sweep({"running", "ended"}, {"ended"}, 3600.0)
+    store.sweep({"running", "ended"}, {"ended": None}, 3600.0)
     until(lambda: "ended/tiles/1-0.1" not in names(place))
     assert "unknown/spec.json" in names(place)
-    store.sweep({"running", "ended"}, {"ended"}, 0.0)
+    store.sweep({"running", "ended"}, {"ended": None}, 0.0)
     until(lambda: names(place) == {"running/spec.json", "running/tiles/1-0.1", "ended/spec.json"})
+
+
+@pytest.mark.parametrize(
+    ("prefix", "left"),
+    [
+        ("2-", {"2-image.npy", "2-image-96.png", "2-layer-depth.npy"}),
+        ("", {"image.npy", "image-96.png", "layer-depth.npy"}),
+        (None, set()),
+    ],
+    ids=["attempt", "of version 0.1", "no picture"],
+)
+def test_final_files_that_no_row_records_go_and_the_others_stay(
+    place: Objects, prefix: str | None, left: set[str]
+) -> None:
+    store = TileStore(place)
+    for job in ("ended", "running"):
+        store.put_spec(job, b"{}")
+        for attempt in ("", "1-", "2-", "12-"):
+            for name in ("image.npy", "image-96.png", "layer-depth.npy"):
+                store.put_file(job, f"{attempt}{name}", b"final")
+    before = names(place, "running")
+    store.sweep({"running", "ended"}, {"ended": prefix}, 3600.0)
+    assert names(place, "ended") == {f"ended/{name}" for name in {"spec.json", *left}}
+    assert names(place, "running") == before
 
 
 def test_passes_that_are_merged_go_and_their_layers_stay(place: Objects) -> None:
@@ -263,12 +287,20 @@ def test_a_place_that_was_claimed_before_a_crash_is_taken_at_the_next_start(
         assert session.scalars(select(LeaderRow)).one().folder == "ab"
 
 
-@BOTH
-def test_servers_that_start_at_the_same_moment_take_one_place(place: Objects, database: Database) -> None:
-    with ThreadPoolExecutor(4) as pool:
-        for done in [pool.submit(ownership.check, database, place) for _ in range(4)]:
-            done.result()
-    ownership.check(database, place)
+@pytest.mark.parametrize("database", ["postgresql"], indirect=True)
+def test_of_servers_that_start_at_the_same_moment_those_with_another_place_are_refused(
+    place: Objects, database: Database
+) -> None:
+    parts = [place.within(name) for name in "ababab"]
+    for part in parts:
+        part.begin("")
+    with ThreadPoolExecutor(len(parts)) as pool:
+        checks = [pool.submit(ownership.check, database, part) for part in parts]
+        refused = [type(check.exception()) for check in checks]
+    assert {frozenset(refused[::2]), frozenset(refused[1::2])} == {
+        frozenset({type(None)}),
+        frozenset({StoreTakenError}),
+    }
 
 
 def test_a_bucket_that_is_not_there_is_reported(object_store: S3Server) -> None:

@@ -172,6 +172,16 @@ def test_pictures_of_the_first_release_keep_the_names_of_their_files(database: D
     assert prefixes == {"aa": "", "bb": "", "cc": ""}
 
 
+def test_a_picture_that_the_first_release_was_composing_gets_the_next_number(database: Database) -> None:
+    started = {"state": "running", "compose_attempt": 1, "total_steps": 1, "done_steps": 1}
+    _insert(database, "renders", RENDER | started | {"id": "cc"})
+    upgrade(database)
+    with database.writing() as session:
+        ledger.recover(session)
+        (task,) = ledger.compose_claims(session, ())
+    assert (task.job, task.attempt) == ("cc", 2)
+
+
 def test_a_later_migration_changes_tables_and_keeps_rows(database: Database, later: Path) -> None:
     for _ in range(2):
         upgrade(database, later)

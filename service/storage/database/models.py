@@ -302,8 +302,8 @@ class LeaderRow(Base):
     """The server that hands out work, where several use this database; one row.
 
     ``term`` counts how often another one has begun to; the time of ``expires_at`` is that of the database's
-    clock. ``folder`` is the name that the data folder bears which belongs to this database;
-    ``?`` precedes it until that is written.
+    clock. ``folder`` is the name that the data folder bears which belongs to this database; before that is
+    written, ``?`` precedes it.
     """
 
     __tablename__ = "leader"
