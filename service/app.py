@@ -42,7 +42,7 @@ from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.jobs import retention
 from service.jobs.context import Service
-from service.jobs.limits import BodyMemoryLimit
+from service.jobs.limits import BodyMemoryLimit, StreamLimit
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
@@ -63,6 +63,9 @@ BODIES = 16
 """As many requests with the largest scene are held in memory at once, or more smaller ones."""
 READERS = 4
 """Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
+
+PROBES = 2
+"""Probes at once that look for what jobs need: all other threads may be busy."""
 
 PUBLIC = (operations.router, page.router)
 """Routers without authentication."""
@@ -211,6 +214,8 @@ def assemble(
             max(BODIES * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)
         ),
         readers=CapacityLimiter(READERS),
+        probes=CapacityLimiter(PROBES),
+        streams=StreamLimit(settings.max_user_streams),
     )
 
 

@@ -23,7 +23,8 @@ from uvicorn.config import STARTUP_FAILURE
 from service import logs
 from service.access.hosts import is_loopback
 from service.access.keys import any_made
-from service.api.middleware import RequestIds, SafeHeaders, slow_client_protocol
+from service.api.connections import connection_type
+from service.api.middleware import RequestIds, SafeHeaders
 from service.app import create_app
 from service.errors import NoKeysError, PortTakenError, UnavailableError
 from service.jobs.context import Service
@@ -138,8 +139,7 @@ def _serve(settings: Settings) -> None:
         log_config=None,
         access_log=False,
         server_header=False,
-        http=slow_client_protocol(settings.client_timeout_seconds),
-        limit_concurrency=settings.max_connections,
+        http=connection_type(settings),
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )
     _Server(config, app).run()

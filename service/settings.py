@@ -103,6 +103,17 @@ class Settings(BaseSettings):
     max_connections: int = Field(
         default=800, ge=1, description="Connections at once; more are answered 503. Watchers have one each."
     )
+    max_address_connections: int = Field(
+        default=400,
+        ge=1,
+        description="Connections of one address at once, unless `behind_proxy`; more are answered 429.",
+    )
+    max_user_streams: int = Field(
+        default=200,
+        ge=1,
+        description="Event streams of one user at once, and requests that wait for events, where keys "
+        "distinguish users.",
+    )
     client_timeout_seconds: float = Field(
         default=20.0,
         gt=0,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -42,7 +43,7 @@ asyncio.run(main())
 
 
 class S3Server:
-    """A server with one empty bucket, and a way to it that can be cut.
+    """A server with one empty bucket, and a way to it that can be cut, or stall.
 
     Attributes
     ----------
@@ -80,6 +81,14 @@ class S3Server:
     def cut(self) -> None:
         """Break all connections, and let in no others."""
         _end(self._way)
+
+    def stall(self) -> None:
+        """Pass nothing on and break nothing: who asks gets no answer."""
+        os.kill(self._way.pid, signal.SIGSTOP)
+
+    def resume(self) -> None:
+        """Pass on what was held back, and all that follows."""
+        os.kill(self._way.pid, signal.SIGCONT)
 
     def close(self) -> None:
         _end(self._way)

@@ -14,11 +14,17 @@ from pathlib import Path
 from typing import Any
 
 import renderer
+from renderer.images import files as image_files
 
 STEP = "CHAOS_CLOCK_STEP"
 """Variable that names a file: how many seconds the wall clock of the service was set forward."""
 
+GATE = "CHAOS_COMPOSE_GATE"
+"""Variable that names a file: while it is there, workers wait before they write a final picture. The first
+that waits makes a file of this name with ``.reached`` after it."""
+
 _rendered = renderer.render_tile
+_encoded = image_files.encode_npy
 _wall = time.time
 
 
@@ -33,6 +39,15 @@ def _render_tile(plan: renderer.RenderPlan, *rest: Any) -> Any:
         case "hungry":
             bytearray(1 << 50)
     return _rendered(plan, *rest)
+
+
+def _encode_npy(*arguments: Any) -> bytes:
+    """Encode a final picture once the gate is gone."""
+    gate = Path(os.environ[GATE])
+    while gate.exists():
+        Path(f"{gate}.reached").touch()
+        time.sleep(0.05)
+    return _encoded(*arguments)
 
 
 class _Set(datetime):
@@ -53,6 +68,8 @@ def _make_clock_settable() -> None:
 
 if __name__ in {"__main__", "__mp_main__"}:
     vars(renderer)["render_tile"] = _render_tile
+    if GATE in os.environ:
+        vars(image_files)["encode_npy"] = _encode_npy
 if __name__ == "__main__":
     # Workers import this under the other name, and start without the server.
     from service.server import run

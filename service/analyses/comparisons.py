@@ -18,6 +18,7 @@ from service.errors import ComparisonFailedError, UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
 from service.jobs.limits import bounded
+from service.storage.database.models import RenderRow
 from service.workers.tasks import CompareDone, ComparedPicture, CompareTask
 
 
@@ -70,8 +71,9 @@ def _compared(service: Service, principal: Principal, role: str, picture: SentPi
     if picture.job is None:
         content = _decoded(role, picture.content or "")
         return ComparedPicture(None, "", content, picture.encoding, ())
-    render, layers = _rendered(service, principal, role, picture.job)
-    return ComparedPicture(picture.job, render, b"", picture.encoding, layers)
+    render = _rendered(service, principal, role, picture.job)
+    layers = tuple(name for name in SIDECARS if name in render.layers)
+    return ComparedPicture(picture.job, render.id, b"", picture.encoding, layers, render.final_prefix)
 
 
 def _decoded(role: str, content: str) -> bytes:
@@ -84,8 +86,8 @@ def _decoded(role: str, content: str) -> bytes:
         ) from None
 
 
-def _rendered(service: Service, principal: Principal, role: str, job_id: str) -> tuple[str, tuple[str, ...]]:
-    """Return the render of a finished job and its layers that help to compare."""
+def _rendered(service: Service, principal: Principal, role: str, job_id: str) -> RenderRow:
+    """Return the render of a finished job."""
     try:
         with service.database.reading() as session:
             jobs.owner_of(session, job_id, None if principal.sees_all else principal.name)
@@ -94,7 +96,7 @@ def _rendered(service: Service, principal: Principal, role: str, job_id: str) ->
         raise renderer.SceneError([_of_job(role, str(error))]) from None
     if row.render is None or row.state is not JobState.SUCCEEDED:
         raise renderer.SceneError([_of_job(role, f"This job has no complete picture; it is {row.state}.")])
-    return row.render.id, tuple(name for name in SIDECARS if name in row.render.layers)
+    return row.render
 
 
 def _of_job(role: str, detail: str) -> Problem:

@@ -139,6 +139,13 @@ def answer(
     return Response(content, status_code=status, media_type=MEDIA_TYPE, headers=headers)
 
 
+def refusal(error: Exception, headers: dict[str, str]) -> Response:
+    """Make the answer for an error that comes before any route."""
+    kind = kind_of(error)
+    retry = {"Retry-After": str(RETRY_AFTER_SECONDS)} if kind.retry else {}
+    return answer(kind.status, _detail(kind, error), code=kind.code, headers=retry | headers)
+
+
 def install(app: FastAPI, methods: Callable[[str], Sequence[str]] = lambda _: ()) -> None:
     """Register handlers for all errors of an app.
 

@@ -21,7 +21,7 @@ from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 from service.lifecycle import clock, fairness, rows
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
-from service.storage.tiles import StoredTile
+from service.storage.tiles import StoredTile, final_prefix
 from service.workers.tasks import WHOLE, AdvanceDone, AdvanceTask, numbered, pass_of
 
 Step = tuple[Pass, Tile]
@@ -159,18 +159,13 @@ def _finished(session: Session, render: RenderRow, pass_index: int) -> list[Stor
 
 
 def merge(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> None:
-    """Record a merged pass: the picture is finished, or the next pass begins. Drop a stale attempt."""
-    index = task.pass_.index
-    waited_for = render.state == JobState.RUNNING and not render.cancel_requested
-    if not waited_for or index != len(render.merges) or task.attempt != render.compose_attempt:
-        return
+    """Record a merged pass: the picture is finished, or the next pass begins."""
     _enter_whole(session, render, task, done)
     render.merges = [*render.merges, _record(render, task, done)]
-    render.compose_attempt = 0
     if done.sha256 is None:
-        _begin_pass(session, render, index + 1, done)
+        _begin_pass(session, render, task.pass_.index + 1, done)
     else:
-        render.image_sha256 = done.sha256
+        render.image_sha256, render.final_prefix = done.sha256, final_prefix(task.attempt)
         render.numerics = render.numerics | done.numerics
         rows.end(session, render, JobState.SUCCEEDED)
 

@@ -322,10 +322,14 @@ class Dispatcher:
         """Remove the files that nothing in the database refers to, and the tiles of what has ended."""
         try:
             with self._database.reading() as session:
-                states = dict(session.execute(select(RenderRow.id, RenderRow.state)).all())
-            ended = {render for render, state in states.items() if state.final}
+                renders = session.execute(select(RenderRow.id, RenderRow.state, RenderRow.final_prefix)).all()
+            ended = {
+                render: prefix if state is JobState.SUCCEEDED else None
+                for render, state, prefix in renders
+                if state.final
+            }
             age = UNFINISHED_SECONDS if self._database.shared else 0.0
-            self._store.sweep(states.keys(), ended, age)
+            self._store.sweep({render for render, *_ in renders}, ended, age)
         except (SQLAlchemyError, OSError, StoreError) as error:
             log.warning("store not tidied", error=type(error).__name__)
 

@@ -16,7 +16,7 @@ from schemas.api.jobs import JobState
 from service.dispatch import adaptive_passes as targets
 from service.lifecycle import fairness, progress, rows
 from service.storage.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
-from service.storage.tiles import StoredTile
+from service.storage.tiles import StoredTile, final_prefix
 from service.workers.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
 
 # Built once: making a statement takes longer than executing it, and these run for every tile.
@@ -64,10 +64,9 @@ def recover(session: Session) -> int:
     waiting_again = handed_out.values(state=WAITING, payer=None, charge=0.0).returning(TileRow.tile)
     taken_back = len(session.execute(waiting_again).all())
     fairness.activate(session, session.scalars(_OWNERS).all())
-    for render in session.scalars(select(RenderRow).where(RenderRow.state == JobState.RUNNING)):
-        render.compose_attempt = 0
-        if render.cancel_requested:
-            rows.end(session, render, JobState.CANCELLED)
+    left = select(RenderRow).where(RenderRow.state == JobState.RUNNING, RenderRow.cancel_requested)
+    for render in session.scalars(left).all():
+        rows.end(session, render, JobState.CANCELLED)
     return taken_back
 
 
@@ -203,6 +202,7 @@ def compose_claims(session: Session, composing: Collection[str]) -> Iterator[Job
     """Hand out what puts the tiles of finished renders together, except those in ``composing``."""
     for render in session.scalars(_RENDERED).all():
         if render.id not in composing:
+            # Never reset: a worker of a former leader may still write files of the numbers before.
             render.compose_attempt += 1
             yield _compose_task(session, render)
 
@@ -222,9 +222,9 @@ def _compose_task(session: Session, render: RenderRow) -> JobTask:
     )
 
 
-def complete(session: Session, render: RenderRow, done: ComposeDone) -> None:
-    """Record a final picture."""
-    render.image_sha256 = done.sha256
+def complete(session: Session, render: RenderRow, task: ComposeTask, done: ComposeDone) -> None:
+    """Record a final picture, and which files it is in."""
+    render.image_sha256, render.final_prefix = done.sha256, final_prefix(task.attempt)
     render.numerics = render.numerics | done.numerics
     progress.note_errors(render, done.errors)
     rows.end(session, render, JobState.SUCCEEDED)

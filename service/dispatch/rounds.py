@@ -143,9 +143,11 @@ class Round:
     def _land_picture(
         self, session: Session, render: RenderRow, task: ComposeTask | AdvanceTask, outcome: Outcome
     ) -> None:
+        if _is_stale(render, task):
+            return
         match outcome:
-            case ComposeDone() if not _ends(render):
-                ledger.complete(session, render, outcome)
+            case ComposeDone() if isinstance(task, ComposeTask):
+                ledger.complete(session, render, task, outcome)
             case AdvanceDone() if isinstance(task, AdvanceTask):
                 targets.merge(session, render, task, outcome)
             case TaskFailed(code=code, message=message) if code in (OUT_OF_MEMORY, TOOK_TOO_LONG):
@@ -154,7 +156,7 @@ class Round:
                 _fail(session, render, "storage_failed", NOT_PUT_TOGETHER, retryable=True)
             case WorkerDied() if self.picture_deaths.get(merging(task), 0) >= self.max_attempts:
                 _fail(session, render, "worker_died", NOT_PUT_TOGETHER, retryable=True)
-            case WorkerDied() | TaskFailed() | Interrupted() if not _ends(render):
+            case WorkerDied() | TaskFailed() | Interrupted():
                 self._count_retry(outcome)
 
     def _count_retry(self, outcome: Outcome) -> None:
@@ -176,6 +178,14 @@ class Round:
 def merging(task: ComposeTask | AdvanceTask) -> tuple[str, int]:
     """Name what a task puts together: a render, and which of its passes."""
     return task.job, task.pass_.index if isinstance(task, AdvanceTask) else 0
+
+
+def _is_stale(render: RenderRow, task: ComposeTask | AdvanceTask) -> bool:
+    """Whether nothing is expected of a task any more: it has no effect, however it has ended."""
+    if isinstance(task, AdvanceTask) and task.pass_.index != len(render.merges):
+        # Reported again after a transaction of which it was unknown whether it was committed.
+        return True
+    return _ends(render) or task.attempt != render.compose_attempt
 
 
 def _ends(render: RenderRow) -> bool:

@@ -1,9 +1,10 @@
-"""Limits on jobs and CPU seconds in the queue, on requests in progress, and on the memory of their bodies."""
+"""Limits on jobs and CPU seconds in the queue, on requests that are handled or wait, and on their memory."""
 
 from __future__ import annotations
 
 import asyncio
 import math
+from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from sqlalchemy.orm import Session
 
 import renderer
 from schemas.errors import Problem
-from service.access.principals import Principal
+from service.access.principals import LOCAL, Principal
 from service.errors import BusyError, QueueFullError
 from service.settings import Settings
 from service.storage.database.models import JobRow
@@ -131,6 +132,39 @@ async def bounded(limit: asyncio.Semaphore, made: str) -> AsyncIterator[None]:
         raise BusyError(f"Too many {made} are in progress. Try again in a moment.")
     async with limit:
         yield
+
+
+class StreamLimit:
+    """Bounds the requests of each user that wait for events. Used by one thread, that of the event loop.
+
+    Each holds a connection. Without authentication all users are one, and there is no limit.
+
+    Parameters
+    ----------
+    most : int
+        Requests of one user.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self._count_of: Counter[str] = Counter()
+
+    def allows(self, principal: Principal) -> bool:
+        """Whether another request of a user may wait."""
+        return principal is LOCAL or self._count_of[principal.name] < self.most
+
+    @contextmanager
+    def waiting(self, principal: Principal) -> Iterator[None]:
+        """Count a request until the block ends; BusyError if the user has too many."""
+        if not self.allows(principal):
+            raise BusyError(
+                f"{self.most} of your requests wait, the maximum. Close a page or a program that watches one."
+            )
+        self._count_of[principal.name] += 1
+        try:
+            yield
+        finally:
+            self._count_of[principal.name] -= 1
 
 
 class BodyMemoryLimit:

@@ -52,7 +52,7 @@ class ImageRequest:
 
     @property
     def name(self) -> str:
-        """Name of the file in the store once it is final."""
+        """Name of the file in the store once it is final, without the prefix of its attempt."""
         if self.width:
             return f"image-{self.width}.{self.kind}"
         return layers.file_name(self.layer) if self.layer else f"image.{self.kind}"
@@ -157,16 +157,17 @@ def _etag(job: str, render: RenderRow, requested: ImageRequest) -> str:
 
 
 def _final(store: TileStore, render: RenderRow, requested: ImageRequest) -> bytes | Stored:
-    found = store.find(render.id, requested.name)
+    prefix = render.final_prefix
+    found = store.find(render.id, prefix + requested.name)
     if found is not None:
         return found
-    pixels = store.get_array(render.id, "image.npy")
+    pixels = store.get_array(render.id, f"{prefix}image.npy")
     names = render.layers if requested.kind == "exr" else ()
-    sheets = {name: store.get_array(render.id, layers.file_name(name)) for name in names}
+    sheets = {name: store.get_array(render.id, prefix + layers.file_name(name)) for name in names}
     data = _encode(pixels, sheets, render, requested)
     try:
-        store.put_file(render.id, requested.name, data)
-        return store.find(render.id, requested.name) or data
+        store.put_file(render.id, prefix + requested.name, data)
+        return store.find(render.id, prefix + requested.name) or data
     except (StoreFullError, StoreReadOnlyError, StoreAwayError):
         # The next request makes it again.
         return data

@@ -101,12 +101,14 @@ def submit(service: Service, sent: Submission) -> SubmittedJob:
             if before is not None and before.body_sha256 == sent.body_sha256:
                 return SubmittedJob(_job_of(session, before), replayed=True)
     admitted = admit(service, sent.principal, sent.body)
-    for _ in range(TRIES - 1):
+    for number in range(TRIES - 1):
         try:
-            return enter(service, sent, admitted)
+            return enter(service, sent, admitted, alone=number > 0)
         except IntegrityError:
             log.debug("entered by another request at the same time")
-    return enter(service, sent, admitted)
+        except _RenderEndedError:
+            log.debug("the render to join has ended without a picture meanwhile")
+    return enter(service, sent, admitted, alone=True)
 
 
 def _sent_before(session: Session, sent: Submission) -> IdempotencyRow | None:
@@ -139,24 +141,57 @@ def _is_same_document(session: Session, before: IdempotencyRow, body: bytes) -> 
     return bool(json.loads(zlib.decompress(kept)) == json.loads(body))
 
 
-def enter(service: Service, sent: Submission, admitted: Admitted) -> SubmittedJob:
-    """Enter an admitted job, or return the earlier job of an equal request."""
+class _RenderEndedError(Exception):
+    """There was a render to join, and there is none any more."""
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """What is about to be entered.
+
+    Attributes
+    ----------
+    spec : Spec or None
+        What identifies equal pictures; None where none is to be shared.
+    kept : bool
+        Whether the store has what a render of its own needs.
+    """
+
+    sent: Submission
+    admitted: Admitted
+    job: JobRow
+    spec: Spec | None
+    kept: bool
+
+
+def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool = True) -> SubmittedJob:
+    """Enter an admitted job, or return the earlier job of an equal request.
+
+    Parameters
+    ----------
+    alone
+        Whether to prepare for a render of its own in any case. Otherwise nothing is written to the store
+        where there is a render to join, and if that has ended meanwhile, the job is not entered.
+    """
     job = _job(sent.principal, admitted)
     spec = None if sent.anew else canonical.spec_of(admitted.request)
+    entry = _Entry(sent, admitted, job, spec, kept=alone or _needs_render(service, sent, job, spec))
     try:
+        if entry.kept:
+            # Before the transaction, which would keep others waiting for the store. Workers look for it as
+            # soon as that is over.
+            service.store.put_spec(job.id, spec.content if spec else sent.body)
         with service.database.writing() as session:
             known = _replayed(session, sent)
-            submitted = (
-                SubmittedJob(known, replayed=True)
-                if known
-                else _enter_job(service, session, sent, admitted, job, spec)
-            )
+            submitted = SubmittedJob(known, replayed=True) if known else _enter_job(service, session, entry)
             service.database.notify(session, work=True)
     except BaseException as error:
         # Where the connection was lost it is unknown whether the job was entered.
-        if not (isinstance(error, DBAPIError) and error.connection_invalidated):
+        if entry.kept and not (isinstance(error, DBAPIError) and error.connection_invalidated):
             service.store.drop_job(job.id)
         raise
+    if entry.kept and submitted.render != job.id:
+        service.store.drop_job(job.id)
     service.dispatcher.wake()
     service.spans.taken(submitted.job, submitted.render, shared=submitted.shared)
     log.info(
@@ -170,22 +205,36 @@ def enter(service: Service, sent: Submission, admitted: Admitted) -> SubmittedJo
     return submitted
 
 
-def _enter_job(
-    service: Service, session: Session, sent: Submission, admitted: Admitted, job: JobRow, spec: Spec | None
-) -> SubmittedJob:
+def _needs_render(service: Service, sent: Submission, job: JobRow, spec: Spec | None) -> bool:
+    """Whether there is neither a job of this request nor a render of its picture.
+
+    Raises
+    ------
+    QueueFullError
+        If there is no room for another render: nothing is written to the store for it.
+    """
+    with service.database.reading() as session:
+        if _sent_before(session, sent) or (spec and _render_of(session, spec)):
+            return False
+        job.load = job.predicted_cpu_seconds
+        check_queue(session, service.settings, sent.principal, job, service.dispatcher.throughput.rate())
+        return True
+
+
+def _enter_job(service: Service, session: Session, entry: _Entry) -> SubmittedJob:
+    sent, admitted, job, spec = entry.sent, entry.admitted, entry.job, entry.spec
     found = _render_of(session, spec) if spec else None
     if found is not None:
         _share(job, found)
-    else:
-        job.load = job.predicted_cpu_seconds
+    elif not entry.kept:
+        raise _RenderEndedError
+    job.load = 0.0 if found else job.predicted_cpu_seconds
     rate = service.dispatcher.throughput.rate()
     queue = check_queue(session, service.settings, sent.principal, job, rate)
     if found is None:
         steps, course = _course(admitted, service.settings)
         job.render = _render(admitted, job.id, spec, steps, course)
         job.render.traceparent = service.spans.here()
-        # Workers look for it as soon as the transaction is over.
-        service.store.put_spec(job.id, spec.content if spec else sent.body)
     session.add(job)
     session.flush()
     if found is None and job.render_number is not None:

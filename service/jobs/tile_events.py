@@ -122,7 +122,7 @@ def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
 def _pixels(service: Service, render: RenderRow, news: _News) -> list[tuple[TileEvent, Pixels]]:
     events = news.events.events
     if news.state is JobState.SUCCEEDED:
-        image = service.store.get_array(render.id, "image.npy")
+        image = service.store.get_array(render.id, f"{render.final_prefix}image.npy")
         shown = _newest(render, events)
         return [(event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in shown]
     if news.state.final:

@@ -40,9 +40,17 @@ except ImportError:
 ENDPOINTS = ("AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL", "AWS_ENDPOINT")
 AT_ONCE = 32
 """Small objects that are fetched at the same time."""
+SMALL_BYTES = 256 << 10
 RECENT_BYTES = 256 << 20
-# Seconds of outage after which jobs wait and requests fail.
-RETRY_SECONDS = 5
+# Longest request, with its body, seconds.
+CALL_SECONDS = 5
+# Seconds of outage after which jobs wait and requests fail; less than a request, so that none is tried again
+# that has hung.
+RETRY_SECONDS = 4
+# Other objects are moved in parts of this size, the smallest that S3 takes, so that a slow network fails no
+# large picture: 16 Mbit/s are enough for two of them at once, and for as many small objects as there are.
+PART_BYTES = 5 << 20
+PARTS_AT_ONCE = 2
 # Seconds before the next try to remove objects.
 DROP_SECONDS = 5.0
 
@@ -70,7 +78,11 @@ class Bucket:
                 parts.netloc,
                 prefix=parts.path.strip("/") or None,
                 # The address of an endpoint says whether it is to be spoken to without TLS.
-                client_options={"allow_http": endpoint.startswith("http://"), "connect_timeout": "3s"},
+                client_options={
+                    "allow_http": endpoint.startswith("http://"),
+                    "connect_timeout": "3s",
+                    "timeout": f"{CALL_SECONDS}s",
+                },
                 retry_config={"max_retries": 2, "retry_timeout": timedelta(seconds=RETRY_SECONDS)},
             )
         except BaseError as error:
@@ -111,8 +123,7 @@ class Bucket:
 
     def get(self, name: str) -> bytes:
         """Return all bytes; raise FileNotFoundError if there are none."""
-        with self._translate_errors():
-            return bytes(obstore.get(self._store, name).bytes())
+        return next(self.many([name]))
 
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
         """Return the bytes of several names in their order, fetching some of them in parallel."""
@@ -178,7 +189,7 @@ class Bucket:
     def _put(self, name: str, content: bytes | Path) -> None:
         try:
             with self._translate_errors():
-                obstore.put(self._store, name, content)
+                obstore.put(self._store, name, content, chunk_size=PART_BYTES, max_concurrency=PARTS_AT_ONCE)
         except FileNotFoundError as error:
             raise StoreAwayError("There is no such bucket any more.") from error
 
@@ -187,11 +198,22 @@ class Bucket:
             return bytes(obstore.get_range(self._store, name, start=start, end=end))
 
     async def _fetched(self, names: Sequence[str]) -> list[bytes]:
-        return await asyncio.gather(*(self._fetch(name) for name in names))
+        turn = asyncio.Semaphore(PARTS_AT_ONCE)
+        return await asyncio.gather(*(self._fetch(name, turn) for name in names))
 
-    async def _fetch(self, name: str) -> bytes:
-        result = await obstore.get_async(self._store, name)
-        return bytes(await result.bytes_async())
+    async def _fetch(self, name: str, turn: asyncio.Semaphore) -> bytes:
+        """Fetch an object: a small one with one request, others in parts, few at once."""
+        found = await obstore.get_async(self._store, name)
+        size = found.meta["size"]
+        if size <= SMALL_BYTES:
+            return bytes(await found.bytes_async())
+        # What comes of the first answer is lost, and its connection with it.
+        del found
+        return b"".join(await asyncio.gather(*(self._fetch_part(name, s, e, turn) for s, e in _parts(size))))
+
+    async def _fetch_part(self, name: str, start: int, end: int, turn: asyncio.Semaphore) -> bytes:
+        async with turn:
+            return bytes(await obstore.get_range_async(self._store, name, start=start, end=end))
 
     def _unusable(self, error: Exception) -> StoreAwayError:
         cure = "Check the name of the bucket, AWS_ENDPOINT_URL and the other AWS variables."
@@ -209,6 +231,12 @@ class Bucket:
             structlog.get_logger().warning("object store not usable", store=self.place, error=reason)
             message = "The object store cannot be used now. Try again in a moment."
             raise StoreAwayError(message) from error
+
+
+def _parts(size: int) -> Iterator[tuple[int, int]]:
+    """Yield where the parts of an object begin and end, bytes."""
+    for start in range(0, size, PART_BYTES):
+        yield start, min(start + PART_BYTES, size)
 
 
 class Recent:

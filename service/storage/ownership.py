@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from sqlalchemy import select
-from sqlalchemy.orm import Session
 
 from schemas.api.jobs import JobState
 from service.errors import StoreTakenError
@@ -20,6 +19,8 @@ from service.storage.objects import Objects
 
 MARK = "database-id"
 """What names the database to which a place belongs."""
+CLAIMED = "?"
+"""Precedes the name in the database until the place bears it, too."""
 
 _TAKEN = "{} is for the pictures of another database. Name an empty place for a new one."
 
@@ -69,29 +70,63 @@ def check(database: Database, place: Objects) -> None:
     StoreAwayError
         If the place cannot be reached.
     """
-    mark = place.get(MARK).decode().strip() if place.find(MARK) else None
-    with database.writing() as session:
-        row = session.scalars(select(LeaderRow)).one()
-        if row.folder is None:
-            if mark is not None:
-                raise StoreTakenError(_TAKEN.format(place.place))
-            _check_pictures(session, place)
-            row.folder = secrets.token_hex(8)
-            place.put(MARK, f"{row.folder}\n".encode())
-        elif mark != row.folder:
+    with database.starting():
+        folder = _folder(database)
+        if folder is None or folder.startswith(CLAIMED):
+            _claim(database, place, folder)
+        elif _mark(place) != folder:
             raise StoreTakenError(
                 f"{place.place} is not where the pictures of this database are. Is a disk not mounted, or a "
-                f"bucket another one? Name the place in which {MARK} holds {row.folder}."
+                f"bucket another one? Name the place in which {MARK} holds {folder}."
             )
 
 
-def _check_pictures(session: Session, place: Objects) -> None:
+def _claim(database: Database, place: Objects, claimed: str | None) -> None:
+    """Have a place bear the name that the database has for it, or gets.
+
+    Nothing is written to the place under the write lock, which others would wait for. The database has the
+    name first, so that after a crash the place is known by it.
+
+    Parameters
+    ----------
+    claimed
+        What a start that was not finished left in the database.
+    """
+    mark = _mark(place)
+    if mark is None:
+        _check_pictures(database, place)
+    elif claimed is None or mark != claimed.removeprefix(CLAIMED):
+        raise StoreTakenError(_TAKEN.format(place.place))
+    name = claimed.removeprefix(CLAIMED) if claimed else secrets.token_hex(8)
+    if claimed is None:
+        _record(database, f"{CLAIMED}{name}")
+    if mark is None:
+        place.put(MARK, f"{name}\n".encode())
+    _record(database, name)
+
+
+def _folder(database: Database) -> str | None:
+    with database.reading() as session:
+        return session.scalars(select(LeaderRow.folder)).one()
+
+
+def _record(database: Database, folder: str) -> None:
+    with database.writing() as session:
+        session.scalars(select(LeaderRow)).one().folder = folder
+
+
+def _mark(place: Objects) -> str | None:
+    return place.get(MARK).decode().strip() if place.find(MARK) else None
+
+
+def _check_pictures(database: Database, place: Objects) -> None:
     """Check that an unmarked place has the pictures of this database, and no others."""
-    newest = select(RenderRow.id).where(RenderRow.state == JobState.SUCCEEDED)
-    render = session.scalar(newest.order_by(RenderRow.number.desc()).limit(1))
+    with database.reading() as session:
+        newest = select(RenderRow).where(RenderRow.state == JobState.SUCCEEDED)
+        render = session.scalar(newest.order_by(RenderRow.number.desc()).limit(1))
     if render is None and any(place.found(JOBS)):
         raise StoreTakenError(_TAKEN.format(place.place))
-    if render is not None and place.find(f"{JOBS}/{render}/image.npy") is None:
+    if render is not None and place.find(f"{JOBS}/{render.id}/{render.final_prefix}image.npy") is None:
         raise StoreTakenError(
             f"The pictures of this database are not in {place.place}. Copy what is in the folders jobs and "
             "assets of its data folder there first."

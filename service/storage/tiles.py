@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import io
+import re
 import time
 import zipfile
 import zlib
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import IO, Any, Literal
@@ -28,6 +29,8 @@ LAYERS_SUFFIX = ".npz"
 TILES = "tiles"
 UNFINISHED_SECONDS = 3600.0
 """What is younger may be a file that another server is writing."""
+_FINAL = re.compile(r"((?:\d+-)?)(?:image[.-]|layer-)")
+"""The names of pictures, thumbnails and layers, and the prefix of each; those of version 0.1 have none."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,10 @@ class TileStore:
         """Keep a result of a job under a name."""
         self.objects.put(f"{job}/{name}", data)
 
+    def put_final(self, job: str, attempt: int, name: str, data: bytes) -> None:
+        """Keep a file of the final picture that an attempt has composed, beside those of other attempts."""
+        self.put_file(job, f"{final_prefix(attempt)}{name}", data)
+
     def get_file(self, job: str, name: str) -> bytes:
         """Return a result of a job."""
         return self.objects.get(f"{job}/{name}")
@@ -165,7 +172,7 @@ class TileStore:
             sizes[found.name.partition("/")[0]] += found.size
         return dict(sizes)
 
-    def sweep(self, jobs: Collection[str], ended: Collection[str], age_seconds: float) -> None:
+    def sweep(self, jobs: Collection[str], ended: Mapping[str, str | None], age_seconds: float) -> None:
         """Remove what a killed process left behind.
 
         Parameters
@@ -173,22 +180,34 @@ class TileStore:
         jobs
             All that there are; what belongs to no other is removed once it has this age.
         ended
-            Those of them that need no tiles any more.
+            Those of them that need no tiles any more, with the prefix of their final files, or None where
+            there is no picture: final files of other attempts are removed.
         """
         newest: defaultdict[str, float] = defaultdict(float)
-        tiled = set()
+        tiled, unrecorded = set(), []
         for found in self.objects.found():
             job, _, rest = found.name.partition("/")
             newest[job] = max(newest[job], found.modified)
-            if rest.startswith(f"{TILES}/"):
+            if job not in ended:
+                continue
+            final = _FINAL.match(rest)
+            if final and final[1] != ended[job]:
+                unrecorded.append(found.name)
+            elif rest.startswith(f"{TILES}/"):
                 tiled.add(job)
-        for job in tiled & set(ended):
+        self.objects.delete(unrecorded)
+        for job in tiled:
             self.drop_tiles(job)
         since = time.time() - age_seconds
         for job in newest.keys() - set(jobs):
             if not age_seconds or newest[job] < since:
                 self.drop_job(job)
         self.objects.tidy(age_seconds)
+
+
+def final_prefix(attempt: int) -> str:
+    """Return what the names of the final files begin with that an attempt writes."""
+    return f"{attempt}-"
 
 
 def put_arrays(objects: Objects, name: str, arrays: Layers) -> None:

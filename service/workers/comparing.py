@@ -38,8 +38,9 @@ def compared(
 def _picture(asked: ComparedPicture, role: str, store: TileStore) -> Picture:
     if asked.job is None:
         return picture_of(asked.content, role, asked.encoding)
-    content = store.get_file(asked.render, "image.npy")
-    sheets = {name: store.get_array(asked.render, layers.file_name(name)) for name in asked.layers}
+    content = store.get_file(asked.render, f"{asked.prefix}image.npy")
+    names = {name: f"{asked.prefix}{layers.file_name(name)}" for name in asked.layers}
+    sheets = {name: store.get_array(asked.render, file) for name, file in names.items()}
     return picture_of(content, f"job:{asked.job}", asked.encoding, sheets)
 
 

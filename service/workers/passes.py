@@ -123,9 +123,10 @@ class PassWorker:
         size = picture.shape[0], picture.shape[1]
         buffers = layers.composed(self.store, task.job, size, task.layers, task.recorded)
         for name, sheet in (buffers | estimate.layers(task.layers)).items():
-            self.store.put_file(task.job, layers.file_name(name), image_files.encode_layer(sheet))
+            content = image_files.encode_layer(sheet)
+            self.store.put_final(task.job, task.attempt, layers.file_name(name), content)
         data = image_files.encode_npy(picture)
-        self.store.put_file(task.job, "image.npy", data)
+        self.store.put_final(task.job, task.attempt, "image.npy", data)
         return hashlib.sha256(data).hexdigest()
 
 

@@ -107,7 +107,7 @@ class QuoteTask:
 class ComparedPicture:
     """A picture of a job, with these of its layers, or the content of a file where there is no job.
 
-    It lies in the store under the name of its ``render``.
+    It lies in the store under the name of its ``render``, in files whose names begin with ``prefix``.
     """
 
     job: str | None
@@ -115,6 +115,7 @@ class ComparedPicture:
     content: bytes = field(repr=False)
     encoding: Encoding | None
     layers: tuple[str, ...]
+    prefix: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -138,9 +138,10 @@ class Worker:
             if task.compared:
                 squares.append(progressive.squares_of(pixels))
         for name, sheet in self._layers(task).items():
-            self._store.put_file(task.job, layers.file_name(name), image_files.encode_layer(sheet))
+            content = image_files.encode_layer(sheet)
+            self._store.put_final(task.job, task.attempt, layers.file_name(name), content)
         data = image_files.encode_npy(image)
-        self._store.put_file(task.job, "image.npy", data)
+        self._store.put_final(task.job, task.attempt, "image.npy", data)
         numerics = {"non_finite": film.non_finite(image), "clamped": clamped}
         errors = progressive.errors_of(squares, task.width * task.height)
         documents = {index: error.document() for index, error in errors.items()}

@@ -128,7 +128,7 @@ def test_pixels_are_in_the_bucket_alone_and_tiles_go(
     job = rendered["away"]
     assert place_of(STORE).find(MARK)
     until(lambda: not any("/tiles/" in name for name in objects(job)))
-    assert {f"{job}/image.npy", f"{job}/spec.json", f"{job}/layer-depth.npy"} <= objects(job)
+    assert {f"{job}/1-image.npy", f"{job}/spec.json", f"{job}/1-layer-depth.npy"} <= objects(job)
     assert not [path for path in in_bucket.data.rglob("*") if path.suffix in {".npy", ".json"}]
 
 
@@ -177,7 +177,7 @@ def test_what_is_not_kept_leaves_the_bucket(away: httpx2.Client) -> None:
         finish(away, one)
     assert away.delete(f"/v1/jobs/{job}").status_code == 204
     until(lambda: not objects(job))
-    assert f"{other}/image.npy" in objects(other)
+    assert f"{other}/1-image.npy" in objects(other)
 
 
 def test_jobs_wait_while_the_bucket_is_away(

@@ -6,6 +6,7 @@ import asyncio
 import hashlib
 import io
 from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from itertools import count
 from pathlib import Path
@@ -13,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from sqlalchemy import select
 
 from schemas.api.jobs import JobState
 from schemas.limits import Limits
@@ -20,8 +22,9 @@ from schemas.tiles import Pass, Tile
 from service.errors import StoreAwayError, StoreDamagedError, StoreTakenError, UploadMismatchError
 from service.storage import ownership
 from service.storage.assets import AssetStore
+from service.storage.bucket import PART_BYTES
 from service.storage.database.connection import Database
-from service.storage.database.models import RenderRow
+from service.storage.database.models import LeaderRow, RenderRow
 from service.storage.folder import place_of
 from service.storage.objects import Objects
 from service.storage.tiles import StoredTile, TileStore
@@ -107,6 +110,14 @@ def test_an_array_is_read_whatever_was_written_before_it(place: Objects) -> None
         place.array("a.npy")[0, 0, 0] = 1
 
 
+@pytest.mark.parametrize("size", [PART_BYTES, PART_BYTES + 1, 2 * PART_BYTES + 17])
+def test_large_contents_come_back_whole(place: Objects, size: int) -> None:
+    data = np.random.default_rng(size).bytes(size)
+    place.put("large", data)
+    assert place.get("large") == data
+    assert list(place.many(["large", "large"])) == [data, data]
+
+
 def test_an_old_attempt_overwrites_nothing(place: Objects) -> None:
     store = TileStore(place)
     store.put_spec("job", b"{}")
@@ -137,11 +148,35 @@ def test_a_sweep_leaves_what_jobs_need(place: Objects) -> None:
         store.put_spec(job, b"{}")
         store.put_tile(job, TILE, PASS, 1, np.ones((3, 4, 3), np.float32))
     assert store.sizes() == dict.fromkeys(("running", "ended", "unknown"), 2 + 4 * 36)
-    store.sweep({"running", "ended"}, {"ended"}, 3600.0)
+    store.sweep({"running", "ended"}, {"ended": None}, 3600.0)
     until(lambda: "ended/tiles/1-0.1" not in names(place))
     assert "unknown/spec.json" in names(place)
-    store.sweep({"running", "ended"}, {"ended"}, 0.0)
+    store.sweep({"running", "ended"}, {"ended": None}, 0.0)
     until(lambda: names(place) == {"running/spec.json", "running/tiles/1-0.1", "ended/spec.json"})
+
+
+@pytest.mark.parametrize(
+    ("prefix", "left"),
+    [
+        ("2-", {"2-image.npy", "2-image-96.png", "2-layer-depth.npy"}),
+        ("", {"image.npy", "image-96.png", "layer-depth.npy"}),
+        (None, set()),
+    ],
+    ids=["attempt", "of version 0.1", "no picture"],
+)
+def test_final_files_that_no_row_records_go_and_the_others_stay(
+    place: Objects, prefix: str | None, left: set[str]
+) -> None:
+    store = TileStore(place)
+    for job in ("ended", "running"):
+        store.put_spec(job, b"{}")
+        for attempt in ("", "1-", "2-", "12-"):
+            for name in ("image.npy", "image-96.png", "layer-depth.npy"):
+                store.put_file(job, f"{attempt}{name}", b"final")
+    before = names(place, "running")
+    store.sweep({"running", "ended"}, {"ended": prefix}, 3600.0)
+    assert names(place, "ended") == {f"ended/{name}" for name in {"spec.json", *left}}
+    assert names(place, "running") == before
 
 
 def test_passes_that_are_merged_go_and_their_layers_stay(place: Objects) -> None:
@@ -237,6 +272,35 @@ def test_a_database_that_has_pictures_takes_the_place_to_which_they_were_copied(
     place.put("jobs/ab/image.npy", b"")
     ownership.check(database, place)
     assert place.find(ownership.MARK)
+
+
+@BOTH
+def test_a_place_that_was_claimed_before_a_crash_is_taken_at_the_next_start(
+    place: Objects, database: Database
+) -> None:
+    with database.writing() as session:
+        session.scalars(select(LeaderRow)).one().folder = f"{ownership.CLAIMED}ab"
+    for _ in range(2):
+        ownership.check(database, place)
+    assert place.get(ownership.MARK) == b"ab\n"
+    with database.reading() as session:
+        assert session.scalars(select(LeaderRow)).one().folder == "ab"
+
+
+@pytest.mark.parametrize("database", ["postgresql"], indirect=True)
+def test_of_servers_that_start_at_the_same_moment_those_with_another_place_are_refused(
+    place: Objects, database: Database
+) -> None:
+    parts = [place.within(name) for name in "ababab"]
+    for part in parts:
+        part.begin("")
+    with ThreadPoolExecutor(len(parts)) as pool:
+        checks = [pool.submit(ownership.check, database, part) for part in parts]
+        refused = [type(check.exception()) for check in checks]
+    assert {frozenset(refused[::2]), frozenset(refused[1::2])} == {
+        frozenset({type(None)}),
+        frozenset({StoreTakenError}),
+    }
 
 
 def test_a_bucket_that_is_not_there_is_reported(object_store: S3Server) -> None:

@@ -142,7 +142,7 @@ def test_deleting_one_leaves_the_others_and_the_last_frees_the_disk(users: Users
     assert users["ann"].delete(f"/v1/jobs/{first['id']}").status_code == 204
     assert users["bob"].delete(f"/v1/jobs/{second['id']}").status_code == 204
     assert image(users["eve"], third["id"]).shape == (32, 32, 3)
-    assert (folder / first["id"] / "image.npy").exists()
+    assert (folder / first["id"] / "1-image.npy").exists()
     assert users["eve"].delete(f"/v1/jobs/{third['id']}").status_code == 204
     assert not (folder / first["id"]).exists()
     again = ask(users["bob"], small(4), wait=30)
@@ -155,7 +155,7 @@ def test_a_job_that_is_to_be_rendered_anew_shares_nothing(users: Users, folder: 
     headers = {"Cache-Control": "no-cache", "Prefer": "wait=30"}
     anew = users["ann"].post("/v1/jobs", json={"scene": small(5)}, headers=headers).json()
     assert anew["state"] == "succeeded"
-    assert (folder / anew["id"] / "image.npy").exists()
+    assert (folder / anew["id"] / "1-image.npy").exists()
 
 
 def test_identical_submissions_under_way_share_one_render(users: Users, shared: Shared, folder: Path) -> None:

@@ -223,6 +223,25 @@ def test_merging_is_tried_again_after_a_death_and_a_stale_attempt_does_not_count
     assert [past["attempt"] for past in table.job.merges] == [2]
 
 
+def test_no_two_passes_are_merged_under_the_same_number(table: Table) -> None:
+    table.add()
+    table.round((table.merging(), advanced(2, 3)), room=0)
+    lost = table.merging()
+    table.flying = []
+    with table.database.writing() as session:
+        ledger.recover(session)
+    (again,) = table.round()
+    assert isinstance(again, AdvanceTask)
+    assert (again.pass_, again.attempt) == (lost.pass_, lost.attempt + 1)
+    table.round((again, advanced(1)), room=0)
+    # The answer of the database was lost, so the same is reported once more.
+    table.round((again, advanced(1)), room=0)
+    last = table.merging()
+    table.round((last, advanced(final=True)), room=0)
+    assert [past["attempt"] for past in table.job.merges] == [1, 3, 4]
+    assert table.job.final_prefix == "4-"
+
+
 def test_merging_may_cost_three_workers_and_no_more(table: Table) -> None:
     table.add()
     task = table.merging()

@@ -26,7 +26,7 @@ from service.errors import DatabaseVersionError
 from service.lifecycle.documents import documents
 from service.storage.database.connection import Database
 from service.storage.database.migrations import SCRIPTS, upgrade
-from service.storage.database.models import JobRow, TileRow
+from service.storage.database.models import JobRow, RenderRow, TileRow
 from tests.integration.support import BOTH
 
 FIRST = "tables_0001"
@@ -162,6 +162,24 @@ def test_what_was_left_waiting_continues(database: Database) -> None:
     with database.reading() as session:
         done = session.get_one(TileRow, (1, 0, 0))
         assert (done.state, done.seq, done.crc32) == ("done", 1, 2**32 - 1)
+
+
+def test_pictures_of_the_first_release_keep_the_names_of_their_files(database: Database) -> None:
+    _insert(database, "renders", RENDER | {"id": "cc", "state": "succeeded", "image_sha256": "ab" * 32})
+    upgrade(database)
+    with database.reading() as session:
+        prefixes = dict(session.execute(select(RenderRow.id, RenderRow.final_prefix)).all())
+    assert prefixes == {"aa": "", "bb": "", "cc": ""}
+
+
+def test_a_picture_that_the_first_release_was_composing_gets_the_next_number(database: Database) -> None:
+    started = {"state": "running", "compose_attempt": 1, "total_steps": 1, "done_steps": 1}
+    _insert(database, "renders", RENDER | started | {"id": "cc"})
+    upgrade(database)
+    with database.writing() as session:
+        ledger.recover(session)
+        (task,) = ledger.compose_claims(session, ())
+    assert (task.job, task.attempt) == ("cc", 2)
 
 
 def test_a_later_migration_changes_tables_and_keeps_rows(database: Database, later: Path) -> None:

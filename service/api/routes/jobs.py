@@ -77,8 +77,10 @@ async def submit(
     sent = submissions.Submission(user, body, idempotency_key, anew)
     submitted = await here.read(submissions.submit, here, sent)
     wait = preferred_wait(prefer, here.settings.max_wait_seconds)
-    if wait:
-        await jobs.until(here, submitted.job, wait, lambda status: status.state.final)
+    # The job is accepted in any case, and a preference need not be honoured.
+    if wait and here.streams.allows(user):
+        with here.streams.waiting(user):
+            await jobs.until(here, submitted.job, wait, lambda status: status.state.final)
         response.headers["Preference-Applied"] = f"wait={wait:g}"
     job = await run_in_threadpool(jobs.show, here, submitted.job)
     response.headers["Location"] = job.links.self

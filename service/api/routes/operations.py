@@ -6,6 +6,7 @@ import shutil
 from importlib.metadata import version as installed
 from typing import Any
 
+from anyio import to_thread
 from fastapi import APIRouter
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
@@ -55,9 +56,10 @@ async def livez(here: Here) -> Condition:
     summary="Check that jobs can run",
     response_description="They can.",
 )
-def readyz(here: Here) -> Condition:
+async def readyz(here: Here) -> Condition:
     """Check that the service can accept and render jobs now: its database, workers, disk and data folder."""
-    missing = [what for what, passes in _checks(here).items() if not passes]
+    checks = await to_thread.run_sync(_checks, here, limiter=here.probes)
+    missing = [what for what, passes in checks.items() if not passes]
     if missing:
         raise UnavailableError(f"Not ready: {', '.join(missing)}.")
     return Condition()

@@ -12,7 +12,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from schemas.api import batches
 from schemas.api.jobs import TileBatch
-from service.api.authentication import JobId
+from service.api.authentication import CurrentUser, JobId
 from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
 from service.errors import UnknownJobError
 from service.jobs import lifecycle as jobs
@@ -41,12 +41,13 @@ TILES: dict[int | str, dict[str, Any]] = {
 
 BATCH_FORM = (batches.__doc__ or "").partition("\n\n")[2].partition("\n\n>>>")[0]
 UNKNOWN = problem(404, "There is no such job.", "unknown_job")
+CROWDED = problem(429, "You watch as many jobs at once as you may.", "busy")
 
 
 @router.get(
     "/tiles",
     response_model=None,
-    responses=TILES | UNKNOWN,
+    responses=TILES | UNKNOWN | CROWDED,
     summary="List tile events",
     description="List the events of finished tiles after a number. With `wait` the response comes as soon as "
     "there is one.\n`complete` is true when the job has ended and no event follows.\n\n"
@@ -56,14 +57,17 @@ async def get_tiles(
     here: Here,
     request: Request,
     response: Response,
+    user: CurrentUser,
     job_id: JobId,
     after: After = 0,
     wait: Wait = 0.0,
     encoding: Encoding = "float32",
 ) -> TileBatch | Response:
     """List tile events by number."""
-    seconds = min(wait, here.settings.max_wait_seconds)
-    await jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
+    if wait:
+        with here.streams.waiting(user):
+            seconds = min(wait, here.settings.max_wait_seconds)
+            await jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
     response.headers["Vary"] = "Accept"
     if negotiate(request, FORMS) != batches.MEDIA_TYPE:
         return await run_in_threadpool(tile_events.batch, here, job_id, after)
@@ -77,6 +81,14 @@ async def known(here: Here, job_id: JobId) -> str:
     return (await run_in_threadpool(jobs.show, here, job_id)).id
 
 
+async def watching(
+    here: Here, user: CurrentUser, job_id: Annotated[str, Depends(known)]
+) -> AsyncIterator[str]:
+    """Count a stream from before its beginning to its end; too many are answered 429."""
+    with here.streams.waiting(user):
+        yield job_id
+
+
 @router.head("/events", include_in_schema=False)
 async def events_exist(job_id: Annotated[str, Depends(known)]) -> Response:  # noqa: ARG001
     """Answer without waiting: the stream lasts as long as the job."""
@@ -86,12 +98,12 @@ async def events_exist(job_id: Annotated[str, Depends(known)]) -> Response:  # n
 @router.get(
     "/events",
     response_class=EventSourceResponse,
-    responses=UNKNOWN,
+    responses=UNKNOWN | CROWDED,
     summary="Stream tile events",
     response_description="A stream of events, until the job ends.",
 )
 async def get_events(
-    here: Here, job_id: Annotated[str, Depends(known)], last_event_id: LastEventId = None
+    here: Here, job_id: Annotated[str, Depends(watching)], last_event_id: LastEventId = None
 ) -> AsyncIterator[ServerSentEvent]:
     """Stream the events of finished tiles as Server-Sent Events: the same as `/tiles` returns.
 

@@ -22,8 +22,11 @@ from service.storage.database.urls import ANSWER_SECONDS, engine_of
 BUSY_TIMEOUT_MS = 10_000
 # A server that was stopped in the middle of a transaction, or cut off, delays others at most this long.
 SILENCE_TIMEOUT_MS = 3_000
-# Any number that other programs on the same database do not use.
+# Any numbers that other programs on the same database do not use.
 WRITERS = 0x50454E554D425241
+STARTERS = WRITERS + 1
+# What a server that starts checks outside of the database, such as a bucket, may take this long.
+START_TIMEOUT_MS = 60_000
 CHANNEL = "penumbra"
 # A notice has room for 8,000 bytes.
 MOST_NOTIFIED = 200
@@ -88,6 +91,18 @@ class Database:
         """A transaction that is committed at the end, or undone when an exception leaves it."""
         with self._in_turn(), Session(self._writer, expire_on_commit=False) as session, session.begin():
             yield session
+
+    @contextmanager
+    def starting(self) -> Iterator[None]:
+        """Keep other servers that start waiting until the block ends; those that run read and write.
+
+        On SQLite there is one server.
+        """
+        if not self.shared:
+            yield
+            return
+        with self.engine.execution_options(lock=STARTERS, silence_ms=START_TIMEOUT_MS).begin():
+            yield
 
     @contextmanager
     def _in_turn(self) -> Iterator[None]:
@@ -174,12 +189,13 @@ def _begin_postgresql(connection: Connection) -> None:
     options = connection.get_execution_options()
     driver: Any = connection.connection.dbapi_connection
     driver.answer_seconds = options.get("answer_seconds", ANSWER_SECONDS)
-    if not options.get("writes", False):
+    lock = options.get("lock", WRITERS if options.get("writes", False) else None)
+    if lock is None:
         return
     silence_ms = options.get("silence_ms", SILENCE_TIMEOUT_MS)
     # Set for this transaction alone, so that connections may come from a pool that others use too.
     connection.exec_driver_sql(
         f"SELECT set_config('lock_timeout', '{BUSY_TIMEOUT_MS}', true),"
         f" set_config('idle_in_transaction_session_timeout', '{silence_ms}', true),"
-        f" pg_advisory_xact_lock({WRITERS})"
+        f" pg_advisory_xact_lock({lock})"
     )

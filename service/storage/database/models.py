@@ -80,6 +80,10 @@ class RenderRow(Base):
     cannot estimate the error of the picture, the reason in ``error_unknown``. ``focus`` is a rectangle to
     render first. While it is paused it has ``paused_at``; ``paused_seconds`` are those of earlier pauses.
     ``traceparent`` is the span of the request that it came with, where spans are collected.
+
+    ``compose_attempt`` numbers the tasks that put its tiles together; no number is given twice, so that each
+    writes files of its own. The names of the final picture, its layers and its encodings in the store begin
+    with ``final_prefix``; it is empty for pictures of version 0.1.
     """
 
     __tablename__ = "renders"
@@ -136,6 +140,7 @@ class RenderRow(Base):
 
     traceparent: Mapped[str | None] = mapped_column(String(55))
     image_sha256: Mapped[str | None] = mapped_column(String(64))
+    final_prefix: Mapped[str] = mapped_column(String(16), default="", server_default="")
     focus: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
     started_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     paused_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
@@ -297,7 +302,8 @@ class LeaderRow(Base):
     """The server that hands out work, where several use this database; one row.
 
     ``term`` counts how often another one has begun to; the time of ``expires_at`` is that of the database's
-    clock. ``folder`` is the name that the data folder bears which belongs to this database.
+    clock. ``folder`` is the name that the data folder bears which belongs to this database; before that is
+    written, ``?`` precedes it.
     """
 
     __tablename__ = "leader"

@@ -1,0 +1,154 @@
+"""Connections: how many there may be, of all clients and of one address, and how long each may be idle."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+
+from starlette.types import ASGIApp, Receive, Scope, Send
+from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
+
+from service.api import problems
+from service.api.middleware import RequestIds, SafeHeaders
+from service.errors import BusyError, UnavailableError
+from service.settings import Settings
+
+PROBES = ("/livez", "/readyz")
+"""Paths that are answered beyond the limits as well."""
+MOST_PROBES = 32
+"""Connections beyond the limits, for probes alone."""
+
+CROWDED = "The service has as many connections as it may. Try again in a moment."
+CROWDED_ADDRESS = (
+    "Your address has {} connections to this service, the maximum. Close some of them, or send several "
+    "requests on one."
+)
+
+
+class Connection(H11Protocol):
+    """A connection that is closed where no head of a request is complete in time, and counted.
+
+    Otherwise a few clients could hold all connections there may be. Uvicorn has no such timeout: its
+    ``timeout_keep_alive`` begins with the end of an answer, so it never closes a connection that has sent
+    nothing yet, and it ends with the next byte; ``h11_max_incomplete_event_size`` bounds the bytes of a head,
+    and not how long it takes to come. Its ``limit_concurrency`` refuses everything, probes too.
+    """
+
+    limits: ConnectionLimits
+    _timer: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Begin to wait for a request, if there is room for another connection."""
+        super().connection_made(transport)
+        self._start()
+        refusal = self.limits.enter(self)
+        if refusal is not None:
+            self.app = _ProbesAlone(self.app, refusal)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Make room for another connection."""
+        super().connection_lost(exc)
+        self._stop()
+        self.limits.leave(self)
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request."""
+        super().on_response_complete()
+        self._start()
+
+    @property
+    def address(self) -> str:
+        """The address of the client."""
+        return self.client[0] if self.client else ""
+
+    def close_if_idle(self) -> bool:
+        """Close the connection unless a request is being answered; say whether it is closed."""
+        cycle: RequestResponseCycle | None = self.cycle
+        if cycle is not None and not cycle.response_complete:
+            return False
+        if not self.transport.is_closing():
+            self.transport.close()
+        return True
+
+    def _start(self) -> None:
+        self._stop()
+        self._timer = self.loop.call_later(self.limits.idle_seconds, self.close_if_idle)
+
+    def _stop(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+
+
+class ConnectionLimits:
+    """Counts the connections of a server. Used by one thread, that of the event loop.
+
+    Beyond the limits there are a few more, on which only probes are answered. The oldest of them that is idle
+    makes room for the next: whoever holds them keeps no probe out.
+
+    Parameters
+    ----------
+    most : int
+        Connections of all clients.
+    most_of_address : int
+        Connections of one address.
+    idle_seconds : float
+        How long a connection may be without a request, from its beginning or from the end of an answer.
+    """
+
+    def __init__(self, most: int, most_of_address: int, idle_seconds: float) -> None:
+        self.idle_seconds = idle_seconds
+        self._most, self._most_of_address = most, most_of_address
+        self._within: set[Connection] = set()
+        self._count_of: Counter[str] = Counter()
+        # In the order in which they came.
+        self._beyond: dict[Connection, None] = {}
+
+    def enter(self, connection: Connection) -> Exception | None:
+        """Count a connection; where it is beyond a limit, return what is answered to all but probes."""
+        if self._count_of[connection.address] >= self._most_of_address:
+            refusal: Exception = BusyError(CROWDED_ADDRESS.format(self._most_of_address))
+        elif len(self._within) >= self._most:
+            refusal = UnavailableError(CROWDED)
+        else:
+            self._within.add(connection)
+            self._count_of[connection.address] += 1
+            return None
+        self._beyond[connection] = None
+        if len(self._beyond) > MOST_PROBES:
+            # It came last, and closes only where all others are being answered.
+            closed = next(other for other in self._beyond if other.close_if_idle())
+            del self._beyond[closed]
+        return refusal
+
+    def leave(self, connection: Connection) -> None:
+        """Count a connection that has ended no more."""
+        self._beyond.pop(connection, None)
+        if connection in self._within:
+            self._within.remove(connection)
+            self._count_of[connection.address] -= 1
+            if not self._count_of[connection.address]:
+                del self._count_of[connection.address]
+
+
+class _ProbesAlone:
+    """Answers probes as an application does, and everything else with an error."""
+
+    def __init__(self, app: ASGIApp, error: Exception) -> None:
+        self._app = app
+        answer = problems.refusal(error, {"Connection": "close"})
+        self._refusal = RequestIds(SafeHeaders(answer))
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        answer = self._app if scope.get("path") in PROBES else self._refusal
+        await answer(scope, receive, send)
+
+
+def connection_type(settings: Settings) -> type[H11Protocol]:
+    """Make the protocol of a server's connections. Behind a proxy all have the same address."""
+    most_of_address = settings.max_connections if settings.behind_proxy else settings.max_address_connections
+
+    class LimitedConnection(Connection):
+        limits = ConnectionLimits(settings.max_connections, most_of_address, settings.client_timeout_seconds)
+
+    return LimitedConnection
