@@ -12,7 +12,9 @@ if TYPE_CHECKING:
 FOLDER = Path(__file__).parents[2] / "docs" / "figures"
 
 COMMANDS = {
-    "assignment": "python -m tools.docs.generate_assignment_page --measure",
+    "assignment": (
+        "python -m tools.docs.generate_assignment_page --measure && python -m tools.docs.measure_programs"
+    ),
     "bench": "python -m benchmarks rendering effects meshes accuracy service --out docs/figures/bench.json",
     "capacity": "python -m benchmarks.capacity --out docs/figures/capacity.json",
     "chaos": "python -m benchmarks.chaos --out docs/figures/chaos.json",
