@@ -178,9 +178,11 @@ def _pictures(pictures: Mapping[str, bytes], out: Path | None) -> Iterator[Path]
 
 def lines(found: Grade, width: int | None) -> Iterator[str]:
     """A grade as lines: wrapped to a width for people, without one cells with tabs for programs."""
+    from service.grading.exports.texts import number
+
     for test in found.tests:
-        points = NO_POINTS if test.id in found.ungraded else f"{test.points:g}"
-        cells = [test.status, f"{points}/{test.max_points:g}", output.harmless(test.name)]
+        points = NO_POINTS if test.id in found.ungraded else number(test.points)
+        cells = [test.status, f"{points}/{number(test.max_points)}", output.harmless(test.name)]
         message = output.harmless(test.message) if test.status != "passed" else ""
         if width is None:
             yield "\t".join([*cells, test.id, message])
@@ -190,4 +192,4 @@ def lines(found: Grade, width: int | None) -> Iterator[str]:
         yield from textwrap.wrap(message, width, initial_indent=" " * 4, subsequent_indent=" " * 4)
     for signal in found.signals:
         yield f"for staff: {signal.test}: {output.harmless(signal.message)}"
-    yield f"{output.emphasis(f'{found.score:g} of {found.max_score:g} points')}, {found.verdict}"
+    yield f"{output.emphasis(f'{number(found.score)} of {number(found.max_score)} points')}, {found.verdict}"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from schemas.grading.grades import Grade
 from service.grading.exports.rows import Row, for_staff, for_students
-from service.grading.exports.texts import line
+from service.grading.exports.texts import line, rounded
 
 FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 """Spreadsheets evaluate cells that begin with these characters, also in full width
@@ -35,11 +35,11 @@ def _table(grade: Grade, rows: Sequence[Row], more: dict[str, str]) -> bytes:
         "submitted": grade.submitted or "",
         "assignment": grade.title,
         # A partial total could be mistaken for the final one.
-        "score": "" if grade.ungraded else grade.score,
-        "max_score": grade.max_score,
+        "score": "" if grade.ungraded else rounded(grade.score),
+        "max_score": rounded(grade.max_score),
         "ungraded": len(grade.ungraded),
     }
-    cells |= {f"points_{row.id or 'hidden'}": "" if row.open else row.points for row in rows}
+    cells |= {f"points_{row.id or 'hidden'}": "" if row.open else rounded(row.points) for row in rows}
     cells |= more
     text = io.StringIO(newline="")
     writer = csv.writer(text)
