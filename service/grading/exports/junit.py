@@ -20,8 +20,8 @@ NUMBERS = ("metric", "value", "threshold", "margin", "verdict")
 def export(grade: Grade, pictures: Path | None = None) -> bytes:
     """Export a result as JUnit XML.
 
-    JUnit has no partial credit: a test that lost points fails, and its output holds the points, a line for each
-    number. A test that could not be graded is an error, one without a submitted file is skipped. Pictures are
+    JUnit has no partial credit: a test that lost points fails, and its output holds the points, a line each.
+    A test that could not be graded is an error, one without a submitted file is skipped. Pictures are
     not supported.
     """
     del pictures
