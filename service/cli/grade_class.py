@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -120,8 +120,10 @@ def grade_class(run: ClassRun, *, as_json: bool) -> int:
     grades = {student: grade for student, grade in known.items() if grade is not None}
     if grades:
         output.say(f"{len(grades)} of {len(students)} submissions have not changed since they were graded.")
-    with progress_bar("grading") as bar:
-        for student, found in _graded(run, [one for one in students if one not in grades], bar):
+    left = [student for student in students if student not in grades]
+    # Ctrl-C or a full disk ends all tests at once.
+    with progress_bar("grading") as bar, closing(_graded(run, left, bar)) as results:
+        for student, found in results:
             _save(run, student, found, keys[student])
             grades[student] = found.grade
     whole = _save_class(run, [(student, grades[student]) for student in students])
@@ -148,10 +150,12 @@ def _with_forms(key: str, exports: Mapping[str, str]) -> str:
     return " ".join([key, *(f"{form}={name}" for form, name in sorted(exports.items()))])
 
 
-def _graded(run: ClassRun, students: Sequence[Student], bar: Bar) -> Iterator[tuple[Student, Graded]]:
+def _graded(
+    run: ClassRun, students: Sequence[Student], bar: Bar
+) -> Generator[tuple[Student, Graded], None, None]:
     from service.grading.class_grading import grade_class as graded
 
-    found = graded(
+    return graded(
         run.manifest,
         students,
         references=run.references,
@@ -160,9 +164,6 @@ def _graded(run: ClassRun, students: Sequence[Student], bar: Bar) -> Iterator[tu
         cache=run.cache,
         on_test=_shown(bar, len(students) * len(run.manifest.tests)),
     )
-    # Ctrl-C or a full disk ends all tests at once.
-    with closing(found):
-        yield from found
 
 
 def _shown(bar: Bar, total: int) -> Callable[[Student], None]:

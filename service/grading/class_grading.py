@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -57,7 +57,7 @@ def grade_class(
     server: str | None = None,
     cache: Path | None = None,
     on_test: Callable[[Student], None] | None = None,
-) -> Iterator[tuple[Student, Graded]]:
+) -> Generator[tuple[Student, Graded], None, None]:
     """Grade submissions, and yield each with its result and pictures as soon as its last test is done.
 
     Parameters

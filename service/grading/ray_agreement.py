@@ -107,7 +107,8 @@ def _near(values: Floats, name: str, right: Answers) -> Masks:
         return same
     with np.errstate(invalid="ignore"):
         near: Masks = np.abs(values - wanted) <= right.allowed[name]
-    return near if near.ndim == 1 else near.all(axis=1)
+    whole: Masks = near if near.ndim == 1 else near.all(axis=1)
+    return whole
 
 
 def _missed(submitted: Mapping[str, Floats]) -> Masks:
