@@ -267,6 +267,41 @@ def test_no_attempt_is_lost_on_prairielearn_where_a_test_could_not_be_graded() -
     assert document["format_errors"] == ["Camera: The picture has 20 x 20 pixels, the reference 32 x 24."]
 
 
+def test_an_open_bonus_test_withholds_no_score_on_prairielearn() -> None:
+    bonus = not_gradable().model_copy(update={"bonus": True})
+    document = exported("prairielearn", result(tried(points=5.0), bonus))
+    assert (document["gradable"], document["score"]) == (True, 0.5)
+    assert "format_errors" not in document
+
+
+def test_a_bonus_test_alone_that_is_open_is_not_gradable_on_prairielearn() -> None:
+    bonus = not_gradable().model_copy(update={"bonus": True})
+    assert exported("prairielearn", result(bonus))["gradable"] is False
+
+
+def test_no_reference_is_shown_on_prairielearn_for_an_attempt_that_costs_nothing(tmp_path: Path) -> None:
+    grade = drawn(tmp_path, result(failed(), not_gradable()), 104, 24)
+    free = exported("prairielearn", grade, tmp_path)
+    assert [test["images"] for test in free["tests"]] == [[], []]
+    counted = exported("prairielearn", drawn(tmp_path, result(failed()), 104, 24), tmp_path)
+    assert len(counted["tests"][0]["images"]) == 1
+
+
+@pytest.mark.parametrize(("form", "score"), [("gradescope", 6.67), ("prairielearn", 0.333333)])
+def test_numbers_are_rounded(form: str, score: float) -> None:
+    third = 10 / 3
+    tests = [tried(points=third, status="partial"), tried("more", points=third, status="partial")]
+    document = exported(form, result(*tests))
+    assert document["score"] == score
+    points = "score" if form == "gradescope" else "points"
+    assert [test[points] for test in document["tests"]] == [3.33, 3.33]
+
+
+def test_values_on_gradescope_have_six_digits() -> None:
+    document = exported("gradescope", result(tried(value=0.1234567891)))
+    assert document["tests"][0]["extra_data"]["value"] == 0.123457
+
+
 @pytest.mark.parametrize(("points", "share"), [(0.0, 0.0), (2.5, 0.25), (10.0, 1.0)])
 def test_the_score_on_prairielearn_is_a_share(points: float, share: float) -> None:
     assert exported("prairielearn", result(tried(points=points)))["score"] == share
