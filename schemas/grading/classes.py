@@ -1,4 +1,4 @@
-"""The result of grading a class: a line for each submission, and files that several have in common."""
+"""The result of grading a class: a line for each submission, and what several submissions have in common."""
 
 from __future__ import annotations
 
@@ -17,6 +17,14 @@ class SharedFiles(Message):
     tests: tuple[str, ...] = Field(description="Ids of the tests whose files are the same.")
 
 
+class SharedNoise(Message):
+    """Submissions whose pictures have the same noise, though not the same bytes."""
+
+    students: tuple[str, ...] = Field(description="Whose submissions they are, by name.")
+    tests: tuple[str, ...] = Field(description="Ids of the tests whose pictures have it.")
+    correlation: float = Field(ge=-1, le=1, description="Of the noise, the lowest one that was noticed.")
+
+
 class ClassEntry(Message):
     """One submission."""
 
@@ -30,7 +38,7 @@ class ClassEntry(Message):
 
 
 class ClassGrade(Message):
-    """What grading a class by a manifest has shown."""
+    """What grading a class by a manifest has shown. It is for staff only."""
 
     model_config = ConfigDict(populate_by_name=True, serialize_by_alias=True)
 
@@ -41,3 +49,7 @@ class ClassGrade(Message):
     max_score: float = Field(ge=0, description="Sum of all points but those of bonus tests.")
     students: tuple[ClassEntry, ...] = Field(description="By name.")
     shared_files: tuple[SharedFiles, ...] = Field(default=(), description="Most files in common first.")
+    shared_noise: tuple[SharedNoise, ...] = Field(default=(), description="Most pictures in common first.")
+    left_out: tuple[str, ...] = Field(
+        default=(), description="What lies in the folder of the class and is not a submission, by name."
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,13 +16,16 @@ from service.cli.targets import make_folder, save, write_whole
 
 if TYPE_CHECKING:
     from schemas.grading.classes import ClassGrade
-    from schemas.grading.grades import Grade
     from schemas.grading.manifests import Manifest
-    from service.grading.class_records import Student
-    from service.grading.grading import Graded
+    from service.grading.class_grading import StudentResult
+    from service.grading.class_records import Record, Student
 
 GRADEBOOK, PAGE, RESULT = "gradebook.csv", "index.html", "class.json"
 STAFF_PAGE = "staff.html"
+
+HEADINGS = ("points", "submission", "not graded", "signals")
+
+FOLDERS = "Put each submission into a folder of its own there; unpack archives."
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,11 +90,11 @@ def file_names(words: Sequence[str]) -> dict[str, str]:
     CommandError
         The form is unknown, or the name is not that of a new file.
     """
-    from service.grading.class_records import KEY
+    from service.grading.class_records import KEY, PRINTS
     from service.grading.class_records import RESULT as STUDENT_RESULT
     from service.grading.exports import EXPORTS
 
-    taken = {KEY, STUDENT_RESULT, STAFF_PAGE}
+    taken = {KEY, PRINTS, STUDENT_RESULT, STAFF_PAGE}
     names = {}
     for word in words:
         form, _, name = word.partition("=")
@@ -109,40 +112,45 @@ def file_names(words: Sequence[str]) -> dict[str, str]:
 
 def grade_class(run: ClassRun, *, as_json: bool) -> int:
     """Grade a class, write all results, report them, and return the exit code."""
-    from service.grading.class_records import assignment_key, graded_before, students_of, submission_key
+    from service.grading.class_records import assignment_key, graded_before, submission_key, submissions
 
-    students = students_of(run.folder)
+    students, left_out = submissions(run.folder)
     if not students:
-        raise InputError(f"{run.folder} has no folders. Put each submission into a folder of its own there.")
+        raise InputError(f"{run.folder} has no folders. {FOLDERS}")
+    if left_out:
+        output.say(f"Not submissions: {output.harmless(', '.join(left_out))}. {FOLDERS}")
     assignment = _with_forms(assignment_key(run.manifest, run.references), run.exports)
     keys = {student: submission_key(assignment, student) for student in students}
-    known = {student: graded_before(run.place(student), key) for student, key in keys.items()}
-    grades = {student: grade for student, grade in known.items() if grade is not None}
-    if grades:
-        output.say(f"{len(grades)} of {len(students)} submissions have not changed since they were graded.")
-    left = [student for student in students if student not in grades]
-    # Ctrl-C or a full disk ends all tests at once.
-    with progress_bar("grading") as bar, closing(_graded(run, left, bar)) as results:
-        for student, found in results:
-            _save(run, student, found, keys[student])
-            grades[student] = found.grade
-    whole = _save_class(run, [(student, grades[student]) for student in students])
-    output.report(whole, lines(whole), as_json=as_json)
+    before = {student: graded_before(run.place(student), key) for student, key in keys.items()}
+    records = {student: record for student, record in before.items() if record is not None}
+    if records:
+        output.say(f"{len(records)} of {len(students)} submissions have not changed since they were graded.")
+    _grade_others(run, keys, records)
+    whole = _save_class(run, {student: records[student] for student in students}, left_out)
+    _report(whole, as_json=as_json)
     return ExitCode.DONE if any(entry.gradable for entry in whole.students) else ExitCode.UNUSABLE_INPUT
 
 
-def lines(whole: ClassGrade) -> Iterator[str]:
-    """A line for each submission with its points, the tests that are not graded, and its signals."""
+def cells(whole: ClassGrade) -> Iterator[list[str]]:
+    """For each submission its points, its name, the tests that are not graded, and its signals."""
     from service.grading.exports.texts import number
 
     for entry in whole.students:
         points = number(entry.score) if entry.gradable else "-"
-        signals = ", ".join(f"{signal.test}: {signal.code}" for signal in entry.signals)
-        cells = [f"{points}/{number(whole.max_score)}", entry.student, ", ".join(entry.ungraded), signals]
-        yield "\t".join(map(output.harmless, cells))
-    for shared in whole.shared_files:
-        names = output.harmless(", ".join(shared.students))
-        yield f"same files\t{names}\t{', '.join(shared.tests)}"
+        signals = [f"{signal.test}: {signal.code}" for signal in entry.signals]
+        for what, groups in (("same files", whole.shared_files), ("same noise", whole.shared_noise)):
+            tests = [", ".join(each.tests) for each in groups if entry.student in each.students]
+            signals += [f"{what}: {named}" for named in tests]
+        row = [f"{points}/{number(whole.max_score)}", entry.student, ", ".join(entry.ungraded)]
+        yield [output.harmless(cell) for cell in (*row, "; ".join(signals))]
+
+
+def _report(whole: ClassGrade, *, as_json: bool) -> None:
+    """Print the result: as a table for people, and as cells with tabs for programs."""
+    if output.on_terminal() and not as_json:
+        output.show(output.table(HEADINGS, cells(whole), numbers=HEADINGS[:1], overflow="fold"))
+    else:
+        output.report(whole, map("\t".join, cells(whole)), as_json=as_json)
 
 
 def _with_forms(key: str, exports: Mapping[str, str]) -> str:
@@ -150,20 +158,31 @@ def _with_forms(key: str, exports: Mapping[str, str]) -> str:
     return " ".join([key, *(f"{form}={name}" for form, name in sorted(exports.items()))])
 
 
-def _graded(
-    run: ClassRun, students: Sequence[Student], bar: Bar
-) -> Generator[tuple[Student, Graded], None, None]:
+def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Student, Record]) -> None:
+    """Grade the students without a record, save what each of them gets, and add their records."""
     from service.grading.class_grading import grade_class as graded
+    from service.grading.class_records import Record
 
-    return graded(
-        run.manifest,
-        students,
-        references=run.references,
-        jobs=run.jobs,
-        server=run.server,
-        cache=run.cache,
-        on_test=_shown(bar, len(students) * len(run.manifest.tests)),
-    )
+    left = [student for student in keys if student not in records]
+    try:
+        with progress_bar("grading") as bar:
+            results = graded(
+                run.manifest,
+                left,
+                references=run.references,
+                jobs=run.jobs,
+                server=run.server,
+                cache=run.cache,
+                on_test=_shown(bar, len(left) * len(run.manifest.tests)),
+            )
+            # Ctrl-C or a full disk ends all tests at once.
+            with closing(results):
+                for found in results:
+                    _save(run, found, keys[found.student])
+                    records[found.student] = Record(found.grade, found.prints)
+    finally:
+        if len(records) < len(keys):
+            output.say(f"{len(records)} of {len(keys)} submissions are graded. Run it again for the others.")
 
 
 def _shown(bar: Bar, total: int) -> Callable[[Student], None]:
@@ -179,13 +198,13 @@ def _shown(bar: Bar, total: int) -> Callable[[Student], None]:
     return show
 
 
-def _save(run: ClassRun, student: Student, found: Graded, key: str) -> None:
+def _save(run: ClassRun, found: StudentResult, key: str) -> None:
     """Write the result of a student; the key comes last, because it says that all is there."""
-    from service.grading.class_records import KEY
+    from service.grading.class_records import KEY, PRINTS, packed
     from service.grading.class_records import RESULT as STUDENT_RESULT
     from service.grading.exports import EXPORTS
 
-    place = run.place(student)
+    place = run.place(found.student)
     make_folder(place)
     (place / KEY).unlink(missing_ok=True)
     for name, content in found.pictures.items():
@@ -193,17 +212,27 @@ def _save(run: ClassRun, student: Student, found: Graded, key: str) -> None:
     for form, name in {"html-staff": STAFF_PAGE}.items() | run.exports.items():
         write_whole(place / name, EXPORTS[form](found.grade, place))
     write_whole(place / STUDENT_RESULT, f"{found.grade.model_dump_json(indent=2)}\n".encode())
+    write_whole(place / PRINTS, packed(found.prints))
     write_whole(place / KEY, key.encode())
 
 
-def _save_class(run: ClassRun, graded: Sequence[tuple[Student, Grade]]) -> ClassGrade:
+def _save_class(run: ClassRun, records: Mapping[Student, Record], left_out: Sequence[str]) -> ClassGrade:
     from service.grading.class_results import of_class
+    from service.grading.class_signals import shared_files, shared_noise
     from service.grading.exports.class_page import class_page
     from service.grading.exports.gradebook import for_class
 
-    whole = of_class(run.manifest.title, graded[0][1].max_score, graded)
-    grades = {student.name: grade for student, grade in graded}
+    grades = {student.name: record.grade for student, record in records.items()}
+    prints = {student.name: record.prints for student, record in records.items()}
+    files = shared_files(grades)
+    whole = of_class(
+        run.manifest.title,
+        {student: record.grade for student, record in records.items()},
+        files=files,
+        noise=shared_noise(run.manifest, run.references, prints, files),
+        left_out=left_out,
+    )
     save(run.out / RESULT, f"{whole.model_dump_json(indent=2)}\n".encode())
-    save(run.out / GRADEBOOK, for_class([*grades.values()], whole.shared_files))
+    save(run.out / GRADEBOOK, for_class([*grades.values()], whole))
     save(run.out / PAGE, class_page(whole, grades, STAFF_PAGE), "open it in a browser")
     return whole

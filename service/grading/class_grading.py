@@ -2,22 +2,44 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from schemas.grading.grades import GradeTimings
+from accuracy.comparison.fingerprints import Fingerprint
+from schemas.grading.grades import Grade, GradeTimings
 from schemas.grading.manifests import Manifest
 from service.grading import results
 from service.grading.class_records import Student
 from service.grading.folders import Folder
-from service.grading.grading import Graded, errands_of, pictures_of, prepare_references, reference_folder
+from service.grading.grading import errands_of, pictures_of, prepare_references, reference_folder
 from service.grading.processes import Errand, Finished, run_all
 from service.grading.settings import Run
 
 BETWEEN = "/"
 """Between the number of a student and the id of a test, which cannot contain it."""
+
+
+@dataclass(frozen=True, slots=True)
+class StudentResult:
+    """The result of a submission.
+
+    Attributes
+    ----------
+    student : Student
+    grade : Grade
+    pictures : dict of str to bytes
+        PNG files, by the names in the grade.
+    prints : dict of str to Fingerprint
+        Of the submitted pictures, by test.
+    """
+
+    student: Student
+    grade: Grade
+    pictures: dict[str, bytes]
+    prints: dict[str, Fingerprint]
 
 
 @dataclass(slots=True)
@@ -35,7 +57,7 @@ class _Progress:
         self.tests[test_id] = results.tested(test, finished)
         self.cpu_seconds += finished.cpu_seconds
 
-    def graded(self, manifest: Manifest) -> Graded:
+    def result(self, manifest: Manifest) -> StudentResult:
         """The whole result."""
         in_order = [self.tests[test.id] for test in manifest.tests]
         timings = GradeTimings(
@@ -44,8 +66,9 @@ class _Progress:
             cpu_seconds=self.cpu_seconds,
             started=self.started.isoformat(timespec="seconds"),
         )
-        whole = results.graded(manifest, in_order, timings, student=self.student.name)
-        return Graded(whole, pictures_of(in_order))
+        grade = results.graded(manifest, in_order, timings, student=self.student.name)
+        prints = {test.grade.id: test.fingerprint for test in in_order if test.fingerprint is not None}
+        return StudentResult(self.student, grade, pictures_of(in_order), prints)
 
 
 def grade_class(
@@ -57,8 +80,8 @@ def grade_class(
     server: str | None = None,
     cache: Path | None = None,
     on_test: Callable[[Student], None] | None = None,
-) -> Generator[tuple[Student, Graded], None, None]:
-    """Grade submissions, and yield each with its result and pictures as soon as its last test is done.
+) -> Generator[StudentResult, None, None]:
+    """Grade submissions, and yield the result of each as soon as its last test is done.
 
     Parameters
     ----------
@@ -75,12 +98,12 @@ def grade_class(
     """
     if not students:
         return
-    folder = Folder(references.resolve(), "reference")
     # References do not depend on the submission.
-    run = Run(manifest, folder, _submission(students[0]), server, pictures=True)
-    with reference_folder(cache) as kept:
-        prepared, _ = prepare_references(run, jobs, kept)
-        run = replace(run, prepared=prepared)
+    beside = Folder(references.resolve(), "reference")
+    run = Run(manifest, beside, _submission(students[0]), server, pictures=True)
+    with reference_folder(cache) as folder, tempfile.TemporaryDirectory(prefix="penumbra-class-") as keep:
+        prepared, _ = prepare_references(run, jobs, folder)
+        run = replace(run, prepared=prepared, keep=Path(keep))
         started = datetime.now(UTC)
         open_ = {number: _Progress(student, started) for number, student in enumerate(students)}
         for name, finished in run_all(_errands(run, students), jobs):
@@ -90,7 +113,7 @@ def grade_class(
             if on_test is not None:
                 on_test(done.student)
             if len(done.tests) == len(manifest.tests):
-                yield done.student, open_.pop(int(number)).graded(manifest)
+                yield open_.pop(int(number)).result(manifest)
 
 
 def _errands(run: Run, students: Sequence[Student]) -> list[Errand]:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
-from pydantic import ValidationError
+import numpy as np
 
+from accuracy.comparison.fingerprints import Fingerprint
 from accuracy.comparison.inputs import SIDECARS
 from schemas.grading.grades import Grade
 from schemas.grading.manifests import (
@@ -27,7 +31,8 @@ from service.grading.errors import GradingError
 from service.grading.folders import Folder
 from service.grading.names import is_hidden, readable
 
-RESULT, KEY = "result.json", "graded.key"
+RESULT, PRINTS, KEY = "result.json", "fingerprints.npz", "graded.key"
+"""In the folder of each student; the key is written last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,15 +53,34 @@ class Student:
         return readable(self.folder.name)
 
 
-def students_of(folder: Path) -> tuple[Student, ...]:
-    """The submissions of a class, by name: its folders, but no hidden ones, and no links."""
+@dataclass(frozen=True, slots=True)
+class Record:
+    """What is known of a graded submission.
+
+    Attributes
+    ----------
+    grade : Grade
+    prints : mapping of str to Fingerprint
+        Of its pictures, by test.
+    """
+
+    grade: Grade
+    prints: Mapping[str, Fingerprint]
+
+
+def submissions(folder: Path) -> tuple[tuple[Student, ...], tuple[str, ...]]:
+    """The submissions of a class, by name, and the names of whatever else people see there.
+
+    A submission is a folder. Links to folders are none: they might lead anywhere.
+    """
+    students, others = [], []
     with os.scandir(folder) as entries:
-        names = [
-            entry.name
-            for entry in entries
-            if entry.is_dir(follow_symlinks=False) and not is_hidden(entry.name)
-        ]
-    return tuple(Student(folder / name) for name in sorted(names))
+        for entry in sorted(entries, key=lambda each: each.name):
+            if entry.is_dir(follow_symlinks=False) and not is_hidden(entry.name):
+                students.append(Student(folder / entry.name))
+            elif not is_hidden(entry.name):
+                others.append(readable(entry.name))
+    return tuple(students), tuple(others)
 
 
 def assignment_key(manifest: Manifest, references: Path) -> str:
@@ -73,14 +97,35 @@ def submission_key(assignment: str, student: Student) -> str:
     return _hashed(b"\0".join([assignment.encode(), os.fsencode(student.folder.name), *lines]))
 
 
-def graded_before(place: Path, key: str) -> Grade | None:
-    """The result in a folder, if it is complete and has this key."""
+def graded_before(place: Path, key: str) -> Record | None:
+    """The record in a folder, if it is complete and has this key."""
     try:
         if (place / KEY).read_text() != key:
             return None
-        return Grade.model_validate_json((place / RESULT).read_bytes())
-    except (OSError, UnicodeDecodeError, ValidationError):
+        grade = Grade.model_validate_json((place / RESULT).read_bytes())
+        return Record(grade, unpacked((place / PRINTS).read_bytes()))
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
         return None
+
+
+def packed(prints: Mapping[str, Fingerprint]) -> bytes:
+    """Fingerprints as an .npz file."""
+    content = io.BytesIO()
+    arrays: dict[str, Any] = {test: np.stack([each.detail, each.rounding]) for test, each in prints.items()}
+    np.savez(content, **arrays)
+    return content.getvalue()
+
+
+def unpacked(content: bytes) -> dict[str, Fingerprint]:
+    """Fingerprints from an .npz file.
+
+    Raises
+    ------
+    EOFError, ValueError, KeyError, zipfile.BadZipFile
+        It is not what `packed` writes.
+    """
+    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+        return {test: Fingerprint(*arrays[test]) for test in arrays.files}
 
 
 def _names(manifest: Manifest) -> Iterator[str]:

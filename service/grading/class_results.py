@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from urllib.parse import quote
 
-from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles
+from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade
 from service.grading.class_records import Student
 
@@ -15,32 +14,23 @@ STUDENTS = "students"
 """The folder with a folder for each student."""
 
 
-def of_class(title: str, max_score: float, graded: Sequence[tuple[Student, Grade]]) -> ClassGrade:
-    """The result of a class."""
+def of_class(
+    title: str,
+    grades: Mapping[Student, Grade],
+    *,
+    files: Sequence[SharedFiles] = (),
+    noise: Sequence[SharedNoise] = (),
+    left_out: Sequence[str] = (),
+) -> ClassGrade:
+    """The result of a class of at least one student."""
     return ClassGrade(
         title=title,
-        max_score=max_score,
-        students=tuple(_entry(student, grade) for student, grade in graded),
-        shared_files=shared_files({student.name: grade for student, grade in graded}),
+        max_score=next(iter(grades.values())).max_score,
+        students=tuple(_entry(student, grade) for student, grade in grades.items()),
+        shared_files=tuple(files),
+        shared_noise=tuple(noise),
+        left_out=tuple(left_out),
     )
-
-
-def shared_files(grades: Mapping[str, Grade]) -> tuple[SharedFiles, ...]:
-    """Groups of students who submitted the same bytes for a test; one entry for each group.
-
-    Rendered pictures do not count: right scenes have the same one.
-    """
-    owners = defaultdict[tuple[str, str], set[str]](set)
-    for student, grade in grades.items():
-        for read in grade.inputs:
-            if read.role == "submission" and read.size is not None and read.sha256 is not None:
-                owners[read.test, read.sha256].add(student)
-    groups = defaultdict[tuple[str, ...], list[str]](list)
-    for (test, _), students in owners.items():
-        if len(students) > 1:
-            groups[tuple(sorted(students))].append(test)
-    found = [SharedFiles(students=students, tests=tuple(sorted(tests))) for students, tests in groups.items()]
-    return tuple(sorted(found, key=lambda shared: (-len(shared.tests), shared.students)))
 
 
 def _entry(student: Student, grade: Grade) -> ClassEntry:

@@ -22,10 +22,12 @@ LEFT_OUT = "__MACOSX"
 def readable(name: str) -> str:
     r"""A name of a file as text that every document can hold: bytes that are not UTF-8 are escaped.
 
-    >>> readable("zo\udceb")
-    'zo\\xeb'
+    Backslashes are doubled, so that different names have different texts.
+
+    >>> print(readable("zo\udceb"), readable(r"zo\xeb"))
+    zo\xeb zo\\xeb
     """
-    return os.fsencode(name).decode("utf-8", "backslashreplace")
+    return os.fsencode(name.replace("\\", "\\\\")).decode("utf-8", "backslashreplace")
 
 
 def similar(root: Path, wanted: str) -> str | None:

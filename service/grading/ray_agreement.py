@@ -107,8 +107,7 @@ def _near(values: Floats, name: str, right: Answers) -> Masks:
         return same
     with np.errstate(invalid="ignore"):
         near: Masks = np.abs(values - wanted) <= right.allowed[name]
-    whole: Masks = near if near.ndim == 1 else near.all(axis=1)
-    return whole
+    return near if near.ndim == 1 else np.asarray(near.all(axis=1))
 
 
 def _missed(submitted: Mapping[str, Floats]) -> Masks:

@@ -6,21 +6,25 @@ import statistics
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 
-from schemas.grading.classes import ClassEntry, ClassGrade
+from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade, TestGrade
 from service.grading.exports.page import POLICY, STYLE, words
 from service.grading.exports.rows import OPEN, WORDS
 from service.grading.exports.texts import line, number
 
-BINS = 10
-"""Bars of the histogram; points beyond the full score are in the last one."""
+TENTHS, MOST_BARS = 10, 20
+"""Bars of the histogram up to the full score, and with those of bonus points; the last one has all above."""
 
 BAR, HEIGHT, LABELS = 56, 120, 18
 """Width of a bar, height of the highest one, and room for a line of labels, in pixels."""
 
+MOST_NAMES = 12
+"""Longer lists of submissions are folded."""
+
 UNEXPLAINED = "no cause found"
 
 MORE_STYLE = """
+td { overflow-wrap: anywhere; }
 .bars rect { fill: #28c; stroke: none; }
 .bars text { font-size: 12px; fill: currentColor; text-anchor: middle; }
 """
@@ -44,7 +48,7 @@ def class_page(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> byt
         f"<style>{STYLE}{MORE_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>",
         *_summary(whole),
         *_causes(whole, grades, page),
-        *_shared(whole, page),
+        *_signals(whole, page),
         *_students(whole, page),
         "</body>\n</html>\n",
     ]
@@ -52,14 +56,15 @@ def class_page(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> byt
 
 
 def histogram(scores: Sequence[float], full: float) -> list[int]:
-    """How many scores lie in each of `BINS` equal parts of the full score.
+    """How many scores lie in each tenth of the full score, and in those above it that are reached.
 
     >>> histogram([0, 9.99, 10, 55, 100, 125], 100)
-    [2, 1, 0, 0, 0, 1, 0, 0, 0, 2]
+    [2, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1]
     """
-    counts = [0] * BINS
-    for score in scores:
-        counts[BINS - 1 if score >= full else int(BINS * score / full)] += 1
+    places = [min(int(TENTHS * score / full), MOST_BARS - 1) for score in scores]
+    counts = [0] * max(TENTHS, *(place + 1 for place in places))
+    for place in places:
+        counts[place] += 1
     return counts
 
 
@@ -79,7 +84,7 @@ def _summary(whole: ClassGrade) -> Iterator[str]:
 def _drawn(counts: Sequence[int], full: float) -> str:
     bars = "".join(_bar(place, count / max(counts), count, full) for place, count in enumerate(counts))
     wide, tall = BAR * len(counts), HEIGHT + 2 * LABELS
-    said = ", ".join(f"{number(full * place / BINS)}+: {count}" for place, count in enumerate(counts))
+    said = ", ".join(f"{number(full * place / TENTHS)}+: {count}" for place, count in enumerate(counts))
     return (
         f'<svg class="bars" viewBox="0 0 {wide} {tall}" style="max-width: {wide}px" role="img" '
         f'aria-label="{said}">{bars}</svg>'
@@ -93,7 +98,7 @@ def _bar(place: int, share: float, count: int, full: float) -> str:
     return (
         f'<rect x="{BAR * place + 2}" y="{top}" width="{BAR - 4}" height="{high}"/>'
         f'<text x="{middle}" y="{top - 4}">{count}</text>'
-        f'<text x="{middle}" y="{HEIGHT + 2 * LABELS - 4}">{number(full * place / BINS)}+</text>'
+        f'<text x="{middle}" y="{HEIGHT + 2 * LABELS - 4}">{number(full * place / TENTHS)}+</text>'
     )
 
 
@@ -127,35 +132,62 @@ def cause_of(test: TestGrade) -> str:
     return test.diagnosis[0].cause if test.diagnosis else UNEXPLAINED
 
 
-def _shared(whole: ClassGrade, page: str) -> Iterator[str]:
-    entries = {entry.student: entry for entry in whole.students}
-    yield "<h2>The same files</h2>"
-    if not whole.shared_files:
-        yield "<p>No two submissions have a file in common.</p>"
+def _signals(whole: ClassGrade, page: str) -> Iterator[str]:
+    """What submissions have in common with each other, or with the reference."""
+    yield "<h2>Signals</h2>"
+    alone = [entry for entry in whole.students if entry.signals]
+    if not (alone or whole.shared_files or whole.shared_noise):
+        yield "<p>None: no two submissions have a file or noise in common.</p>"
         return
-    yield "<p>These files agree byte for byte. That is a reason to ask, not a proof.</p>"
-    yield "<table><tr><th>Submissions</th><th>Tests</th></tr>"
-    for shared in whole.shared_files:
-        owners = _links([entries[name] for name in shared.students], page)
-        yield f"<tr><td>{owners}</td><td>{words(', '.join(shared.tests))}</td></tr>"
+    yield (
+        "<p>A signal is a reason to ask, not a proof. Pictures have the same noise if one was made from the "
+        "other, or if both programs draw the same random numbers.</p>"
+    )
+    yield "<table><tr><th>Signal</th><th>Submissions</th><th>Tests</th></tr>"
+    yield from _shared("the same bytes", whole.shared_files, whole, page)
+    yield from _shared("the same noise", whole.shared_noise, whole, page)
+    for entry in alone:
+        for signal in entry.signals:
+            yield _signal(signal.message, [entry], [signal.test], page)
     yield "</table>"
+
+
+def _shared(
+    what: str, groups: Sequence[SharedFiles | SharedNoise], whole: ClassGrade, page: str
+) -> Iterator[str]:
+    entries = {entry.student: entry for entry in whole.students}
+    for shared in groups:
+        yield _signal(what, [entries[name] for name in shared.students], shared.tests, page)
+
+
+def _signal(what: str, entries: Sequence[ClassEntry], tests: Sequence[str], page: str) -> str:
+    return (
+        f"<tr><td>{words(what)}</td><td>{_links(entries, page)}</td><td>{words(', '.join(tests))}</td></tr>"
+    )
 
 
 def _students(whole: ClassGrade, page: str) -> Iterator[str]:
     yield "<h2>Submissions</h2>"
-    yield "<table><tr><th>Submission</th><th class=points>Points</th><th>Not graded</th><th>Signals</th></tr>"
+    yield "<table><tr><th>Submission</th><th class=points>Points</th><th>Not graded</th></tr>"
     for entry in whole.students:
-        signals = ", ".join(f"{signal.test}: {signal.code}" for signal in entry.signals)
         points = number(entry.score) if entry.gradable else "–"
         yield (
-            f"<tr><td>{_links([entry], page)}</td><td class=points>{points}</td>"
-            f"<td>{words(', '.join(entry.ungraded))}</td><td>{words(signals)}</td></tr>"
+            f"<tr><td>{_link(entry, page)}</td><td class=points>{points}</td>"
+            f"<td>{words(', '.join(entry.ungraded))}</td></tr>"
         )
     yield "</table>"
+    if whole.left_out:
+        names = words(line(", ".join(whole.left_out)))
+        yield f"<p>Not graded, because they are no folders: {names}.</p>"
 
 
 def _links(entries: Sequence[ClassEntry], page: str) -> str:
-    return ", ".join(
-        f'<a href="{words(entry.folder)}/{page}">{words(line(entry.student) or "(no name)")}</a>'
-        for entry in entries
-    )
+    links = ", ".join(_link(entry, page) for entry in entries)
+    if len(entries) <= MOST_NAMES:
+        return links
+    return f"<details><summary>{len(entries)} submissions</summary>{links}</details>"
+
+
+def _link(entry: ClassEntry, page: str) -> str:
+    name = words(line(entry.student)) or "(no name)"
+    return f'<a href="{words(entry.folder)}/{page}">{name}</a>'

@@ -7,7 +7,7 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
-from schemas.grading.classes import SharedFiles
+from schemas.grading.classes import ClassGrade, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade
 from service.grading.exports.rows import Row, for_staff, for_students
 from service.grading.exports.texts import line, rounded
@@ -32,23 +32,31 @@ def with_signals(grade: Grade, pictures: Path | None = None) -> bytes:
     return _written([_cells(grade, for_staff(grade), {"signals": _signals(grade)})])
 
 
-def for_class(grades: Sequence[Grade], shared: Sequence[SharedFiles]) -> bytes:
+def for_class(grades: Sequence[Grade], whole: ClassGrade) -> bytes:
     """The gradebook of a class, for staff: a row for each submission, in their order.
 
     It begins with a byte order mark, without which Excel reads names in another encoding.
     """
-    return _written([_cells_of_class(grade, shared) for grade in grades], "utf-8-sig")
+    rows = []
+    for grade in grades:
+        signals = {
+            "signals": _signals(grade),
+            "same_files_as": _others(grade, whole.shared_files),
+            "same_noise_as": _others(grade, whole.shared_noise),
+        }
+        rows.append(_cells(grade, for_staff(grade), signals))
+    return _written(rows, "utf-8-sig")
 
 
-def _cells_of_class(grade: Grade, shared: Sequence[SharedFiles]) -> Cells:
-    groups = [group for group in shared if grade.student in group.students]
-    same = "; ".join(
+def _others(grade: Grade, shared: Sequence[SharedFiles | SharedNoise]) -> str:
+    """The other students of a student's groups, with the tests."""
+    return "; ".join(
         f"{other}: {', '.join(group.tests)}"
-        for group in groups
+        for group in shared
+        if grade.student in group.students
         for other in group.students
         if other != grade.student
     )
-    return _cells(grade, for_staff(grade), {"signals": _signals(grade), "same_files_as": same})
 
 
 def _signals(grade: Grade) -> str:

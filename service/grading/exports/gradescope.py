@@ -52,7 +52,7 @@ def _test(row: Row, test: TestGrade, pictures: Sequence[Shown]) -> dict[str, Any
     return (
         ({} if row.open else judged)
         | {
-            "max_score": row.max_points,
+            "max_score": rounded(row.max_points),
             "name": row.name,
             "name_format": "text",
             "tags": _tags(row, test),

@@ -7,17 +7,21 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from accuracy.comparison.fingerprints import Fingerprint
 from schemas.grading.manifest_reading import read_manifest
 from service.grading.class_records import (
     KEY,
+    PRINTS,
     RESULT,
     Student,
     assignment_key,
     graded_before,
-    students_of,
+    packed,
     submission_key,
+    submissions,
 )
 from tests.unit.grading.assignments import Assignment, image_test, scene
 from tests.unit.grading.exports.samples import result, tried
@@ -32,11 +36,23 @@ def student(tmp_path: Path) -> Student:
 
 
 def test_submissions_are_folders_by_name(tmp_path: Path) -> None:
-    for name in ("b", "a c", "zoë", ".git", "__MACOSX"):
+    for name in ("b", "a c", "zoë", "Ada", "ada", "-rf", "l'été", "x" * 255, ".git", "__MACOSX"):
         (tmp_path / name).mkdir()
-    (tmp_path / "notes.txt").touch()
+    for name in ("notes.txt", "late.zip", ".DS_Store"):
+        (tmp_path / name).touch()
     (tmp_path / "link").symlink_to(tmp_path / "b", target_is_directory=True)
-    assert [student.name for student in students_of(tmp_path)] == ["a c", "b", "zoë"]
+    students, others = submissions(tmp_path)
+    assert [student.name for student in students] == sorted(
+        ["-rf", "Ada", "a c", "ada", "b", "l'été", "x" * 255, "zoë"]
+    )
+    assert others == ("late.zip", "link", "notes.txt")
+
+
+def test_names_that_look_alike_are_different_students(tmp_path: Path) -> None:
+    for name in (os.fsdecode(b"zo\xeb"), "zo\\xeb"):
+        (tmp_path / name).mkdir()
+    students, _ = submissions(tmp_path)
+    assert len({student.name for student in students}) == 2
 
 
 def test_a_key_stays_while_nothing_changes(student: Student) -> None:
@@ -81,13 +97,26 @@ def test_a_missing_reference_has_a_key_too(assignment: Assignment) -> None:
     assert _key(assignment) != first
 
 
-def test_only_a_complete_result_with_its_key_counts(tmp_path: Path) -> None:
+def test_only_a_complete_record_with_its_key_counts(tmp_path: Path) -> None:
     grade = result(tried())
-    assert graded_before(tmp_path, "k") is None
-    (tmp_path / RESULT).write_text(grade.model_dump_json())
-    assert graded_before(tmp_path, "k") is None
-    (tmp_path / KEY).write_text("k")
-    assert graded_before(tmp_path, "k") == grade
+    prints = {"soft": Fingerprint(np.array([0.5, -1], np.float16), np.array([0, 2], np.float16))}
+    parts = {RESULT: grade.model_dump_json().encode(), PRINTS: packed(prints), KEY: b"k"}
+    for name, content in parts.items():
+        assert graded_before(tmp_path, "k") is None
+        (tmp_path / name).write_bytes(content)
+    found = graded_before(tmp_path, "k")
+    assert found is not None
+    assert found.grade == grade
+    assert packed(found.prints) == packed(prints)
     assert graded_before(tmp_path, "another") is None
-    (tmp_path / RESULT).write_text("{")
+
+
+@pytest.mark.parametrize("name", [RESULT, PRINTS, KEY])
+@pytest.mark.parametrize("content", [b"", b"{", b"\xff", b"PK\x03\x04 cut off"])
+def test_a_damaged_record_is_graded_again(tmp_path: Path, name: str, content: bytes) -> None:
+    grade = result(tried()).model_dump_json().encode()
+    for file, whole in ((RESULT, grade), (PRINTS, packed({})), (KEY, b"k")):
+        (tmp_path / file).write_bytes(whole)
+    assert graded_before(tmp_path, "k") is not None
+    (tmp_path / name).write_bytes(content)
     assert graded_before(tmp_path, "k") is None

@@ -22,6 +22,10 @@ def test_bytes_that_are_no_text_are_escaped_and_can_be_encoded() -> None:
     assert readable(name).encode() == b"zo\\xeb"
 
 
+def test_different_names_have_different_texts() -> None:
+    assert readable("zo\\xeb") != readable(os.fsdecode(b"zo\xeb"))
+
+
 @pytest.mark.parametrize(
     "there",
     ["P.PNG", "p .png", "p (1).png", "p(2).png", "tracer/p.png", "a/b/P.png"],

@@ -12,11 +12,12 @@ from urllib.parse import unquote_to_bytes
 
 import pytest
 
-from schemas.grading.classes import ClassGrade
+from schemas.grading.classes import ClassGrade, SharedNoise
 from schemas.grading.grades import Grade, GradeInput
 from service.grading.class_records import Student
 from service.grading.class_results import of_class
-from service.grading.exports.class_page import BINS, class_page, histogram
+from service.grading.class_signals import shared_files
+from service.grading.exports.class_page import MOST_NAMES, class_page, histogram
 from service.grading.exports.gradebook import for_class
 from tests.unit.grading.exports.samples import HOSTILE, failed, not_gradable, result, tried
 
@@ -33,13 +34,21 @@ def graded(name: str, *inputs: GradeInput, points: float = 10.0) -> tuple[Studen
     return student, result(*tests, student=student.name, inputs=inputs)
 
 
-def whole_of(graded: Sequence[tuple[Student, Grade]]) -> ClassGrade:
-    return of_class("Ray tracer", 20.0, graded)
+def whole_of(graded: Sequence[tuple[Student, Grade]], *noise: SharedNoise) -> ClassGrade:
+    files = shared_files({student.name: grade for student, grade in graded})
+    return of_class("Ray tracer", dict(graded), files=files, noise=noise, left_out=["a.zip", "<b>.txt"])
 
 
-def page_of(graded: Sequence[tuple[Student, Grade]]) -> str:
+def page_of(graded: Sequence[tuple[Student, Grade]], *noise: SharedNoise) -> str:
     grades = {student.name: grade for student, grade in graded}
-    return class_page(whole_of(graded), grades, "staff.html").decode()
+    return class_page(whole_of(graded, *noise), grades, "staff.html").decode()
+
+
+def rows_of(graded: Sequence[tuple[Student, Grade]], *noise: SharedNoise) -> list[dict[str, str]]:
+    content = for_class([grade for _, grade in graded], whole_of(graded, *noise))
+    assert content.startswith(BOM)
+    assert not content[3:].startswith(BOM)
+    return list(csv.DictReader(io.StringIO(content.decode("utf-8-sig"), newline="")))
 
 
 class Links(HTMLParser):
@@ -56,41 +65,37 @@ class Links(HTMLParser):
         self.links += [value or "" for name, value in attrs if name == "href"]
 
 
-def test_the_same_bytes_of_a_test_are_shared_files() -> None:
-    students = [
-        graded("a", read("soft", "1"), read("phong", "2")),
-        graded("b", read("soft", "1"), read("phong", "2")),
-        graded("c", read("soft", "3"), read("phong", "4")),
-    ]
-    (shared,) = whole_of(students).shared_files
-    assert (shared.students, shared.tests) == (("a", "b"), ("phong", "soft"))
-
-
-def test_rendered_pictures_and_other_tests_are_no_shared_files() -> None:
-    students = [
-        graded("a", read("soft", "1", None), read("phong", "2")),
-        graded("b", read("soft", "1", None), read("flat", "2")),
-    ]
-    assert whole_of(students).shared_files == ()
-
-
 def test_a_gradebook_has_a_row_for_each_submission_after_a_byte_order_mark() -> None:
-    students = [graded("zoë", read("soft", "1")), graded("张伟", read("soft", "1"), points=10 / 3)]
-    content = for_class([grade for _, grade in students], whole_of(students).shared_files)
-    assert content.startswith(BOM)
-    assert not content[3:].startswith(BOM)
-    rows = list(csv.DictReader(io.StringIO(content.decode("utf-8-sig"), newline="")))
+    rows = rows_of([graded("zoë", read("soft", "1")), graded("张伟", read("soft", "1"), points=10 / 3)])
     assert [row["student"] for row in rows] == ["zoë", "张伟"]
     assert [row["points_soft"] for row in rows] == ["10.0", "3.33"]
     assert [row["same_files_as"] for row in rows] == ["张伟: soft", "zoë: soft"]
+
+
+def test_staff_see_who_shares_noise_in_the_gradebook_and_on_the_page() -> None:
+    students = [graded("ada"), graded("zoë"), graded("yan")]
+    noise = SharedNoise(students=("ada", "zoë"), tests=("soft",), correlation=0.97)
+    assert [row["same_noise_as"] for row in rows_of(students, noise)] == ["zoë: soft", "ada: soft", ""]
+    text = page_of(students, noise)
+    signals = text[text.index("<h2>Signals") : text.index("<h2>Submissions")]
+    assert "the same noise" in signals
+    assert {unquote_to_bytes(link) for link in Links(signals).links} == {
+        b"students/ada/staff.html",
+        "students/zoë/staff.html".encode(),
+        # All samples have a signal of their own.
+        b"students/yan/staff.html",
+    }
+
+
+def test_what_is_left_out_is_on_the_page() -> None:
+    assert "Not graded, because they are no folders: a.zip, &lt;b&gt;.txt." in page_of([graded("a")])
 
 
 @pytest.mark.parametrize("words", [*HOSTILE, "=1+1", "@a"])
 def test_no_name_is_a_formula_or_markup(words: str) -> None:
     name = words.replace("\x00", "").replace("/", "-").replace("\ud800", "")
     students = [graded(name)]
-    content = for_class([grade for _, grade in students], ())
-    (row,) = csv.DictReader(io.StringIO(content.decode("utf-8-sig"), newline=""))
+    (row,) = rows_of(students)
     assert row["student"][:1] not in set("=+-@\t\r\n")
     assert Links(page_of(students)).tags.isdisjoint({"script", "img", "failure"})
 
@@ -104,17 +109,19 @@ def test_links_lead_to_the_folder_of_any_name(name: str) -> None:
 def test_causes_are_counted_and_the_most_frequent_comes_first() -> None:
     students = [graded("a"), graded("b", points=5.0), graded("c")]
     text = page_of(students)
-    causes = text[text.index("Lost points") : text.index("The same files")]
+    causes = text[text.index("Lost points") : text.index("<h2>Signals")]
     assert causes.index("<td>Phong</td><td>no cause found</td><td class=points>3</td>") < causes.index(
         "<td>Soft</td><td>no cause found</td><td class=points>1</td>"
     )
 
 
-@pytest.mark.parametrize("score", [0.0, 5.0, 99.999, 100.0, 135.0])
-def test_each_score_is_in_one_bar(score: float) -> None:
+@pytest.mark.parametrize(
+    ("score", "place", "bars"),
+    [(0, 0, 10), (5, 0, 10), (99.999, 9, 10), (100, 10, 11), (135, 13, 14), (1e6, 19, 20)],
+)
+def test_each_score_is_in_one_bar(score: float, place: int, bars: int) -> None:
     counts = histogram([score], 100.0)
-    assert (len(counts), sum(counts)) == (BINS, 1)
-    assert counts.index(1) == min(int(score // 10), BINS - 1)
+    assert (len(counts), sum(counts), counts.index(1)) == (bars, 1, place)
 
 
 def test_a_class_without_a_complete_submission_has_a_page() -> None:
@@ -122,3 +129,9 @@ def test_a_class_without_a_complete_submission_has_a_page() -> None:
     text = page_of([(Student(Path("class/a")), grade)])
     assert "1 with tests that could not be graded" in text
     assert "<svg" not in text
+
+
+def test_long_lists_of_submissions_are_folded() -> None:
+    text = page_of([graded(f"student {number}") for number in range(MOST_NAMES + 1)])
+    assert f"<summary>{MOST_NAMES + 1} submissions</summary>" in text
+    assert "<details>" not in page_of([graded(f"student {number}") for number in range(MOST_NAMES)])

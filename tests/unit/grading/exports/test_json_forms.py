@@ -287,14 +287,15 @@ def test_no_reference_is_shown_on_prairielearn_for_an_attempt_that_costs_nothing
     assert len(counted["tests"][0]["images"]) == 1
 
 
-@pytest.mark.parametrize(("form", "score"), [("gradescope", 6.67), ("prairielearn", 0.333333)])
+@pytest.mark.parametrize(("form", "score"), [("gradescope", 6.67), ("prairielearn", 0.4)])
 def test_numbers_are_rounded(form: str, score: float) -> None:
     third = 10 / 3
-    tests = [tried(points=third, status="partial"), tried("more", points=third, status="partial")]
+    tests = [tried(points=third, status="partial"), tried("more", points=third, max_points=2 * third)]
     document = exported(form, result(*tests))
     assert document["score"] == score
-    points = "score" if form == "gradescope" else "points"
+    points, most = ("score", "max_score") if form == "gradescope" else ("points", "max_points")
     assert [test[points] for test in document["tests"]] == [3.33, 3.33]
+    assert [test[most] for test in document["tests"]] == [10.0, 6.67]
 
 
 def test_values_on_gradescope_have_six_digits() -> None:
