@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import statistics
-from collections import defaultdict
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 
 from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade, TestGrade
 from service.grading.exports.page import POLICY, STYLE, words
 from service.grading.exports.rows import OPEN, WORDS
-from service.grading.exports.texts import line, number
+from service.grading.exports.texts import line, number, shortened
 
 TENTHS, MOST_BARS = 10, 20
 """Bars of the histogram up to the full score, and with those of bonus points; the last one has all above."""
@@ -23,8 +24,18 @@ MOST_NAMES = 12
 
 UNEXPLAINED = "no cause found"
 
+LONGEST_NAME = 40
+"""Characters of a submission's name in lists; all of it shows beside the pointer."""
+
 MORE_STYLE = """
-td { overflow-wrap: anywhere; }
+.wide { overflow-x: auto; }
+.bars { min-width: 30rem; }
+a { overflow-wrap: anywhere; }
+@media (max-width: 40rem) {
+  .lists tr { display: block; border-bottom: 1px solid #8886; }
+  .lists th { display: none; }
+  .lists td { display: block; border: none; text-align: left; padding: .1rem 0; }
+}
 .bars rect { fill: #28c; stroke: none; }
 .bars text { font-size: 12px; fill: currentColor; text-anchor: middle; }
 """
@@ -86,8 +97,8 @@ def _drawn(counts: Sequence[int], full: float) -> str:
     wide, tall = BAR * len(counts), HEIGHT + 2 * LABELS
     said = ", ".join(f"{number(full * place / TENTHS)}+: {count}" for place, count in enumerate(counts))
     return (
-        f'<svg class="bars" viewBox="0 0 {wide} {tall}" style="max-width: {wide}px" role="img" '
-        f'aria-label="{said}">{bars}</svg>'
+        f'<div class="wide"><svg class="bars" viewBox="0 0 {wide} {tall}" style="max-width: {wide}px" '
+        f'role="img" aria-label="{said}">{bars}</svg></div>'
     )
 
 
@@ -103,26 +114,39 @@ def _bar(place: int, share: float, count: int, full: float) -> str:
 
 
 def _causes(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> Iterator[str]:
-    """For each test, why points were lost and by whom, the most frequent cause first."""
+    """For each cause, in which tests it cost points, and whom; the most frequent one first."""
     yield "<h2>Lost points by cause</h2>"
-    yield "<table><tr><th>Test</th><th>Cause</th><th class=points>Submissions</th><th>Whose</th></tr>"
-    tests = {test.id: test.name for grade in grades.values() for test in grade.tests}
-    found = _owners(whole, grades)
-    for (test, cause), entries in sorted(found.items(), key=lambda item: (-len(item[1]), item[0])):
+    yield (
+        "<table class=lists><tr><th>Cause</th><th class=points>Submissions</th><th>Tests</th>"
+        "<th>Whose</th></tr>"
+    )
+    found = {cause: _owners(whole, grades, cause) for cause in _all_causes(grades)}
+    for cause, (entries, tests) in sorted(found.items(), key=lambda item: (-len(item[1][0]), item[0])):
+        named = ", ".join(f"{line(name)} ({count})" for name, count in tests.most_common())
         yield (
-            f"<tr><td>{words(line(tests[test]))}</td><td>{words(cause)}</td>"
-            f"<td class=points>{len(entries)}</td><td>{_links(entries, page)}</td></tr>"
+            f"<tr><td>{words(cause)}</td><td class=points>{len(entries)}</td><td>{words(named)}</td>"
+            f"<td>{_links(entries, page)}</td></tr>"
         )
     yield "</table>"
 
 
-def _owners(whole: ClassGrade, grades: Mapping[str, Grade]) -> dict[tuple[str, str], list[ClassEntry]]:
-    found = defaultdict[tuple[str, str], list[ClassEntry]](list)
-    for entry in whole.students:
-        for test in grades[entry.student].tests:
-            if test.status != "passed":
-                found[test.id, cause_of(test)].append(entry)
-    return found
+def _all_causes(grades: Mapping[str, Grade]) -> set[str]:
+    return {cause_of(test) for grade in grades.values() for test in grade.tests if test.status != "passed"}
+
+
+def _owners(
+    whole: ClassGrade, grades: Mapping[str, Grade], cause: str
+) -> tuple[list[ClassEntry], Counter[str]]:
+    """The submissions that lost points by a cause, and how many of them in which tests."""
+    lost = {
+        entry: [
+            test.name
+            for test in grades[entry.student].tests
+            if test.status != "passed" and cause_of(test) == cause
+        ]
+        for entry in whole.students
+    }
+    return [entry for entry, tests in lost.items() if tests], Counter(chain.from_iterable(lost.values()))
 
 
 def cause_of(test: TestGrade) -> str:
@@ -143,7 +167,7 @@ def _signals(whole: ClassGrade, page: str) -> Iterator[str]:
         "<p>A signal is a reason to ask, not a proof. Pictures have the same noise if one was made from the "
         "other, or if both programs draw the same random numbers.</p>"
     )
-    yield "<table><tr><th>Signal</th><th>Submissions</th><th>Tests</th></tr>"
+    yield "<table class=lists><tr><th>Signal</th><th>Submissions</th><th>Tests</th></tr>"
     yield from _shared("the same bytes", whole.shared_files, whole, page)
     yield from _shared("the same noise", whole.shared_noise, whole, page)
     for entry in alone:
@@ -168,7 +192,7 @@ def _signal(what: str, entries: Sequence[ClassEntry], tests: Sequence[str], page
 
 def _students(whole: ClassGrade, page: str) -> Iterator[str]:
     yield "<h2>Submissions</h2>"
-    yield "<table><tr><th>Submission</th><th class=points>Points</th><th>Not graded</th></tr>"
+    yield "<table class=lists><tr><th>Submission</th><th class=points>Points</th><th>Not graded</th></tr>"
     for entry in whole.students:
         points = number(entry.score) if entry.gradable else "–"
         yield (
@@ -189,5 +213,7 @@ def _links(entries: Sequence[ClassEntry], page: str) -> str:
 
 
 def _link(entry: ClassEntry, page: str) -> str:
-    name = words(line(entry.student)) or "(no name)"
-    return f'<a href="{words(entry.folder)}/{page}">{name}</a>'
+    name = line(entry.student) or "(no name)"
+    short = shortened(name, LONGEST_NAME)
+    title = f' title="{words(name)}"' if short != name else ""
+    return f'<a href="{words(entry.folder)}/{page}"{title}>{words(short)}</a>'

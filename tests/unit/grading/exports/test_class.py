@@ -107,12 +107,19 @@ def test_links_lead_to_the_folder_of_any_name(name: str) -> None:
 
 
 def test_causes_are_counted_and_the_most_frequent_comes_first() -> None:
-    students = [graded("a"), graded("b", points=5.0), graded("c")]
-    text = page_of(students)
+    grades = [graded("a"), graded("b", points=5.0), graded("c")]
+    late = (Student(Path("class/d")), result(tried("soft", status="skipped", points=0.0), student="d"))
+    text = page_of([*grades, late])
     causes = text[text.index("Lost points") : text.index("<h2>Signals")]
-    assert causes.index("<td>Phong</td><td>no cause found</td><td class=points>3</td>") < causes.index(
-        "<td>Soft</td><td>no cause found</td><td class=points>1</td>"
-    )
+    unexplained = "<td>no cause found</td><td class=points>3</td><td>Phong (3), Soft (1)</td>"
+    missing = "<td>not submitted</td><td class=points>1</td><td>Soft (1)</td>"
+    assert 0 < causes.index(unexplained) < causes.index(missing)
+
+
+def test_a_very_long_name_is_short_in_lists_and_whole_beside_the_pointer() -> None:
+    text = page_of([graded("long " * 40)])
+    assert f'title="{("long " * 40).strip()}"' in text
+    assert f">{'long ' * 7}long…</a>" in text
 
 
 @pytest.mark.parametrize(
