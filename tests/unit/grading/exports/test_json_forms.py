@@ -267,26 +267,6 @@ def test_no_attempt_is_lost_on_prairielearn_where_a_test_could_not_be_graded() -
     assert document["format_errors"] == ["Camera: The picture has 20 x 20 pixels, the reference 32 x 24."]
 
 
-def test_an_open_bonus_test_withholds_no_score_on_prairielearn() -> None:
-    bonus = not_gradable().model_copy(update={"bonus": True})
-    document = exported("prairielearn", result(tried(points=5.0), bonus))
-    assert (document["gradable"], document["score"]) == (True, 0.5)
-    assert "format_errors" not in document
-
-
-def test_a_bonus_test_alone_that_is_open_is_not_gradable_on_prairielearn() -> None:
-    bonus = not_gradable().model_copy(update={"bonus": True})
-    assert exported("prairielearn", result(bonus))["gradable"] is False
-
-
-def test_no_reference_is_shown_on_prairielearn_for_an_attempt_that_costs_nothing(tmp_path: Path) -> None:
-    grade = drawn(tmp_path, result(failed(), not_gradable()), 104, 24)
-    free = exported("prairielearn", grade, tmp_path)
-    assert [test["images"] for test in free["tests"]] == [[], []]
-    counted = exported("prairielearn", drawn(tmp_path, result(failed()), 104, 24), tmp_path)
-    assert len(counted["tests"][0]["images"]) == 1
-
-
 @pytest.mark.parametrize(("form", "score"), [("gradescope", 6.67), ("prairielearn", 0.4)])
 def test_numbers_are_rounded(form: str, score: float) -> None:
     third = 10 / 3
