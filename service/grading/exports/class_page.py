@@ -35,6 +35,7 @@ a { overflow-wrap: anywhere; }
   .lists tr { display: block; border-bottom: 1px solid #8886; }
   .lists th { display: none; }
   .lists td { display: block; border: none; text-align: left; padding: .1rem 0; }
+  .lists td:first-child { font-weight: bold; }
 }
 .bars rect { fill: #28c; stroke: none; }
 .bars text { font-size: 12px; fill: currentColor; text-anchor: middle; }
@@ -122,7 +123,7 @@ def _causes(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> Iterat
     )
     found = {cause: _owners(whole, grades, cause) for cause in _all_causes(grades)}
     for cause, (entries, tests) in sorted(found.items(), key=lambda item: (-len(item[1][0]), item[0])):
-        named = ", ".join(f"{line(name)} ({count})" for name, count in tests.most_common())
+        named = ", ".join(f"{name} ({count})" for name, count in tests.most_common())
         yield (
             f"<tr><td>{words(cause)}</td><td class=points>{len(entries)}</td><td>{words(named)}</td>"
             f"<td>{_links(entries, page)}</td></tr>"
@@ -140,7 +141,7 @@ def _owners(
     """The submissions that lost points by a cause, and how many of them in which tests."""
     lost = {
         entry: [
-            test.name
+            test.id
             for test in grades[entry.student].tests
             if test.status != "passed" and cause_of(test) == cause
         ]

@@ -111,8 +111,8 @@ def test_causes_are_counted_and_the_most_frequent_comes_first() -> None:
     late = (Student(Path("class/d")), result(tried("soft", status="skipped", points=0.0), student="d"))
     text = page_of([*grades, late])
     causes = text[text.index("Lost points") : text.index("<h2>Signals")]
-    unexplained = "<td>no cause found</td><td class=points>3</td><td>Phong (3), Soft (1)</td>"
-    missing = "<td>not submitted</td><td class=points>1</td><td>Soft (1)</td>"
+    unexplained = "<td>no cause found</td><td class=points>3</td><td>phong (3), soft (1)</td>"
+    missing = "<td>not submitted</td><td class=points>1</td><td>soft (1)</td>"
     assert 0 < causes.index(unexplained) < causes.index(missing)
 
 
