@@ -8,11 +8,19 @@ from pathlib import Path
 ASSIGNMENT = Path(__file__).parent / "assignment"
 SCRIPTS = ASSIGNMENT / "gradescope"
 MANIFEST = "manifest.yaml"
+CONSTRAINTS = Path(__file__).parents[1] / "constraints.txt"
+"""Versions that `setup.sh` installs; a checkout has them."""
 LEFT_OUT = frozenset({"gradescope", "submissions"})
 """Folders that grading does not need."""
 
 
-def pack(wheel: Path, target: Path, assignment: Path = ASSIGNMENT, manifest: str = MANIFEST) -> list[str]:
+def pack(
+    wheel: Path,
+    target: Path,
+    assignment: Path = ASSIGNMENT,
+    manifest: str = MANIFEST,
+    constraints: Path = CONSTRAINTS,
+) -> list[str]:
     """Write the autograder archive of a Gradescope assignment.
 
     Parameters
@@ -25,6 +33,8 @@ def pack(wheel: Path, target: Path, assignment: Path = ASSIGNMENT, manifest: str
         The folder of the manifest: everything in it is packed except hidden files and `LEFT_OUT`.
     manifest
         Name of the YAML manifest in that folder.
+    constraints
+        A file of versions for pip: `setup.sh` installs these.
 
     Returns
     -------
@@ -35,6 +45,7 @@ def pack(wheel: Path, target: Path, assignment: Path = ASSIGNMENT, manifest: str
     files[MANIFEST] = assignment / manifest
     files |= {script.name: script for script in SCRIPTS.iterdir() if script.is_file()}
     files[wheel.name] = wheel
+    files["constraints.txt"] = constraints
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, path in sorted(files.items()):
             archive.write(path, name)
@@ -59,12 +70,20 @@ def main() -> None:
         help="the folder of the manifest; by default the ready assignment",
     )
     parser.add_argument("--manifest", default=MANIFEST, help="name of the YAML manifest in that folder")
+    parser.add_argument(
+        "--constraints",
+        type=Path,
+        default=CONSTRAINTS,
+        help="versions for pip; by default those of this checkout",
+    )
     parser.add_argument("-o", "--out", type=Path, default=Path("autograder.zip"), help="the archive")
     arguments = parser.parse_args()
-    for path in (arguments.wheel, arguments.assignment / arguments.manifest):
+    for path in (arguments.wheel, arguments.assignment / arguments.manifest, arguments.constraints):
         if not path.is_file():
             parser.error(f"{path} is not there.")
-    names = pack(arguments.wheel, arguments.out, arguments.assignment, arguments.manifest)
+    names = pack(
+        arguments.wheel, arguments.out, arguments.assignment, arguments.manifest, arguments.constraints
+    )
     print(f"{arguments.out}: {len(names)} files, {arguments.out.stat().st_size / 1e6:.1f} MB")
 
 

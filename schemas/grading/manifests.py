@@ -74,16 +74,6 @@ class HitsFile(Closed):
     file: File = Field(description="Arrays as `penumbra trace` writes them, .npz, one row for each ray.")
 
 
-class ReportFile(Closed):
-    """The CPU seconds that the submission's own program reports."""
-
-    type: Literal["report"] = Field(description="`report`.")
-    file: File = Field(description="A JSON file.")
-    pointer: Annotated[str, Field(strict=True, max_length=1024)] = Field(
-        default="/cpu_seconds", description="JSON Pointer to the number in it."
-    )
-
-
 class ReferencePicture(Closed):
     """A picture beside the manifest."""
 
@@ -151,10 +141,6 @@ Rays = Annotated[
 TracedBy = Annotated[
     Annotated[HitsFile, tag(HitsFile)] | Annotated[SceneFile, tag(SceneFile)],
     chosen_by({"hits": (HitsFile,), "scene": (SceneFile,)}),
-]
-TimedBy = Annotated[
-    Annotated[SceneFile, tag(SceneFile)] | Annotated[ReportFile, tag(ReportFile)],
-    chosen_by({"scene": (SceneFile,), "report": (ReportFile,)}),
 ]
 RayField = Literal["t", "position", "normal", "uv", "shape", "visibility"]
 
@@ -249,10 +235,10 @@ class RaysTest(Criterion):
 
 
 class TimeTest(Criterion):
-    """Compares the CPU seconds of a submission with a budget."""
+    """Compares the CPU seconds of a render with a budget. The grader measures them itself."""
 
     kind: Literal["time"]
-    submitted: TimedBy = Field(description="A scene that the grader renders, or a report of the submission.")
+    submitted: SceneFile = Field(description="A scene that the grader renders.")
     accept: CpuSeconds = Field(description="What CPU seconds earn how many points.")
 
 

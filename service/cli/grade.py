@@ -37,6 +37,15 @@ def grade(  # noqa: PLR0913 - one argument for each option
         Path, typer.Argument(metavar="MANIFEST", help="The assignment, .yaml or .json.", show_default=False)
     ],
     submission: Annotated[Path, typer.Option(metavar="DIR", help="The folder with the submission.")] = Path(),
+    class_folder: Annotated[
+        Path | None,
+        typer.Option(
+            "--class",
+            metavar="DIR",
+            help="A folder with a folder for each submission, in place of --submission; needs -o, and grades "
+            "only what has changed.",
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help=f"Folder for {RESULT} and pictures of differences."),
@@ -71,6 +80,11 @@ def grade(  # noqa: PLR0913 - one argument for each option
     as_json: JsonOption = False,
 ) -> None:
     """Run the tests of an assignment on a submission, and report the points and why they were lost."""
+    if class_folder is not None:
+        single = {"--submission": submission != Path(), "--student": student, "--submitted-at": submitted_at}
+        _refuse_with_class(single | {"--fail-under": fail_under is not None})
+        code = _grade_class(manifest, class_folder, out, export or [], jobs, server, cache, as_json=as_json)
+        raise typer.Exit(code)
     for folder in filter(None, (out, cache)):
         make_folder(folder)
     targets = _targets(export or [])
@@ -78,10 +92,7 @@ def grade(  # noqa: PLR0913 - one argument for each option
         raise InputError(f"{submission} is not a folder. Give the folder with the submission.")
     _check_time(submitted_at)
     read = _read(manifest)
-    if server is not None:
-        # Without the service every test would fail.
-        with connect(server) as client:
-            client.version()
+    _check_server(server)
     from service.grading.grading import grade as graded
 
     with progress_bar("grading") as bar:
@@ -95,7 +106,7 @@ def grade(  # noqa: PLR0913 - one argument for each option
             read,
             references=manifest.parent,
             submission=submission,
-            jobs=jobs or len(os.sched_getaffinity(0)),
+            jobs=jobs or _processors(),
             server=server,
             cache=cache,
             pictures=out is not None or bool(targets),
@@ -112,6 +123,55 @@ def grade(  # noqa: PLR0913 - one argument for each option
 
     if fail_under is not None and not reached(found.grade.score, fail_under, rising=True):
         raise typer.Exit(ExitCode.BELOW_THRESHOLD)
+
+
+def _refuse_with_class(given: Mapping[str, object]) -> None:
+    wrong = [name for name, value in given.items() if value]
+    if wrong:
+        raise CommandError(f"{', '.join(wrong)}: this is for one submission, and --class grades many.")
+
+
+def _grade_class(
+    manifest: Path,
+    folder: Path,
+    out: Path | None,
+    export: Sequence[str],
+    jobs: int | None,
+    server: str | None,
+    cache: Path | None,
+    *,
+    as_json: bool,
+) -> int:
+    from service.cli.grade_class import ClassRun, check_folders, file_names, grade_class
+
+    place = check_folders(folder, out)
+    exports = file_names(export)
+    for made in filter(None, (place, cache)):
+        make_folder(made)
+    read = _read(manifest)
+    _check_server(server)
+    run = ClassRun(
+        manifest=read,
+        references=manifest.parent,
+        folder=folder,
+        out=place,
+        exports=exports,
+        jobs=jobs or _processors(),
+        server=server,
+        cache=cache,
+    )
+    return grade_class(run, as_json=as_json)
+
+
+def _check_server(address: str | None) -> None:
+    """Without the service every test would fail."""
+    if address is not None:
+        with connect(address) as client:
+            client.version()
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0))
 
 
 def _read(path: Path) -> Manifest:
@@ -178,9 +238,11 @@ def _pictures(pictures: Mapping[str, bytes], out: Path | None) -> Iterator[Path]
 
 def lines(found: Grade, width: int | None) -> Iterator[str]:
     """A grade as lines: wrapped to a width for people, without one cells with tabs for programs."""
+    from service.grading.exports.texts import number
+
     for test in found.tests:
-        points = NO_POINTS if test.id in found.ungraded else f"{test.points:g}"
-        cells = [test.status, f"{points}/{test.max_points:g}", output.harmless(test.name)]
+        points = NO_POINTS if test.id in found.ungraded else number(test.points)
+        cells = [test.status, f"{points}/{number(test.max_points)}", output.harmless(test.name)]
         message = output.harmless(test.message) if test.status != "passed" else ""
         if width is None:
             yield "\t".join([*cells, test.id, message])
@@ -190,4 +252,4 @@ def lines(found: Grade, width: int | None) -> Iterator[str]:
         yield from textwrap.wrap(message, width, initial_indent=" " * 4, subsequent_indent=" " * 4)
     for signal in found.signals:
         yield f"for staff: {signal.test}: {output.harmless(signal.message)}"
-    yield f"{output.emphasis(f'{found.score:g} of {found.max_score:g} points')}, {found.verdict}"
+    yield f"{output.emphasis(f'{number(found.score)} of {number(found.max_score)} points')}, {found.verdict}"

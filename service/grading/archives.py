@@ -5,11 +5,16 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.math.arrays import Floats
 from service.grading.folders import MOST_BYTES, Folder
+
+SHAPE = "shape"
+"""The array of shape indices, in which a miss is -1."""
 
 
 def read_arrays(folder: Folder, name: str, wanted: Sequence[str]) -> dict[str, Floats]:
@@ -37,4 +42,12 @@ def read_arrays(folder: Folder, name: str, wanted: Sequence[str]) -> dict[str, F
     for key, values in found.items():
         if values.dtype.kind not in "fiub":
             raise folder.fault(f"{name}: '{key}' holds {values.dtype}. It must hold real numbers.")
-    return {key: np.asarray(values, dtype=np.float64) for key, values in found.items()}
+    return {key: _floats(key, values) for key, values in found.items()}
+
+
+def _floats(key: str, values: NDArray[Any]) -> Floats:
+    floats = np.asarray(values, dtype=np.float64)
+    if key == SHAPE and values.dtype.kind == "u":
+        # An unsigned type stores -1 as its largest number.
+        floats = np.where(values == np.iinfo(values.dtype).max, -1.0, floats)
+    return floats

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of
 from accuracy.comparison.diagnosis import Cause
+from accuracy.comparison.fingerprints import Fingerprint, fingerprint
 from accuracy.comparison.heat import encoded, side_by_side
 from accuracy.comparison.regions import Region, named
 from renderer.errors import MissingExtraError
@@ -99,10 +100,11 @@ def _graded(
             of_picture(test.id, "reference", reference.picture, held_to),
         ),
         signals=() if content is None else signals(content, reference.file, found.whole, test=test.id),
+        fingerprint=None if content is None else _fingerprint(found, reference),
     )
     yield _explained(outcome, found, found.causes)
     if outcome.share < 1.0 and reference.scene is not None:
-        yield _explained(outcome, found, explain(reference.scene, found.judged, until=until))
+        yield _explained(outcome, found, explain(reference.scene, found.judged, until=until, keep=run.keep))
 
 
 def _explained(outcome: Outcome, found: _Found, causes: Sequence[Cause]) -> Outcome:
@@ -111,6 +113,13 @@ def _explained(outcome: Outcome, found: _Found, causes: Sequence[Cause]) -> Outc
     reason = "" if outcome.share == 1.0 else sentences.explained(diagnosis, outcome.worst_regions)
     message = sentences.joined(outcome.message, found.pardon, reason)
     return replace(outcome, message=message, diagnosis=diagnosis)
+
+
+def _fingerprint(found: _Found, reference: Wanted) -> Fingerprint | None:
+    """Of the picture that is judged; none if it has a known mistake, which others may have made as well."""
+    if found.whole.causes and not found.pardon:
+        return None
+    return fingerprint(found.judged.image, reference.picture)
 
 
 def _compared(

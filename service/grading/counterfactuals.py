@@ -12,8 +12,10 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 import renderer
 from accuracy.comparison import Comparison
@@ -27,6 +29,7 @@ from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from service.grading.altered_scenes import Alteration, alterations
 from service.grading.altered_shading import shading_changes
 from service.grading.hints import HINTS
+from service.grading.keeping import kept
 from service.grading.light_bands import bands
 
 MOST_PIXELS = 20_000
@@ -79,6 +82,8 @@ class _Trial:
         Linear, 0 to 1; the last is the difference allowed in a block.
     until : float
         Time limit, by `time.monotonic`.
+    keep : Path or None
+        Where altered pictures are kept for other submissions.
     """
 
     scene: LoadedScene
@@ -87,6 +92,7 @@ class _Trial:
     allowed: Floats
     most_bias: float
     until: float
+    keep: Path | None
 
     def of(self, cause: str, hint: str, draw: Draw) -> Cause | None:
         """The cause, if reproducing the mistake explains the picture."""
@@ -110,7 +116,9 @@ class _Trial:
         return bias(self.image - wrong, self.allowed).share <= self.most_bias
 
 
-def explain(scene: LoadedScene, found: Comparison, *, until: float = math.inf) -> tuple[Cause, ...]:
+def explain(
+    scene: LoadedScene, found: Comparison, *, until: float = math.inf, keep: Path | None = None
+) -> tuple[Cause, ...]:
     """Mistakes that explain a difference, undone or reproduced, the best explanation first.
 
     Parameters
@@ -121,6 +129,8 @@ def explain(scene: LoadedScene, found: Comparison, *, until: float = math.inf) -
         A failed comparison.
     until
         A time of `time.monotonic` after which no further mistake is tried.
+    keep
+        A folder of altered pictures that other submissions share.
 
     Returns
     -------
@@ -131,7 +141,7 @@ def explain(scene: LoadedScene, found: Comparison, *, until: float = math.inf) -
     settled = undone and undone[0].rmse_after <= SETTLED * undone[0].rmse_before
     if settled and undone[0].cause != EXPOSURE:
         return undone
-    trial = _trial(scene, found, until)
+    trial = _trial(scene, found, until, keep)
     made = [cause for cause in _made(trial) if cause is not None]
     if not (undone or made):
         band = bands(trial.scene, trial.image, trial.reference)
@@ -151,7 +161,7 @@ def _made(trial: _Trial) -> Iterator[Cause | None]:
 def _mistakes(trial: _Trial) -> Iterator[tuple[str, str, Draw]]:
     """Cause, what its hint says about the scene, and a function that renders the mistake."""
     for alteration in alterations(trial.scene):
-        yield alteration.cause, alteration.about, partial(_drawn, alteration)
+        yield alteration.cause, alteration.about, partial(_drawn, alteration, trial.keep)
     for cause, change in shading_changes(trial.scene):
         yield cause, "", partial(_added, trial.reference, change)
 
@@ -160,7 +170,7 @@ def _added(reference: Floats, change: Callable[[], Floats], samples: int) -> Flo
     return reference + change()
 
 
-def _trial(scene: LoadedScene, found: Comparison, until: float) -> _Trial:
+def _trial(scene: LoadedScene, found: Comparison, until: float, keep: Path | None) -> _Trial:
     image, reference = found.image, found.reference
     factor = _shrinking(image.width, image.height)
     camera = scene.document.camera.model_copy(
@@ -169,7 +179,7 @@ def _trial(scene: LoadedScene, found: Comparison, until: float) -> _Trial:
     small = LoadedScene(scene.document.model_copy(update={"camera": camera}), scene.assets)
     rounding = image.rounding + reference.rounding + found.policy.tolerance
     seen, wanted, allowed = (_shrunk(values, factor) for values in (image.linear, reference.linear, rounding))
-    return _Trial(small, seen, wanted, allowed, found.policy.most_bias, until)
+    return _Trial(small, seen, wanted, allowed, found.policy.most_bias, until, keep)
 
 
 def _shrinking(width: int, height: int) -> int:
@@ -186,15 +196,15 @@ def _shrunk(values: Floats, factor: int) -> Floats:
     return means
 
 
-def _drawn(alteration: Alteration, samples: int) -> Floats:
+def _drawn(alteration: Alteration, keep: Path | None, samples: int) -> Floats:
     """The picture of an altered scene, linear."""
     if not alteration.squeezed:
-        return _rendered(alteration.scene, alteration.shadows, samples)
+        return _rendered(alteration.scene, alteration.shadows, samples, keep)
     camera = alteration.scene.document.camera
     side = FINER * max(camera.width, camera.height)
     square = camera.model_copy(update={"width": side, "height": side})
     document = alteration.scene.document.model_copy(update={"camera": square})
-    picture = _rendered(LoadedScene(document, alteration.scene.assets), alteration.shadows, 1)
+    picture = _rendered(LoadedScene(document, alteration.scene.assets), alteration.shadows, 1, keep)
     return _means(_means(picture, camera.height, 0), camera.width, 1)
 
 
@@ -206,11 +216,14 @@ def _means(picture: Floats, count: int, axis: int) -> Floats:
     return means
 
 
-def _rendered(scene: LoadedScene, shadows: bool, samples: int) -> Floats:
+def _rendered(scene: LoadedScene, shadows: bool, samples: int, keep: Path | None) -> Floats:
+    key = f"{scene.document.model_dump_json()} {shadows} {samples}"
+    return kept(keep, key, partial(_image, scene, shadows, samples)).astype(np.float64)
+
+
+def _image(scene: LoadedScene, shadows: bool, samples: int) -> NDArray[np.float32]:
     plan = renderer.compile_scene(scene, _quality(scene, samples))
-    if not shadows:
-        plan = _without_shadows(plan)
-    return renderer.render(plan).image.astype(np.float64)
+    return renderer.render(plan if shadows else _without_shadows(plan)).image
 
 
 def _quality(scene: LoadedScene, samples: int) -> FixedQuality:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from accuracy.comparison.inputs import SIDECARS
 from renderer.assets import FolderAssets
 from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
+from service.grading.names import similar
 
 MOST_BYTES = 512 * 1024 * 1024
 """Largest file that is opened: a float64 picture of 20 million pixels."""
@@ -103,5 +104,7 @@ class Folder:
 
     def _missing(self, name: str) -> GradingError:
         if self.role == "submission":
-            return NotSubmittedError(f"{name} was not submitted.")
+            meant = similar(self.root, name)
+            found = f" Found {meant}, wanted {name}: hand it in under this name." if meant else ""
+            return NotSubmittedError(f"{name} was not submitted.{found}")
         return BrokenTestError(f"{name} is not beside the manifest.")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -83,10 +83,10 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
         pictures,
     )
     tests = {test.id: test for test in manifest.tests}
-    with _kept(cache) as folder:
-        prepared, cpu_seconds = _prepared(run, jobs, folder)
+    with reference_folder(cache) as folder:
+        prepared, cpu_seconds = prepare_references(run, jobs, folder)
         done = dict[str, results.Tested]()
-        for test_id, finished in run_all(_tests(replace(run, prepared=prepared)), jobs):
+        for test_id, finished in run_all(errands_of(replace(run, prepared=prepared)), jobs):
             done[test_id] = tested = results.tested(tests[test_id], finished)
             cpu_seconds += finished.cpu_seconds
             if on_test is not None:
@@ -94,12 +94,16 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
     in_order = [done[test.id] for test in manifest.tests]
     timings = results.timings(begun, cpu_seconds)
     whole = results.graded(manifest, in_order, timings, student=student, submitted=submitted)
-    files = {name: content for tested in in_order for name, content in tested.pictures.items()}
-    return Graded(whole, files)
+    return Graded(whole, pictures_of(in_order))
+
+
+def pictures_of(tests: Iterable[results.Tested]) -> dict[str, bytes]:
+    """The pictures of all tests, by name."""
+    return {name: content for tested in tests for name, content in tested.pictures.items()}
 
 
 @contextmanager
-def _kept(cache: Path | None) -> Iterator[Path]:
+def reference_folder(cache: Path | None) -> Iterator[Path]:
     """A folder for rendered references: the user's, or a temporary one."""
     if cache is not None:
         yield cache
@@ -108,7 +112,7 @@ def _kept(cache: Path | None) -> Iterator[Path]:
         yield Path(folder)
 
 
-def _prepared(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Prepared | str], float]:
+def prepare_references(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Prepared | str], float]:
     """Render all references that are scenes; also returns their CPU seconds."""
     errands = []
     for key, reference in wanted(run.manifest):
@@ -123,10 +127,11 @@ def _prepared(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Prepared | s
     return prepared, cpu_seconds
 
 
-def _tests(run: Run) -> list[Errand]:
+def errands_of(run: Run, prefix: str = "") -> list[Errand]:
+    """One errand for each test, named by its id after the prefix."""
     return [
         Errand(
-            test.id,
+            prefix + test.id,
             partial(findings, test, run),
             run.deadline(test),
             _bytes(test.memory or run.manifest.memory),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from accuracy.comparison.fingerprints import Fingerprint
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.grading.grades import GradeInput, GradeVerdict, Signal
 
@@ -23,6 +24,8 @@ class Outcome:
         PNG files, by label.
     signals : tuple of Signal
         Signals for staff.
+    fingerprint : Fingerprint or None
+        Of a submitted picture, to compare it with those of other students.
 
     The other attributes are those of `schemas.grading.grades.TestGrade`.
     """
@@ -41,3 +44,4 @@ class Outcome:
     pictures: Mapping[str, bytes] = field(default_factory=dict)
     inputs: tuple[GradeInput, ...] = ()
     signals: tuple[Signal, ...] = ()
+    fingerprint: Fingerprint | None = None

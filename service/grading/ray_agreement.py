@@ -94,22 +94,36 @@ def agreement(submitted: Mapping[str, Floats], right: Answers) -> dict[str, Mask
     found = _missed(submitted)
     agrees = {}
     for name, values in submitted.items():
-        if name == "shape":
-            agrees[name] = values == hits.shape
-            continue
-        wanted = getattr(hits, name)
-        with np.errstate(invalid="ignore"):
-            near = np.abs(values - wanted) <= right.allowed[name]
-        near = near if near.ndim == 1 else near.all(axis=1)
+        near = _near(values, name, right)
         agrees[name] = (missed & found) | (near & ~missed & ~found)
     return agrees
 
 
+def _near(values: Floats, name: str, right: Answers) -> Masks:
+    """Which values of a field lie within the tolerance, (N,) bool."""
+    wanted = getattr(right.hits, name)
+    if name == "shape":
+        same: Masks = values == wanted
+        return same
+    with np.errstate(invalid="ignore"):
+        near: Masks = np.abs(values - wanted) <= right.allowed[name]
+    return near if near.ndim == 1 else np.asarray(near.all(axis=1))
+
+
 def _missed(submitted: Mapping[str, Floats]) -> Masks:
-    """Which rays miss, by the submitted fields."""
+    """Which rays miss: no distance or no shape; without both fields, by the first one."""
+    if not {"t", "shape"} & submitted.keys():
+        return _unknown(next(iter(submitted.values())))
+    missed = np.zeros(len(next(iter(submitted.values()))), dtype=bool)
+    if "t" in submitted:
+        missed |= _unknown(submitted["t"])
     if "shape" in submitted:
-        return submitted["shape"] < 0
-    values = next(iter(submitted.values()))
+        missed |= submitted["shape"] < 0
+    return missed
+
+
+def _unknown(values: Floats) -> Masks:
+    """Which rows hold a number that is not finite."""
     known: Masks = np.logical_and.reduce(np.isfinite(values.reshape(len(values), -1)), axis=1)
     return ~known
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import version
 
+from accuracy.comparison.fingerprints import Fingerprint
 from schemas.grading.grades import (
     Grade,
     GradeImage,
@@ -47,12 +48,15 @@ class Tested:
     signals : tuple of Signal
     pictures : dict of str to bytes
         PNG files, by the names in the grade.
+    fingerprint : Fingerprint or None
+        Of a submitted picture.
     """
 
     grade: TestGrade
     inputs: tuple[GradeInput, ...]
     signals: tuple[Signal, ...]
     pictures: dict[str, bytes]
+    fingerprint: Fingerprint | None
 
 
 def tested(test: Criterion, finished: Finished) -> Tested:
@@ -87,7 +91,7 @@ def tested(test: Criterion, finished: Finished) -> Tested:
         seconds=finished.seconds,
     )
     pictures = {names[label]: png for label, png in outcome.pictures.items()}
-    return Tested(whole, outcome.inputs, outcome.signals, pictures)
+    return Tested(whole, outcome.inputs, outcome.signals, pictures, outcome.fingerprint)
 
 
 def graded(

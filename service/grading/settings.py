@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from schemas.grading.manifests import Criterion, Manifest, SceneFile
 from schemas.quality import Quality
@@ -28,6 +29,8 @@ class Run:
         Whether to make pictures of the differences.
     prepared : mapping
         Rendered references by `references.key_of`, or the reason why rendering failed.
+    keep : Path or None
+        A folder of altered pictures that submissions of a class share.
     """
 
     manifest: Manifest
@@ -36,6 +39,7 @@ class Run:
     server: str | None = None
     pictures: bool = False
     prepared: Mapping[str, Prepared | str] = field(default_factory=dict)
+    keep: Path | None = None
 
     def deadline(self, test: Criterion) -> float:
         """Time limit of a test in seconds."""

@@ -15,7 +15,7 @@ import jsonschema
 import pytest
 from PIL import Image
 
-from scenes.pack_gradescope import ASSIGNMENT, pack
+from scenes.pack_gradescope import ASSIGNMENT, CONSTRAINTS, pack
 from tests.acceptance.conftest import COMMAND, ENVIRONMENT
 from tests.unit.grading.exports.test_json_forms import GRADESCOPE
 
@@ -103,6 +103,9 @@ def test_what_is_packed_is_what_setup_and_the_manifest_name(tmp_path: Path) -> N
     for script in ("setup.sh", "run_autograder"):
         subprocess.run(["bash", "-n", str(source / script)], check=True)
     assert len(list(source.glob("*.whl"))) == 1
+    (installed,) = [line for line in (source / "setup.sh").read_text().splitlines() if "pip install" in line]
+    assert "--constraint constraints.txt" in installed
+    assert (source / "constraints.txt").read_bytes() == CONSTRAINTS.read_bytes()
     assert (source / "references" / "shadow_soft.npy").is_file()
     assert not (source / "gradescope").exists()
 

@@ -28,6 +28,11 @@ def dot(a: Array, b: Array) -> Array:
     return (a * b).sum(axis=-1)
 
 
+def least(wrong: Wrong) -> float:
+    """The t that hits must exceed."""
+    return -np.inf if "behind" in wrong else 0.0 if "acne" in wrong else START
+
+
 @dataclass
 class Ball:
     """An ellipsoid: the unit sphere transformed by a matrix whose columns are the semi-axes."""
@@ -46,7 +51,7 @@ class Ball:
         near, far = (-b - root) / (2 * a), (-b + root) / (2 * a)
         if "second_root" in wrong:
             near = far
-        start = -np.inf if "behind" in wrong else START
+        start = least(wrong)
         t = np.where(near > start, near, np.where(far > start, far, np.inf))
         return np.where(under >= 0, t, np.inf).astype(float)
 
@@ -83,7 +88,7 @@ class Flat:
             inside &= u + v <= 1
         else:
             inside &= (u <= 1) & (v <= 1)
-        start = -np.inf if "behind" in wrong else START
+        start = least(wrong)
         return np.where(inside & (t > start), t, np.inf)
 
     def weights(self, places: Array) -> tuple[Array, Array]:

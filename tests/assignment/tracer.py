@@ -17,11 +17,19 @@ def is_stretched(shape: Json) -> bool:
     return "axes" in shape
 
 
+def with_camera(scene: Json, wrong: Wrong) -> Json:
+    """The scene as the program reads its camera."""
+    if "size_swapped" not in wrong:
+        return scene
+    camera = scene["camera"]
+    return scene | {"camera": camera | {"width": camera["height"], "height": camera["width"]}}
+
+
 class Tracer:
     """A scene, the names of the mistakes to make, and a random generator."""
 
     def __init__(self, scene: Json, folder: Path, wrong: Wrong = frozenset(), seed: int = 0) -> None:
-        self.scene, self.wrong = scene, wrong
+        self.scene, self.wrong = with_camera(scene, wrong), wrong
         self.random = np.random.default_rng(seed)
         kept = [shape for shape in scene["shapes"] if "shape_missing" not in wrong or not is_stretched(shape)]
         self.shapes = [shape_of(shape) for shape in kept]
@@ -49,6 +57,10 @@ class Tracer:
         total = np.zeros((height * width, 3))
         if "one_sample" in self.wrong:
             samples, pattern = 1, "center"
+        if "corner_sampling" in self.wrong:
+            samples, pattern = 1, "corner"
+        if "same_places" in self.wrong:
+            pattern = "center"
         for number in range(samples):
             a, b = self.places(number, samples, pattern, i.size)
             total += seen(*self.rays(i + a, j + b))
@@ -60,6 +72,8 @@ class Tracer:
         column, row = number % side, number // side
         if pattern == "center":
             return np.full(count, 0.5), np.full(count, 0.5)
+        if pattern == "corner":
+            return np.zeros(count), np.zeros(count)
         if pattern == "grid":
             return np.full(count, (column + 0.5) / side), np.full(count, (row + 0.5) / side)
         a, b = self.random.random((2, count))
@@ -69,10 +83,7 @@ class Tracer:
         """Origins and directions of rays through points of the picture, in pixels from the upper left."""
         camera, wrong = self.scene["camera"], self.wrong
         position = np.array(camera["position"], float)
-        up = (0, 1, 0) if "up_ignored" in wrong else camera.get("up", (0, 1, 0))
-        f = unit(np.array(camera["look_at"]) - position)
-        r = unit(np.cross(f, up))
-        u = np.cross(r, f)
+        f, r, u = self.axes()
         angle = np.radians(camera["vertical_fov"])
         h = np.tan(angle if "fov_not_halved" in wrong else angle / 2)
         aspect = camera["width"] / camera["height"]
@@ -82,13 +93,26 @@ class Tracer:
             aspect = 1
         if "one_pixel_off" in wrong:
             x = x + 1
-        across, down = 2 * x / camera["width"] - 1, 1 - 2 * y / camera["height"]
+        if "half_pixel_off" in wrong:
+            x, y = x - 0.5, y - 0.5
+        less = 1 if "size_minus_one" in wrong else 0
+        across, down = 2 * x / (camera["width"] - less) - 1, 1 - 2 * y / (camera["height"] - less)
         if "mirrored" in wrong:
             across = -across
         if "upside_down" in wrong:
             down = -down
         d = f + np.outer(across * h * aspect, r) + np.outer(down * h, u)
         return np.broadcast_to(position, d.shape), unit(d)
+
+    def axes(self) -> tuple[Array, Array, Array]:
+        """The camera's forward, right and up vectors."""
+        camera, wrong = self.scene["camera"], self.wrong
+        up = np.array((0, 1, 0) if "up_ignored" in wrong else camera.get("up", (0, 1, 0)), float)
+        f = unit(np.array(camera["look_at"]) - np.array(camera["position"], float))
+        r = np.cross(f, up)
+        if "axes_not_unit" not in wrong:
+            r = unit(r)
+        return f, r, unit(up) if "axes_not_orthogonal" in wrong else np.cross(r, f)
 
     def hits(self, origins: Array, directions: Array) -> tuple[Array, Array]:
         """t of the nearest hit, and the index of its shape or -1."""
@@ -107,8 +131,13 @@ class Tracer:
         for i in np.unique(number[number >= 0]):
             seen = number == i
             outward = self.shapes[i].normals(places[seen], self.wrong)
-            found[seen] = np.where(dot(outward, directions[seen]) > 0, -1.0, 1.0)[:, None] * outward
+            found[seen] = self.facing(outward, -directions[seen]) * outward
         return found
+
+    def facing(self, outward: Array, viewers: Array) -> Array:
+        """1 where outward normals face the viewer, -1 where they must be turned, (N, 1)."""
+        sign = np.where(dot(outward, viewers) < 0, -1.0, 1.0)[:, None]
+        return -sign if "normal_flipped" in self.wrong else sign
 
     def normal_colors(self, origins: Array, directions: Array) -> Array:
         t, number = self.hits(origins, directions)
@@ -127,7 +156,7 @@ class Tracer:
     def shade(self, i: int, places: Array, viewers: Array) -> Array:
         shape, material = self.shapes[i], self.materials[i]
         outward = shape.normals(places, self.wrong)
-        facing = np.where(dot(outward, viewers) < 0, -1.0, 1.0)[:, None]
+        facing = self.facing(outward, viewers)
         color = self.color(material, shape.coordinates(places))
         normals = facing * outward
         if material.get("normal_map") and "normal_map_ignored" not in self.wrong:
@@ -137,7 +166,7 @@ class Tracer:
         for light in self.scene["lights"]:
             towards, reach = self.light_points(light, places)
             l = towards if "light_not_normalised" in self.wrong else unit(towards)
-            share = self.seen(i, places + OFFSET * facing * outward, towards, reach)
+            share = self.seen(i, places + self.offset() * facing * outward, towards, reach)
             total = total + share[:, None] * np.array(light["color"]) * self.phong(
                 material, color, normals, l, viewers
             )
@@ -145,9 +174,13 @@ class Tracer:
 
     def phong(self, material: Json, color: Array, n: Array, l: Array, v: Array) -> Array:
         lambert = dot(n, l)[:, None]
-        lit = lambert > 0
+        lit, shininess = lambert > 0, material.get("shininess", 1)
+        if "shininess_doubled" in self.wrong:
+            shininess = 2 * shininess
         gloss = dot(n, unit(l + v)) if "blinn" in self.wrong else dot(2 * lambert * n - l, v)
-        high = np.where(lit[:, 0], np.maximum(gloss, 0) ** material.get("shininess", 1), 0)[:, None]
+        if "specular_unclamped" not in self.wrong:
+            gloss = np.maximum(gloss, 0)
+        high = np.where(lit[:, 0], gloss**shininess, 0)[:, None]
         if "no_highlight" in self.wrong:
             high = 0 * high
         if "no_max" not in self.wrong:
@@ -170,6 +203,10 @@ class Tracer:
             shares = shares + 0.5
         return corner + shares @ edges - places, 1.0
 
+    def offset(self) -> float:
+        """How far above the surface shadow rays start."""
+        return 0.0 if "acne" in self.wrong else OFFSET
+
     def seen(self, own: int, places: Array, towards: Array, reach: float) -> Array:
         """1 where the light is visible, 0 where it is blocked."""
         if "no_shadows" in self.wrong:
@@ -178,7 +215,7 @@ class Tracer:
             reach = np.inf
         seen = np.ones(len(places), bool)
         for i, shape in enumerate(self.shapes):
-            if i == own and isinstance(shape, Flat):
+            if i == own and isinstance(shape, Flat) and "acne" not in self.wrong:
                 continue
             seen &= shape.distances(places, towards, self.wrong) >= reach
         return seen.astype(float)
@@ -234,7 +271,9 @@ def encoded(linear: Array, wrong: Wrong = frozenset()) -> Array:
     def srgb(x: Array) -> Array:
         return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
 
-    values = np.clip(linear, 0, 1)
+    values = np.clip(1.1 * linear if "brighter" in wrong else linear, 0, 1)
+    if "bgr" in wrong:
+        values = values[:, :, ::-1]
     if "gamma_power" in wrong:
         return np.round(values ** (1 / 2.2) * 255).astype(np.uint8)
     for _ in range(0 if "gamma_missing" in wrong else 2 if "gamma_twice" in wrong else 1):

@@ -58,7 +58,7 @@ def test_local_and_remote_scores_are_the_same(assignment: Assignment, server: Ru
 
 
 def test_a_scene_is_timed_by_what_its_job_has_cost(assignment: Assignment, server: RunningServer) -> None:
-    timed = time_test(submitted={"type": "scene", "file": "scene.json"}, accept={"full": 60})
+    timed = time_test(accept={"full": 60})
     found = assignment.test(timed, server=server.url)
     with Client(server.url) as client:
         costs = [job.cost.cpu_seconds for job in client.list(limit=20).jobs]

@@ -12,10 +12,13 @@ if TYPE_CHECKING:
 FOLDER = Path(__file__).parents[2] / "docs" / "figures"
 
 COMMANDS = {
-    "assignment": "python -m tools.docs.generate_assignment_page --measure",
+    "assignment": (
+        "python -m tools.docs.generate_assignment_page --measure && python -m tools.docs.measure_programs"
+    ),
     "bench": "python -m benchmarks rendering effects meshes accuracy service --out docs/figures/bench.json",
     "capacity": "python -m benchmarks.capacity --out docs/figures/capacity.json",
     "chaos": "python -m benchmarks.chaos --out docs/figures/chaos.json",
+    "class": "python -m tools.docs.measure_likeness && python -m tools.docs.measure_class",
     "hard_cases": "python -m tools.docs.generate_numerics_reference",
     "intervals": "python -m benchmarks.intervals --out docs/figures/intervals.json",
     "load": "python -m benchmarks.load --out docs/figures/load.json",

@@ -97,10 +97,56 @@ def _reached(measured: Figures) -> str:
     )
 
 
+def class_time(measured: Figures) -> str:
+    """How long a class takes; empty until it is measured."""
+    if "time" not in measured:
+        return ""
+    time = measured["time"]
+    return (
+        f"{time['students']} submissions to the ready assignment, {time['right']} of them right, took "
+        f"{time['seconds'] / 60:.1f} min and {time['cpu_seconds'] / time['students']:.1f} CPU seconds each. "
+        f"{figures.measured_on(time['machine'])}"
+    )
+
+
+def shared_noise(measured: Figures) -> str:
+    """How often honest pictures were taken for copies, and how many altered copies were found."""
+    measured = measured["noise"]
+    honest = [
+        (
+            each["program"],
+            f"{each['pairs']:,}",
+            f"{each['alarms']}",
+            f"{each['highest']:.2f}",
+            f"{each['closest']:.2f}",
+        )
+        for each in measured["honest"]
+    ]
+    altered = [(each["how"], f"{each['found']} of {each['copies']}") for each in measured["altered"]]
+    width, height = measured["size"]
+    width, height = measured["size"]
+    words = (
+        f"A simple ray tracer that shares no code with this one made pictures of {width} x {height} pixels "
+        f"with {measured['samples']} samples, {measured['seeds']} seeds of each program. Wrong programs are "
+        f"compared in groups of {measured['minority']}, each in a class of right ones. "
+        f"{figures.measured_on(measured['machine'])}"
+    )
+    columns = ("honest pictures", "pairs", "reported", "highest correlation", "least difference")
+    return "\n\n".join(
+        (
+            textwrap.fill(words, WIDTH, break_long_words=False, break_on_hyphens=False),
+            table(columns, honest),
+            table(("copies", "reported"), altered),
+        )
+    )
+
+
 TEXTS = {
+    "class-time": Text(("class",), class_time),
     "peers": Text(("peers",), lambda peers: peers_sentences.of_readme(peers["comparisons"])),
     "reference-errors": Text((), reference_errors),
     "errors": Text(("bench",), errors),
+    "shared-noise": Text(("class",), shared_noise),
     "target-errors": Text(("targets",), target_errors),
 }
 """Texts by the names of their marks."""

@@ -22,6 +22,7 @@ from service.grading.grading import grade
 from service.grading.hints import HINTS
 from tests.assignment import submissions
 from tests.assignment.mistakes import MISTAKES
+from tests.assignment.programs import reached
 from tools.docs.figures import FOLDER, measured_on, read
 from tools.docs.templates import table
 
@@ -38,6 +39,7 @@ ASSIGNMENT = ROOT / "scenes" / "assignment"
 MANIFEST = ASSIGNMENT / "manifest.yaml"
 PAGE = DOCS / "reference" / "assignment.md"
 TEMPLATE = Path(__file__).with_name("assignment_template.txt")
+PROGRAMS_TEMPLATE = Path(__file__).with_name("programs_template.txt")
 FIGURES = FOLDER / "assignment.json"
 
 SAMPLES = (4, 16, 64)
@@ -73,13 +75,18 @@ def measure(names: Sequence[str]) -> None:
         mapped = pool.map(partial(_right, Path(place)), settings)
         wrong = list(pool.map(partial(_wrong, Path(place)), chosen))
         right = list(mapped)
-    kept = read("assignment") if names else {"machine": describe(), "right": [], "wrong": []}
+    kept = read("assignment") if names or FIGURES.exists() else {}
+    if not names:
+        kept |= {"machine": describe(), "right": [], "wrong": []}
     found = {part["name"]: part for part in (*kept["wrong"], *wrong)}
     figures = {
         "machine": kept["machine"],
         "right": right if whole else kept["right"],
         "wrong": [found[mistake.name] for mistake in MISTAKES if mistake.name in found],
     }
+    # Whole programs are graded by tools.docs.measure_programs.
+    if "programs" in kept:
+        figures["programs"] = kept["programs"]
     FIGURES.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
 
 
@@ -87,7 +94,7 @@ def _right(folder: Path, setting: tuple[int, int]) -> dict[str, Any]:
     samples, seed = setting
     place = folder / f"right-{samples}-{seed}"
     submissions.write(place, samples=samples, seed=seed)
-    found = _graded(_manifest(), place)
+    found = graded(ready_manifest(), place)
     print(f"right with {samples} samples, seed {seed}: {found.score:g}", flush=True)
     return {
         "samples": samples,
@@ -101,19 +108,20 @@ def _right(folder: Path, setting: tuple[int, int]) -> dict[str, Any]:
     }
 
 
-def _manifest() -> Manifest:
+def ready_manifest() -> Manifest:
+    """The manifest with ray tables."""
     return read_manifest(MANIFEST.read_bytes(), yaml=True)
 
 
 def _wrong(folder: Path, mistake: Mistake) -> dict[str, Any]:
     """Grade the files that the mistake can change; all others equal those of the correct submission."""
-    place, manifest = folder / mistake.name, _manifest()
+    place, manifest = folder / mistake.name, ready_manifest()
     place.mkdir()
     for name in mistake.touches:
         submissions.save(place, name, frozenset([mistake.name]))
     touched = {name.replace("_", "-") for name in mistake.touches}
     tests = tuple(test for test in manifest.tests if test.id in touched)
-    found = _graded(manifest.model_copy(update={"tests": tests}), place)
+    found = graded(manifest.model_copy(update={"tests": tests}), place)
     lost = [test for test in found.tests if test.points < test.max_points]
     advice = {test.id: test.advice for test in tests}
     print(f"{mistake.name}: {', '.join(test.id for test in lost)}", flush=True)
@@ -124,7 +132,7 @@ def _wrong(folder: Path, mistake: Mistake) -> dict[str, Any]:
             {
                 "test": test.id,
                 "points": test.max_points - test.points,
-                "message": _message(test, advice[test.id] or ""),
+                "message": message_of(test, advice[test.id] or ""),
             }
             for test in lost
         ],
@@ -132,21 +140,22 @@ def _wrong(folder: Path, mistake: Mistake) -> dict[str, Any]:
     }
 
 
-def _message(test: TestGrade, advice: str) -> str:
+def message_of(test: TestGrade, advice: str) -> str:
     """The message to a student, without numbers and without the advice of the manifest."""
     if test.diagnosis:
         return f"**{test.diagnosis[0].cause}**: {test.diagnosis[0].hint}"
     return NUMBERS.sub("", test.message.removesuffix(advice).strip()).strip()
 
 
-def _graded(manifest: Manifest, submission: Path) -> Grade:
+def graded(manifest: Manifest, submission: Path) -> Grade:
+    """Grade a folder so that every mistake is tried, however busy the machine is."""
     unhurried = manifest.model_copy(update={"deadline": DEADLINE})
     return grade(unhurried, references=ASSIGNMENT, submission=submission).grade
 
 
 def page(figures: Mapping[str, Any]) -> str:
     """Fill the tables into the template."""
-    manifest = _manifest()
+    manifest = ready_manifest()
     right = figures["right"]
     full = sum(test.points for test in manifest.tests)
     errors = json.loads((ASSIGNMENT / "references" / "errors.json").read_text())
@@ -167,6 +176,7 @@ def page(figures: Mapping[str, Any]) -> str:
         full=f"{full:g}",
         right=table(("test", "limit", *(f"{samples} samples" for samples in SAMPLES)), _values(right)),
         wrong=table(("mistake", "points lost", "message"), map(_row, figures["wrong"])),
+        programs=_programs(figures.get("programs")),
         seeds=len(SEEDS),
         causes=table(("cause", "hint"), [(f"`{c}`", hint.format("…")) for c, hint in HINTS.items()]),
         largest_error=f"{max(errors.values()):.4f}",
@@ -174,6 +184,25 @@ def page(figures: Mapping[str, Any]) -> str:
         machine=measured_on(figures["machine"]),
         wrong_seconds=f"{max(row['cpu_seconds'] for row in figures['wrong']):.0f}",
     )
+
+
+def _programs(measured: Mapping[str, Any] | None) -> str:
+    """The section about whole wrong programs; empty until they are graded."""
+    if measured is None:
+        return ""
+    rows = (
+        (
+            program["words"],
+            f"{program['points_lost']:g}",
+            "<br>".join(program["named"]) or "no cause found",
+            program["verdict"],
+        )
+        for program in measured["programs"]
+    )
+    shown = table(("mistake", "points lost", "named", "verdict"), rows)
+    goal = reached(program["verdict"] for program in measured["programs"])
+    section = PROGRAMS_TEMPLATE.read_text(encoding="utf-8")
+    return section.format(programs=shown, goal=goal, machine=measured_on(measured["machine"]))
 
 
 def _scores(right: Sequence[Mapping[str, Any]], samples: int) -> str:

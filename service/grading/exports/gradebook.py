@@ -1,4 +1,4 @@
-"""Gradebook rows: a header and one row as CSV (RFC 4180) in UTF-8."""
+"""Gradebooks as CSV (RFC 4180) in UTF-8: a header and the row of one submission, or those of a class."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
+from schemas.grading.classes import ClassGrade, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade
 from service.grading.exports.rows import Row, for_staff, for_students
-from service.grading.exports.texts import line
+from service.grading.exports.texts import line, rounded
+
+Cells = dict[str, str | float]
+"""A row, by column."""
 
 FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 """Spreadsheets evaluate cells that begin with these characters, also in full width
@@ -19,33 +23,67 @@ FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 def for_gradebook(grade: Grade, pictures: Path | None = None) -> bytes:
     """Export the row that students may see: hidden tests share one column. Pictures are not supported."""
     del pictures
-    return _table(grade, for_students(grade), {})
+    return _written([_cells(grade, for_students(grade), {})])
 
 
 def with_signals(grade: Grade, pictures: Path | None = None) -> bytes:
     """Export the row for staff: one column for each test, and the signals in the last one."""
     del pictures
-    signals = "; ".join(f"{signal.test}: {signal.code}" for signal in grade.signals)
-    return _table(grade, for_staff(grade), {"signals": signals})
+    return _written([_cells(grade, for_staff(grade), {"signals": _signals(grade)})])
 
 
-def _table(grade: Grade, rows: Sequence[Row], more: dict[str, str]) -> bytes:
-    cells: dict[str, str | float] = {
+def for_class(grades: Sequence[Grade], whole: ClassGrade) -> bytes:
+    """The gradebook of a class, for staff: a row for each submission, in their order.
+
+    It begins with a byte order mark, without which Excel reads names in another encoding.
+    """
+    rows = []
+    for grade in grades:
+        signals = {
+            "signals": _signals(grade),
+            "same_files_as": _others(grade, whole.shared_files),
+            "same_noise_as": _others(grade, whole.shared_noise),
+        }
+        rows.append(_cells(grade, for_staff(grade), signals))
+    return _written(rows, "utf-8-sig")
+
+
+def _others(grade: Grade, shared: Sequence[SharedFiles | SharedNoise]) -> str:
+    """The other students of a student's groups, with the tests."""
+    return "; ".join(
+        f"{other}: {', '.join(group.tests)}"
+        for group in shared
+        if grade.student in group.students
+        for other in group.students
+        if other != grade.student
+    )
+
+
+def _signals(grade: Grade) -> str:
+    return "; ".join(f"{signal.test}: {signal.code}" for signal in grade.signals)
+
+
+def _cells(grade: Grade, rows: Sequence[Row], more: dict[str, str]) -> Cells:
+    cells: Cells = {
         "student": grade.student or "",
         "submitted": grade.submitted or "",
         "assignment": grade.title,
         # A partial total could be mistaken for the final one.
-        "score": "" if grade.ungraded else grade.score,
-        "max_score": grade.max_score,
+        "score": "" if grade.ungraded else rounded(grade.score),
+        "max_score": rounded(grade.max_score),
         "ungraded": len(grade.ungraded),
     }
-    cells |= {f"points_{row.id or 'hidden'}": "" if row.open else row.points for row in rows}
-    cells |= more
+    cells |= {f"points_{row.id or 'hidden'}": "" if row.open else rounded(row.points) for row in rows}
+    return cells | more
+
+
+def _written(rows: Sequence[Cells], encoding: str = "utf-8") -> bytes:
+    """A table; all rows have the columns of the first."""
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow(cells)
-    writer.writerow([_safe(cell) for cell in cells.values()])
-    return text.getvalue().encode()
+    writer.writerow(rows[0])
+    writer.writerows([_safe(cell) for cell in row.values()] for row in rows)
+    return text.getvalue().encode(encoding)
 
 
 def _safe(cell: str | float) -> str | float:

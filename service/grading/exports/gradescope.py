@@ -14,7 +14,7 @@ from schemas.grading.grades import Grade, TestGrade
 from service.grading.exports.documents import encoded
 from service.grading.exports.pictures import Shown, album
 from service.grading.exports.rows import Row, for_staff, headline
-from service.grading.exports.texts import line
+from service.grading.exports.texts import line, rounded, significant
 
 MOST_PICTURES = 1_000_000
 """Bytes. Gradescope documents no limit, but the page of a submission loads all pictures at once."""
@@ -33,8 +33,8 @@ def export(grade: Grade, pictures: Path | None = None) -> bytes:
     shown = album(rows, pictures, MOST_PICTURES)
     return encoded(
         {
-            "score": grade.score,
-            "execution_time": grade.timings.seconds,
+            "score": rounded(grade.score),
+            "execution_time": rounded(grade.timings.seconds, 3),
             "output": " ".join(filter(None, (headline(grade), shown.note))),
             "output_format": "text",
             "test_output_format": "text",
@@ -48,19 +48,23 @@ def export(grade: Grade, pictures: Path | None = None) -> bytes:
 
 
 def _test(row: Row, test: TestGrade, pictures: Sequence[Shown]) -> dict[str, Any]:
-    judged = {"score": row.points, "status": "passed" if row.status == "passed" else "failed"}
+    judged = {"score": rounded(row.points), "status": "passed" if row.status == "passed" else "failed"}
     return (
         ({} if row.open else judged)
         | {
-            "max_score": row.max_points,
+            "max_score": rounded(row.max_points),
             "name": row.name,
             "name_format": "text",
             "tags": _tags(row, test),
             "visibility": _visibility(test),
-            "extra_data": {"id": test.id, "metric": test.metric, "value": test.value},
+            "extra_data": {"id": test.id, "metric": test.metric, "value": _value(test)},
         }
         | _output(row, pictures)
     )
+
+
+def _value(test: TestGrade) -> float | None:
+    return None if test.value is None else significant(test.value)
 
 
 def _tags(row: Row, test: TestGrade) -> list[str]:

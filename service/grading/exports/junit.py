@@ -1,6 +1,8 @@
 """JUnit XML for GitLab and Jenkins: one testcase for each test.
 
-Elements that GitLab reads: https://docs.gitlab.com/ci/testing/unit_test_reports/
+Elements that GitLab reads: https://docs.gitlab.com/ci/testing/unit_test_reports/. The xUnit plugin of Jenkins
+checks files against its junit-10.xsd: there a testcase has no properties, and only a suite counts skipped
+tests.
 """
 
 from __future__ import annotations
@@ -18,8 +20,9 @@ NUMBERS = ("metric", "value", "threshold", "margin", "verdict")
 def export(grade: Grade, pictures: Path | None = None) -> bytes:
     """Export a result as JUnit XML.
 
-    JUnit has no partial credit: a test that lost points fails, and its properties hold the points. A test
-    that could not be graded is an error, one without a submitted file is skipped. Pictures are not supported.
+    JUnit has no partial credit: a test that lost points fails, and its output holds the points, a line each.
+    A test that could not be graded is an error, one without a submitted file is skipped. Pictures are
+    not supported.
     """
     del pictures
     rows = for_students(grade)
@@ -27,11 +30,11 @@ def export(grade: Grade, pictures: Path | None = None) -> bytes:
         "tests": str(len(rows)),
         "failures": str(sum(_outcome(row) == "failure" for row in rows)),
         "errors": str(sum(_outcome(row) == "error" for row in rows)),
-        "skipped": str(sum(_outcome(row) == "skipped" for row in rows)),
         "time": f"{grade.timings.seconds:.3f}",
     }
     root = Element("testsuites", {"name": line(grade.title)} | counts)
-    suite = SubElement(root, "testsuite", {"name": line(grade.title)} | counts)
+    skipped = str(sum(_outcome(row) == "skipped" for row in rows))
+    suite = SubElement(root, "testsuite", {"name": line(grade.title)} | counts | {"skipped": skipped})
     _properties(
         suite,
         {
@@ -56,11 +59,12 @@ def _case(suite: Element, grade: Grade, row: Row) -> None:
     numbers = {} if row.test is None else {name: getattr(row.test, name) for name in NUMBERS}
     written = {name: f"{value:.6g}" if isinstance(value, float) else value for name, value in numbers.items()}
     points = {"points": number(row.points), "max_points": number(row.max_points), "status": row.status}
-    _properties(case, points | {name: value for name, value in written.items() if value is not None})
+    known = points | {name: value for name, value in written.items() if value is not None}
     if outcome := _outcome(row):
         first = row.message.split("\n", 1)[0]
         reason = SubElement(case, outcome, {"message": first, "type": row.status})
         reason.text = "\n".join((row.message, *row.places))
+    SubElement(case, "system-out").text = "\n".join(f"{name}: {value}" for name, value in known.items())
 
 
 def _outcome(row: Row) -> str | None:

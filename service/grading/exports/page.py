@@ -45,9 +45,9 @@ def for_staff_review(grade: Grade, pictures: Path | None = None) -> bytes:
 
 
 def _page(grade: Grade, rows: Sequence[Row], shown: Album, staff: Iterator[str] | tuple[()]) -> bytes:
-    title = _words(line(grade.title))
+    title = words(line(grade.title))
     whose = "".join(
-        f"<p>{label}: {_words(line(value))}</p>"
+        f"<p>{label}: {words(line(value))}</p>"
         for label, value in (("Student", grade.student), ("Submitted", grade.submitted))
         if value is not None
     )
@@ -55,18 +55,19 @@ def _page(grade: Grade, rows: Sequence[Row], shown: Album, staff: Iterator[str] 
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>',
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
         f'<meta name="viewport" content="width=device-width">\n<style>{STYLE}</style>\n</head>\n<body>',
-        f"<h1>{title}</h1>{whose}<p><strong>{_words(headline(grade))}</strong></p>",
+        f"<h1>{title}</h1>{whose}<p><strong>{words(headline(grade))}</strong></p>",
         "<table><tr><th>Test</th><th class=points>Points</th><th>Result</th></tr>",
         *(_entry(row) for row in rows),
         "</table>",
         *staff,
         *(_section(row, shown.of(row), grade.inputs) for row in rows),
-        f"<footer><p>{_words(f'{grade.tool.name} {grade.tool.version}')}</p></footer>\n</body>\n</html>\n",
+        f"<footer><p>{words(f'{grade.tool.name} {grade.tool.version}')}</p></footer>\n</body>\n</html>\n",
     ]
     return "\n".join(parts).encode()
 
 
-def _words(text: str) -> str:
+def words(text: str) -> str:
+    """Untrusted text as HTML."""
     return html.escape(harmless(text))
 
 
@@ -75,7 +76,7 @@ def _entry(row: Row) -> str:
 
 
 def _name(row: Row) -> str:
-    return _words(row.name) + (" (hidden)" if row.test is not None and row.test.hidden else "")
+    return words(row.name) + (" (hidden)" if row.test is not None and row.test.hidden else "")
 
 
 def _points(row: Row) -> str:
@@ -84,14 +85,14 @@ def _points(row: Row) -> str:
 
 def _section(row: Row, pictures: Sequence[Shown], inputs: Sequence[GradeInput]) -> str:
     width = next((read.width for read in inputs if read.test == row.id and read.width), None)
-    places = "".join(f"<li>{_words(place)}</li>" for place in row.places)
+    places = "".join(f"<li>{words(place)}</li>" for place in row.places)
     figures = (
-        f"<figure>{_drawn(picture, row, width)}<figcaption>{_words(picture.label)}</figcaption></figure>"
+        f"<figure>{_drawn(picture, row, width)}<figcaption>{words(picture.label)}</figcaption></figure>"
         for picture in pictures
     )
     return (
         f"<section><h2>{_name(row)}: {_points(row)}</h2>\n"
-        f'<p class="words">{_words(row.message)}</p>\n'
+        f'<p class="words">{words(row.message)}</p>\n'
         + (f"<p>Where the pictures differ most:</p><ul>{places}</ul>\n" if places else "")
         + "\n".join(figures)
         + "</section>"
@@ -110,7 +111,7 @@ def _drawn(picture: Shown, row: Row, width: int | None) -> str:
     )
     return (
         f'<svg viewBox="0 0 {wide} {high}" width="{wide}" height="{high}" role="img" '
-        f'aria-label="{_words(picture.label)}"><image href="{picture.url}" width="{wide}" height="{high}"/>'
+        f'aria-label="{words(picture.label)}"><image href="{picture.url}" width="{wide}" height="{high}"/>'
         f"{outlines}</svg>"
     )
 
@@ -127,11 +128,11 @@ def _staff(grade: Grade) -> Iterator[str]:
     if not grade.signals:
         yield "<p>No signals.</p>"
     for signal in grade.signals:
-        yield f"<p><strong>{_words(signal.test)}: {_words(signal.code)}</strong> {_words(signal.message)}</p>"
+        yield f"<p><strong>{words(signal.test)}: {words(signal.code)}</strong> {words(signal.message)}</p>"
     yield "<table><tr><th>Test</th><th>File</th><th>SHA-256</th></tr>"
     for read in grade.inputs:
         yield (
-            f"<tr><td>{_words(read.test)}</td><td>{_words(line(read.name))} ({read.role})</td>"
-            f"<td><code>{_words(read.sha256 or '')[:16]}</code></td></tr>"
+            f"<tr><td>{words(read.test)}</td><td>{words(line(read.name))} ({read.role})</td>"
+            f"<td><code>{words(read.sha256 or '')[:16]}</code></td></tr>"
         )
     yield "</table></section>"

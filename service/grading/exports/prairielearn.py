@@ -12,8 +12,8 @@ from typing import Any
 from schemas.grading.grades import Grade
 from service.grading.exports.documents import encoded
 from service.grading.exports.pictures import Album, Shown, album
-from service.grading.exports.rows import Row, for_students, headline
-from service.grading.exports.texts import number, shortened
+from service.grading.exports.rows import OPEN, Row, for_students, headline
+from service.grading.exports.texts import number, rounded, shortened
 
 MOST = 1_000_000
 """Largest file in bytes: the limit of PrairieLearn is 1 MB."""
@@ -25,10 +25,12 @@ LENGTHS = (4000, 1000, 250)
 def export(grade: Grade, pictures: Path | None = None) -> bytes:
     """Export a result for PrairieLearn, with at most `MOST` bytes.
 
-    If a test could not be graded, the whole submission is not gradable and costs no points and no
-    attempt.
+    If a test could not be graded, the whole submission is not gradable and costs no points and no attempt.
+    It shows no pictures then, because they contain references. A bonus test withholds no score.
     """
     rows = for_students(grade)
+    if not _gradable(grade):
+        pictures = None
     bare = [(length, len(_content(grade, rows, Album(), length))) for length in LENGTHS]
     length, size = next((tried for tried in bare if tried[1] <= MOST), bare[-1])
     return _content(grade, rows, album(rows, pictures, MOST - size), length)
@@ -37,7 +39,7 @@ def export(grade: Grade, pictures: Path | None = None) -> bytes:
 def _content(grade: Grade, rows: Sequence[Row], shown: Album, length: int) -> bytes:
     message = " ".join(filter(None, (headline(grade), _bonus(grade), shown.note)))
     return encoded(
-        {"gradable": not grade.ungraded}
+        {"gradable": _gradable(grade)}
         | _judged(grade, rows, length)
         | {
             "message": message,
@@ -48,15 +50,20 @@ def _content(grade: Grade, rows: Sequence[Row], shown: Album, length: int) -> by
     )
 
 
+def _gradable(grade: Grade) -> bool:
+    """Whether the score stands: bonus points may stay open, those of the full score may not."""
+    return grade.gradable and not any(test.status in OPEN and not test.bonus for test in grade.tests)
+
+
 def _judged(grade: Grade, rows: Sequence[Row], length: int) -> dict[str, Any]:
-    if not grade.ungraded:
+    if _gradable(grade):
         return {"score": _share(grade)}
     reasons = [f"{row.name}: {shortened(row.message, length)}" for row in rows if row.open]
     return {"format_errors": reasons}
 
 
 def _share(grade: Grade) -> float:
-    return min(grade.score / grade.max_score, 1.0) if grade.max_score > 0 else 1.0
+    return rounded(min(grade.score / grade.max_score, 1.0), 6) if grade.max_score > 0 else 1.0
 
 
 def _bonus(grade: Grade) -> str:
@@ -68,8 +75,8 @@ def _bonus(grade: Grade) -> str:
 def _test(row: Row, pictures: Sequence[Shown], length: int) -> dict[str, Any]:
     return {
         "name": row.name,
-        "points": row.points,
-        "max_points": row.max_points,
+        "points": rounded(row.points),
+        "max_points": rounded(row.max_points),
         "message": shortened(row.message, length),
         "output": shortened("\n".join(row.places), length),
         "images": [{"label": picture.label, "url": picture.url} for picture in pictures],

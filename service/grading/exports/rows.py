@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -102,8 +103,8 @@ def _together(hidden: Sequence[TestGrade]) -> Row:
     return Row(
         id="",
         name="Hidden tests",
-        points=sum(test.points for test in hidden),
-        max_points=sum(test.max_points for test in hidden),
+        points=math.fsum(test.points for test in hidden),
+        max_points=math.fsum(test.max_points for test in hidden),
         status=_status([test.status for test in hidden]),
         message=f"{len(hidden)} of the tests {'is' if len(hidden) == 1 else 'are'} not shown.",
     )

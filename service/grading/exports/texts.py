@@ -29,6 +29,25 @@ def shortened(text: str, most: int) -> str:
     return text if len(text) <= most else f"{text[: most - 1].rstrip()}…"
 
 
+def rounded(value: float, digits: int = 2) -> float:
+    """Round a number for a document: sums of shares end in digits that say nothing.
+
+    >>> rounded(0.1 + 0.2), rounded(2 / 3, 6)
+    (0.3, 0.666667)
+    """
+    # Adding 0 turns -0.0 into 0.0.
+    return round(value, digits) + 0.0
+
+
+def significant(value: float, digits: int = 6) -> float:
+    """Round a number to so many significant digits.
+
+    >>> significant(0.000123456789), significant(1234567.8)
+    (0.000123457, 1234570.0)
+    """
+    return float(f"{value:.{digits}g}")
+
+
 def number(points: float) -> str:
     """Format points with as few decimals as possible, at most two.
 

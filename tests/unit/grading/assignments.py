@@ -93,7 +93,7 @@ def time_test(**changes: Any) -> dict[str, Any]:
         "name": "How long it takes",
         "kind": "time",
         "points": 10,
-        "submitted": {"type": "report", "file": "report.json"},
+        "submitted": {"type": "scene", "file": "scene.json"},
         "accept": {"full": 2},
     } | changes
 

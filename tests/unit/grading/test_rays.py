@@ -169,6 +169,34 @@ def test_a_ray_that_should_miss_and_hits_is_wrong(assignment: Assignment, given_
     assert "background" in assignment.test(from_file(fields=["t"])).message
 
 
+@pytest.mark.parametrize("number", [-1.0, 0.0, 99.0])
+def test_a_miss_may_have_any_shape_where_its_distance_is_infinite(
+    assignment: Assignment, given_rays: RayList, number: float
+) -> None:
+    hits = hits_of(given_rays)
+    hits["shape"][6:] = number
+    assignment.hand_in("hits.npz", hits)
+    assert assignment.test(from_file(fields=["t", "shape"])).value == 1
+
+
+def test_a_hit_without_a_distance_is_wrong_whatever_its_shape(
+    assignment: Assignment, given_rays: RayList
+) -> None:
+    hits = hits_of(given_rays)
+    hits["t"][0] = np.inf
+    assignment.hand_in("hits.npz", hits)
+    assert assignment.test(from_file(fields=["t", "shape"])).value == 7 / 8
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.uint32, np.uint64, np.int8])
+def test_minus_one_may_be_stored_in_any_integer_type(
+    assignment: Assignment, given_rays: RayList, kind: type[np.integer[Any]]
+) -> None:
+    shapes = hits_of(given_rays)["shape"].astype(np.int64).astype(kind)
+    assignment.hand_in("hits.npz", {"shape": shapes})
+    assert assignment.test(from_file(fields=["shape"])).value == 1
+
+
 @pytest.mark.parametrize(
     ("samples", "off", "share"),
     [(1, 1.0, 0.0), (4, 1 / 4, 1.0), (4, 1 / 2, 0.0), (16, 1 / 16, 1.0), (16, 1 / 8, 0.0)],

@@ -267,6 +267,21 @@ def test_no_attempt_is_lost_on_prairielearn_where_a_test_could_not_be_graded() -
     assert document["format_errors"] == ["Camera: The picture has 20 x 20 pixels, the reference 32 x 24."]
 
 
+@pytest.mark.parametrize(("form", "score"), [("gradescope", 6.67), ("prairielearn", 0.4)])
+def test_numbers_are_rounded(form: str, score: float) -> None:
+    third = 10 / 3
+    tests = [tried(points=third, status="partial"), tried("more", points=third, max_points=2 * third)]
+    document = exported(form, result(*tests))
+    assert document["score"] == score
+    names = ("score", "max_score") if form == "gradescope" else ("points", "max_points")
+    assert [[test[name] for name in names] for test in document["tests"]] == [[3.33, 10.0], [3.33, 6.67]]
+
+
+def test_values_on_gradescope_have_six_digits() -> None:
+    document = exported("gradescope", result(tried(value=0.1234567891)))
+    assert document["tests"][0]["extra_data"]["value"] == 0.123457
+
+
 @pytest.mark.parametrize(("points", "share"), [(0.0, 0.0), (2.5, 0.25), (10.0, 1.0)])
 def test_the_score_on_prairielearn_is_a_share(points: float, share: float) -> None:
     assert exported("prairielearn", result(tried(points=points)))["score"] == share

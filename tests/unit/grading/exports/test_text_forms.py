@@ -13,6 +13,7 @@ from markdown_it.token import Token
 from schemas.grading.grades import Grade
 from service.grading.exports import EXPORTS
 from service.grading.exports.texts import harmless, line
+from tests.unit.grading.exports.jenkins_xunit import faults
 from tests.unit.grading.exports.samples import (
     FOR_STAFF,
     HIDDEN,
@@ -27,21 +28,6 @@ from tests.unit.grading.exports.samples import (
     tried,
 )
 
-# Elements and attributes that GitLab reads (https://docs.gitlab.com/ci/testing/unit_test_reports/, "JUnit XML
-# format specification") and that Jenkins allows (junit-10.xsd of its xUnit plugin).
-JUNIT: dict[str, tuple[set[str], set[str]]] = {
-    "testsuites": ({"name", "tests", "failures", "errors", "skipped", "time"}, {"testsuite"}),
-    "testsuite": (
-        {"name", "tests", "failures", "errors", "skipped", "time"},
-        {"properties", "testcase"},
-    ),
-    "properties": (set(), {"property"}),
-    "property": ({"name", "value"}, set()),
-    "testcase": ({"classname", "name", "time"}, {"properties", "failure", "error", "skipped"}),
-    "failure": ({"message", "type"}, set()),
-    "error": ({"message", "type"}, set()),
-    "skipped": ({"message", "type"}, set()),
-}
 GITLAB_BYTES = 30_000_000
 GITHUB_BYTES = 1 << 20
 
@@ -49,36 +35,65 @@ GITHUB_BYTES = 1 << 20
 def tree(grade: Grade) -> ElementTree.Element:
     """The JUnit XML of a result, parsed."""
     root = ElementTree.fromstring(EXPORTS["junit"](grade, None))  # noqa: S314 - made here
-    for element in root.iter():
-        attributes, children = JUNIT[element.tag]
-        assert set(element.attrib) <= attributes
-        assert {child.tag for child in element} <= children
+    assert list(faults(root)) == []
     return root
 
 
-def properties(element: ElementTree.Element) -> dict[str, str]:
-    return {found.attrib["name"]: found.attrib["value"] for found in element.findall("properties/property")}
+def numbers(case: ElementTree.Element) -> dict[str, str]:
+    """The lines of a case's output."""
+    lines = (case.findtext("system-out") or "").splitlines()
+    return {name: value for name, _, value in (text.partition(": ") for text in lines)}
 
 
-def test_each_test_is_a_case_and_its_points_are_properties() -> None:
+@pytest.mark.parametrize(
+    ("path", "attribute", "child"),
+    [
+        (".", "skipped", None),
+        ("testsuite", "points", None),
+        ("testsuite/testcase", "status", None),
+        ("testsuite/testcase", None, "properties"),
+        ("testsuite", None, "failure"),
+    ],
+)
+def test_the_rules_of_these_tests_refuse_what_jenkins_refuses(
+    path: str, attribute: str | None, child: str | None
+) -> None:
+    root = tree(result(tried()))
+    element = root.find(path)
+    assert element is not None
+    if attribute is not None:
+        element.set(attribute, "1")
+    if child is not None:
+        ElementTree.SubElement(element, child)
+    assert len(list(faults(root))) == 1
+
+
+@pytest.mark.parametrize("name", ["name", "tests", "failures", "errors"])
+def test_the_rules_of_these_tests_require_what_jenkins_requires(name: str) -> None:
+    root = tree(result(tried()))
+    del root[0].attrib[name]
+    assert list(faults(root)) == [f"testsuite has no {name}"]
+
+
+def test_each_test_is_a_case_and_its_points_are_in_its_output() -> None:
     tests = [tried(points=10.0), failed(), failed("part", points=2.5, status="partial")]
     cases = tree(result(*tests)).findall("testsuite/testcase")
     assert [case.attrib["name"] for case in cases] == ["Soft", "Phong", "Part"]
-    assert [properties(case)["points"] for case in cases] == ["10", "0", "2.5"]
-    assert properties(cases[1]) | {"metric": "bias_blocks", "verdict": "mismatch"} == properties(cases[1])
+    assert [numbers(case)["points"] for case in cases] == ["10", "0", "2.5"]
+    assert numbers(cases[1]) | {"metric": "bias_blocks", "verdict": "mismatch"} == numbers(cases[1])
 
 
 def test_outcomes_are_mapped_to_junit_and_counted() -> None:
     tests = [tried(), failed(), failed("part", status="partial", points=5.0), not_gradable(), broken()]
     root = tree(result(*tests, failed("absent", status="skipped")))
     outcomes = [
-        [child.tag for child in case if child.tag != "properties"]
+        [child.tag for child in case if child.tag != "system-out"]
         for case in root.findall("testsuite/testcase")
     ]
     assert outcomes == [[], ["failure"], ["failure"], ["error"], ["error"], ["skipped"]]
-    counted = {"tests": "6", "failures": "2", "errors": "2", "skipped": "1"}
+    counted = {"tests": "6", "failures": "2", "errors": "2"}
     assert root.attrib | counted == root.attrib
-    assert root[0].attrib | counted == root[0].attrib
+    assert root[0].attrib | counted | {"skipped": "1"} == root[0].attrib
 
 
 def test_the_reason_names_the_worst_region() -> None:
@@ -132,6 +147,12 @@ def test_a_row_has_the_total_and_the_points_of_each_test() -> None:
         "points_phong": "0.0",
         "points_hidden": "4.0",
     }
+
+
+def test_points_of_a_row_are_rounded() -> None:
+    tests = [tried(f"part-{n}", points=10 / 3, status="partial") for n in range(3)]
+    row = table("csv", result(*tests, score=10.000000000000002))
+    assert (row["points_part-0"], row["score"]) == ("3.33", "10.0")
 
 
 def test_the_row_for_staff_has_hidden_tests_and_signals() -> None:

@@ -1,0 +1,231 @@
+"""Pictures of one scene that share their noise, found among those of a class in one pass.
+
+Two programs that draw their own random numbers make pictures whose noise is independent, even if both are
+right or both make the same mistake. So each picture is reduced to its finest detail: diagonal differences of
+2 x 2 pixels, less those of the reference, in which little is left of smooth mistakes and of straight edges.
+They count only where the class shows noise. The median over all pictures is what they have in common, the
+median deviation from it is the noise at a place, and a picture that deviates further there shows a mistake.
+What is left correlates only if one picture was made from the other, or if both programs use the same samples.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accuracy.comparison.inputs import Picture
+from renderer.math.arrays import Floats, Masks
+
+FEWEST_PICTURES = 10
+"""Of fewer pictures the medians say too little."""
+
+FEWEST_PLACES = 100
+"""Fewest noisy places at which two pictures are compared."""
+
+NORMAL = 1.4826
+"""The standard deviation of normal noise over its median absolute deviation."""
+
+MEDIAN = math.pi / 2
+"""The variance of the median of normal numbers, times their count, over their own variance."""
+
+ABOVE_ROUNDING = 3.0
+"""A place counts only if the noise of the class is so many standard deviations of rounding there."""
+
+OWN_ABOVE_ROUNDING = 1.5
+"""The same for the noise of a picture alone: with less noise, pictures of many samples are rounded alike."""
+
+ABOVE_MEDIAN = 4.0
+"""Least variance of a picture, as a multiple of what the median owes to chance: all pictures share that, so
+that it alone makes pictures correlate by up to the inverse."""
+
+FARTHEST = 3.5
+"""Standard deviations beyond which a difference is a mistake; normal noise gets there once in 2000 places."""
+
+MOST_FAR = 0.2
+"""A picture that is so far off in a larger share of the noisy places is wrong there, and not compared."""
+
+LOUDEST = 1.6
+"""Nor is one with so many times the noise of the class."""
+
+CORRELATED = 0.5
+"""Least correlation of pictures that share their noise. Two that share a mistake may reach 0.7, because some
+of it is left at edges;"""
+
+CLOSE = 0.3
+"""but those still differ by the noise of both. The difference of two that share it has at most this share of
+the variance that two pictures of the class lead to expect."""
+
+SURE = 8.0
+"""Least number of standard errors by which it exceeds 0; chance does that once in 10^15 pairs."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fingerprint:
+    """The finest detail of a picture that its reference lacks, a number for each 2 x 2 pixels.
+
+    Attributes
+    ----------
+    detail : (N,) float16
+        Diagonal differences of the linear mean of the channels.
+    rounding : (N,) float16
+        Their standard deviation if only the file's codes were rounded.
+    """
+
+    detail: NDArray[np.float16]
+    rounding: NDArray[np.float16]
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two pictures that share their noise.
+
+    Attributes
+    ----------
+    first, second : int
+        Their places among the pictures.
+    correlation : float
+        Of their noise, `CORRELATED` to 1.
+    """
+
+    first: int
+    second: int
+    correlation: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Noise:
+    """The noise of pictures, in units of that of the class.
+
+    Attributes
+    ----------
+    places : (K,) int64
+        The noisy places among the differences of a fingerprint.
+    middle, spread : (K,) float64
+        What the pictures have in common there, and the standard deviation of their noise.
+    values : (pictures, K) float64
+    counted : (pictures, K) bool
+        Whether a value is noise; else it is 0.
+    """
+
+    places: NDArray[np.int64]
+    middle: Floats
+    spread: Floats
+    values: Floats
+    counted: Masks
+
+
+def fingerprint(image: Picture, reference: Picture) -> Fingerprint:
+    """The fingerprint of a picture; both have the same size."""
+    one, two, three, four = _quarters((image.linear - reference.linear).mean(axis=2))
+    # Rounding errs by up to half a step, all channels of a grey pixel alike.
+    variance = sum(half * half for half in _quarters(image.rounding.mean(axis=2))) / 3
+    return Fingerprint(
+        detail=((one - two - three + four) / 2).ravel().astype(np.float16),
+        rounding=(np.sqrt(variance) / 2).ravel().astype(np.float16),
+    )
+
+
+def noise_of(prints: Sequence[Fingerprint]) -> Noise | None:
+    """The noise of pictures of one scene; None if there are too few of them, or too few noisy places."""
+    if len(prints) < FEWEST_PICTURES:
+        return None
+    detail, rounding = (
+        np.stack([getattr(each, part) for each in prints]).astype(np.float64)
+        for part in ("detail", "rounding")
+    )
+    middle, step = np.median(detail, axis=0), np.median(rounding, axis=0)
+    spread = NORMAL * np.median(np.abs(detail - middle), axis=0)
+    (places,) = np.nonzero(spread > ABOVE_ROUNDING * step)
+    if places.size < FEWEST_PLACES:
+        return None
+    middle, spread, step = middle[places], spread[places], step[places]
+    values = (detail[:, places] - middle) / spread
+    counted = _counted(values, step / spread)
+    return Noise(places, middle, spread, np.where(counted, values, 0.0), counted)
+
+
+def _counted(values: Floats, step: Floats) -> Masks:
+    """Which values are noise; `step` is the rounding in the same units, (K,)."""
+    near = np.abs(values) <= FARTHEST
+    loudness = np.sqrt(np.where(near, values * values, 0).sum(axis=1) / np.maximum(near.sum(axis=1), 1))
+    # The median, because a picture without noise has errors too: some, at edges.
+    own = NORMAL * np.median(np.abs(values), axis=1)
+    usable = (loudness <= LOUDEST) & (near.mean(axis=1) >= 1 - MOST_FAR)
+    usable &= own * own >= ABOVE_MEDIAN * MEDIAN / len(values)
+    counted: Masks = near & usable[:, None] & (own[:, None] >= OWN_ABOVE_ROUNDING * step)
+    return counted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Agreement:
+    """How far pictures agree with others, (A, B) float64 each.
+
+    Attributes
+    ----------
+    places
+        At how many places both count.
+    correlation
+        Of their values there; 0 if there is none.
+    difference
+        Half the mean square of the difference there: 1 for independent noise like that of the class.
+    """
+
+    places: Floats
+    correlation: Floats
+    difference: Floats
+
+    @property
+    def correlated(self) -> Masks:
+        """Which correlations are too high for chance."""
+        sure: Masks = (self.places >= FEWEST_PLACES) & (self.correlation * np.sqrt(self.places) >= SURE)
+        return sure & (self.correlation >= CORRELATED)
+
+
+def pairs(noise: Noise) -> list[Pair]:
+    """All pairs of pictures that share their noise."""
+    found = agreement(noise.values, noise.counted, noise.values, noise.counted)
+    shared = found.correlated & (found.difference <= CLOSE)
+    return [
+        Pair(int(first), int(second), float(found.correlation[first, second]))
+        for first, second in np.argwhere(np.triu(shared, 1))
+    ]
+
+
+def like(noise: Noise, others: Sequence[Fingerprint]) -> Masks:
+    """Which of the pictures have the errors of any of some others, such as pictures without noise."""
+    detail = np.stack([each.detail[noise.places] for each in others]).astype(np.float64)
+    values = (detail - noise.middle) / noise.spread
+    near = np.abs(values) <= FARTHEST
+    found = agreement(noise.values, noise.counted, np.where(near, values, 0.0), near)
+    alike: Masks = np.asarray(found.correlated.any(axis=1))
+    return alike
+
+
+def agreement(values: Floats, counted: Masks, others: Floats, also: Masks) -> Agreement:
+    """Compare each picture with each of the others.
+
+    Parameters
+    ----------
+    values, others : (A, K), (B, K) float64
+        0 where they do not count.
+    counted, also : (A, K), (B, K) bool
+    """
+    ones, twos = counted.astype(np.float64), also.astype(np.float64)
+    # Sums over the places that count in both.
+    places, products = ones @ twos.T, values @ others.T
+    first, second = (values * values) @ twos.T, ones @ (others * others).T
+    scale = np.sqrt(first * second)
+    return Agreement(
+        places,
+        products / np.where(scale > 0, scale, np.inf),
+        (first + second - 2 * products) / (2 * np.maximum(places, 1)),
+    )
+
+
+def _quarters(values: NDArray[Any]) -> tuple[NDArray[Any], ...]:
+    """The four pixels of each 2 x 2, (H // 2, W // 2) each; an odd last row or column is left out."""
+    even = values[: values.shape[0] // 2 * 2, : values.shape[1] // 2 * 2]
+    return even[::2, ::2], even[::2, 1::2], even[1::2, ::2], even[1::2, 1::2]

@@ -1,0 +1,55 @@
+"""The result of grading a class: a line for each submission, and what several submissions have in common."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import ConfigDict, Field
+
+from schemas.base import Message
+from schemas.grading.grades import GradeVerdict, Signal
+
+
+class SharedFiles(Message):
+    """Submissions that have files in common, byte for byte."""
+
+    students: tuple[str, ...] = Field(description="Whose submissions they are, by name.")
+    tests: tuple[str, ...] = Field(description="Ids of the tests whose files are the same.")
+
+
+class SharedNoise(Message):
+    """Submissions whose pictures have the same noise, though not the same bytes."""
+
+    students: tuple[str, ...] = Field(description="Whose submissions they are, by name.")
+    tests: tuple[str, ...] = Field(description="Ids of the tests whose pictures have it.")
+    correlation: float = Field(ge=-1, le=1, description="Of the noise, the lowest one that was noticed.")
+
+
+class ClassEntry(Message):
+    """One submission."""
+
+    student: str = Field(description="The name of its folder.")
+    folder: str = Field(description="Where its result is, as a relative address; bytes are percent-encoded.")
+    score: float = Field(ge=0, description="Sum of all points, those of bonus tests too.")
+    gradable: bool = Field(description="Whether any test could be graded.")
+    ungraded: tuple[str, ...] = Field(default=(), description="Ids of tests that could not be graded.")
+    verdict: GradeVerdict
+    signals: tuple[Signal, ...] = Field(default=(), description="For staff only.")
+
+
+class ClassGrade(Message):
+    """What grading a class by a manifest has shown. It is for staff only."""
+
+    model_config = ConfigDict(populate_by_name=True, serialize_by_alias=True)
+
+    schema_: Literal["penumbra/class/v1"] = Field(
+        default="penumbra/class/v1", alias="schema", description="The format of this document."
+    )
+    title: str = Field(description="Of the assignment.")
+    max_score: float = Field(ge=0, description="Sum of all points but those of bonus tests.")
+    students: tuple[ClassEntry, ...] = Field(description="By name.")
+    shared_files: tuple[SharedFiles, ...] = Field(default=(), description="Most files in common first.")
+    shared_noise: tuple[SharedNoise, ...] = Field(default=(), description="Most pictures in common first.")
+    left_out: tuple[str, ...] = Field(
+        default=(), description="What lies in the folder of the class and is not a submission, by name."
+    )

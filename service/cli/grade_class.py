@@ -1,0 +1,238 @@
+"""``penumbra grade --class``: grades the submissions of a class, and writes a gradebook and a page."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from service.cli import output
+from service.cli.errors import CommandError, ExitCode, InputError
+from service.cli.progress import Bar, progress_bar, remaining
+from service.cli.targets import make_folder, save, write_whole
+
+if TYPE_CHECKING:
+    from schemas.grading.classes import ClassGrade
+    from schemas.grading.manifests import Manifest
+    from service.grading.class_grading import StudentResult
+    from service.grading.class_records import Record, Student
+
+GRADEBOOK, PAGE, RESULT = "gradebook.csv", "index.html", "class.json"
+STAFF_PAGE = "staff.html"
+
+HEADINGS = ("points", "submission", "not graded", "signals")
+
+FOLDERS = "Put each submission into a folder of its own there; unpack archives."
+
+
+@dataclass(frozen=True, slots=True)
+class ClassRun:
+    """What to grade, and where results go.
+
+    Attributes
+    ----------
+    manifest : Manifest
+    references : Path
+        The folder of the manifest.
+    folder : Path
+        The folder of the class, with a folder for each submission.
+    out : Path
+    exports : mapping of str to str
+        By form, the name of the file in each student's folder.
+    jobs : int
+    server : str or None
+    cache : Path or None
+    """
+
+    manifest: Manifest
+    references: Path
+    folder: Path
+    out: Path
+    exports: Mapping[str, str]
+    jobs: int
+    server: str | None
+    cache: Path | None
+
+    def place(self, student: Student) -> Path:
+        """The folder for the result of a student."""
+        from service.grading.class_results import STUDENTS
+
+        return self.out / STUDENTS / student.folder.name
+
+
+def check_folders(folder: Path, out: Path | None) -> Path:
+    """The folder for results.
+
+    Raises
+    ------
+    CommandError
+        There is none, or it is inside the class and would be graded itself.
+    InputError
+        The class is not a folder.
+    """
+    if out is None:
+        raise CommandError("--class needs a folder for the results. Give it with -o.")
+    if not folder.is_dir():
+        raise InputError(f"{folder} is not a folder. Give the folder with a folder for each submission.")
+    if out.resolve().is_relative_to(folder.resolve()):
+        raise CommandError(f"{out} is inside {folder}, where each folder is a submission. Choose another.")
+    return out
+
+
+def file_names(words: Sequence[str]) -> dict[str, str]:
+    """The name of each export in a student's folder, by form.
+
+    Raises
+    ------
+    CommandError
+        The form is unknown, or the name is not that of a new file.
+    """
+    from service.grading.class_records import KEY, PRINTS
+    from service.grading.class_records import RESULT as STUDENT_RESULT
+    from service.grading.exports import EXPORTS
+
+    taken = {KEY, PRINTS, STUDENT_RESULT, STAFF_PAGE}
+    names = {}
+    for word in words:
+        form, _, name = word.partition("=")
+        if form not in EXPORTS:
+            raise CommandError(f"--export {word}: give FORM=NAME with one of the forms {', '.join(EXPORTS)}.")
+        if not name or name in taken or name.startswith(".") or Path(name).name != name:
+            raise CommandError(
+                f"--export {word}: with --class this is a file in each student's folder. Give a name without "
+                f"a folder, other than {', '.join(sorted(taken))}."
+            )
+        taken.add(name)
+        names[form] = name
+    return names
+
+
+def grade_class(run: ClassRun, *, as_json: bool) -> int:
+    """Grade a class, write all results, report them, and return the exit code."""
+    from service.grading.class_records import assignment_key, graded_before, submission_key, submissions
+
+    students, left_out = submissions(run.folder)
+    if not students:
+        raise InputError(f"{run.folder} has no folders. {FOLDERS}")
+    if left_out:
+        output.say(f"Not submissions: {output.harmless(', '.join(left_out))}. {FOLDERS}")
+    assignment = _with_forms(assignment_key(run.manifest, run.references), run.exports)
+    keys = {student: submission_key(assignment, student) for student in students}
+    before = {student: graded_before(run.place(student), key) for student, key in keys.items()}
+    records = {student: record for student, record in before.items() if record is not None}
+    if records:
+        output.say(f"{len(records)} of {len(students)} submissions have not changed since they were graded.")
+    _grade_others(run, keys, records)
+    whole = _save_class(run, {student: records[student] for student in students}, left_out)
+    _report(whole, as_json=as_json)
+    return ExitCode.DONE if any(entry.gradable for entry in whole.students) else ExitCode.UNUSABLE_INPUT
+
+
+def cells(whole: ClassGrade) -> Iterator[list[str]]:
+    """For each submission its points, its name, the tests that are not graded, and its signals."""
+    from service.grading.exports.texts import number
+
+    for entry in whole.students:
+        points = number(entry.score) if entry.gradable else "-"
+        signals = [f"{signal.test}: {signal.code}" for signal in entry.signals]
+        for what, groups in (("same files", whole.shared_files), ("same noise", whole.shared_noise)):
+            tests = [", ".join(each.tests) for each in groups if entry.student in each.students]
+            signals += [f"{what}: {named}" for named in tests]
+        row = [f"{points}/{number(whole.max_score)}", entry.student, ", ".join(entry.ungraded)]
+        yield [output.harmless(cell) for cell in (*row, "; ".join(signals))]
+
+
+def _report(whole: ClassGrade, *, as_json: bool) -> None:
+    """Print the result: as a table for people, and as cells with tabs for programs."""
+    if output.on_terminal() and not as_json:
+        output.show(output.table(HEADINGS, cells(whole), numbers=HEADINGS[:1], overflow="fold"))
+    else:
+        output.report(whole, map("\t".join, cells(whole)), as_json=as_json)
+
+
+def _with_forms(key: str, exports: Mapping[str, str]) -> str:
+    """The key of an assignment together with the files that each student's folder gets."""
+    return " ".join([key, *(f"{form}={name}" for form, name in sorted(exports.items()))])
+
+
+def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Student, Record]) -> None:
+    """Grade the students without a record, save what each of them gets, and add their records."""
+    from service.grading.class_grading import grade_class as graded
+    from service.grading.class_records import Record
+
+    left = [student for student in keys if student not in records]
+    try:
+        with progress_bar("grading") as bar:
+            results = graded(
+                run.manifest,
+                left,
+                references=run.references,
+                jobs=run.jobs,
+                server=run.server,
+                cache=run.cache,
+                on_test=_shown(bar, len(left) * len(run.manifest.tests)),
+            )
+            # Ctrl-C or a full disk ends all tests at once.
+            with closing(results):
+                for found in results:
+                    _save(run, found, keys[found.student])
+                    records[found.student] = Record(found.grade, found.prints)
+    finally:
+        if len(records) < len(keys):
+            output.say(f"{len(records)} of {len(keys)} submissions are graded. Run it again for the others.")
+
+
+def _shown(bar: Bar, total: int) -> Callable[[Student], None]:
+    """Advance the bar by a test, and estimate the remaining time from those that are done."""
+    begun, done = time.monotonic(), 0
+
+    def show(student: Student) -> None:
+        nonlocal done
+        done += 1
+        left = (time.monotonic() - begun) * (total - done) / done
+        bar.show(done / total, output.harmless(student.name) + remaining(left))
+
+    return show
+
+
+def _save(run: ClassRun, found: StudentResult, key: str) -> None:
+    """Write the result of a student; the key comes last, because it says that all is there."""
+    from service.grading.class_records import KEY, PRINTS, packed
+    from service.grading.class_records import RESULT as STUDENT_RESULT
+    from service.grading.exports import EXPORTS
+
+    place = run.place(found.student)
+    make_folder(place)
+    (place / KEY).unlink(missing_ok=True)
+    for name, content in found.pictures.items():
+        write_whole(place / name, content)
+    for form, name in {"html-staff": STAFF_PAGE}.items() | run.exports.items():
+        write_whole(place / name, EXPORTS[form](found.grade, place))
+    write_whole(place / STUDENT_RESULT, f"{found.grade.model_dump_json(indent=2)}\n".encode())
+    write_whole(place / PRINTS, packed(found.prints))
+    write_whole(place / KEY, key.encode())
+
+
+def _save_class(run: ClassRun, records: Mapping[Student, Record], left_out: Sequence[str]) -> ClassGrade:
+    from service.grading.class_results import of_class
+    from service.grading.class_signals import shared_files, shared_noise
+    from service.grading.exports.class_page import class_page
+    from service.grading.exports.gradebook import for_class
+
+    grades = {student.name: record.grade for student, record in records.items()}
+    prints = {student.name: record.prints for student, record in records.items()}
+    files = shared_files(grades)
+    whole = of_class(
+        run.manifest.title,
+        {student: record.grade for student, record in records.items()},
+        files=files,
+        noise=shared_noise(run.manifest, run.references, prints, files),
+        left_out=left_out,
+    )
+    save(run.out / RESULT, f"{whole.model_dump_json(indent=2)}\n".encode())
+    save(run.out / GRADEBOOK, for_class([*grades.values()], whole))
+    save(run.out / PAGE, class_page(whole, grades, STAFF_PAGE), "open it in a browser")
+    return whole

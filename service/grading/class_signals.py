@@ -1,0 +1,139 @@
+"""Signals about the submissions of a class: files and noise that several of them have in common."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import renderer
+from accuracy.comparison.fingerprints import Fingerprint, Pair, fingerprint, like, noise_of, pairs
+from schemas.grading.classes import SharedFiles, SharedNoise
+from schemas.grading.grades import Grade
+from schemas.grading.manifests import ImageTest, Manifest, ReferencePicture
+from schemas.quality import Antialiasing, FixedQuality, LightSampling
+from service.grading.folders import Folder
+from service.grading.grading import reference_folder
+from service.grading.references import key_of, prepare
+from service.grading.settings import Run
+from service.grading.wanted import Wanted, wanted
+
+FIXED = (("center", 1), ("uniform", 4), ("uniform", 9), ("uniform", 16), ("rotated", 4), ("rotated", 16))
+"""Patterns and numbers of samples that any two programs may choose, which gives them the same errors."""
+
+
+def shared_files(grades: Mapping[str, Grade]) -> tuple[SharedFiles, ...]:
+    """Groups of students who submitted the same bytes for a test; one entry for each group.
+
+    Rendered pictures do not count: right scenes have the same one.
+    """
+    owners = defaultdict[tuple[str, str], set[str]](set)
+    for student, grade in grades.items():
+        for read in grade.inputs:
+            if read.role == "submission" and read.size is not None and read.sha256 is not None:
+                owners[read.test, read.sha256].add(student)
+    groups = defaultdict[tuple[str, ...], list[str]](list)
+    for (test, _), students in owners.items():
+        if len(students) > 1:
+            groups[tuple(sorted(students))].append(test)
+    found = [SharedFiles(students=students, tests=tuple(sorted(tests))) for students, tests in groups.items()]
+    return tuple(sorted(found, key=_most_first))
+
+
+def shared_noise(
+    manifest: Manifest,
+    references: Path,
+    prints: Mapping[str, Mapping[str, Fingerprint]],
+    files: Sequence[SharedFiles],
+) -> tuple[SharedNoise, ...]:
+    """Groups of students whose pictures have the same noise; one entry for each group.
+
+    Parameters
+    ----------
+    references
+        The folder of the manifest.
+    prints
+        Fingerprints by student and test.
+    files
+        Shared files, which are not reported again.
+    """
+    folder = Folder(references.resolve(), "reference")
+    run = Run(manifest, folder, folder)
+    groups = defaultdict[tuple[str, ...], dict[str, float]](dict)
+    for test in manifest.tests:
+        owners = [student for student, found in prints.items() if test.id in found]
+        if isinstance(test, ImageTest):
+            for members, correlation in _groups(test, run, [prints[owner][test.id] for owner in owners]):
+                students = tuple(sorted(owners[member] for member in members))
+                if not any(test.id in same.tests and {*students} <= {*same.students} for same in files):
+                    groups[students][test.id] = correlation
+    found = [
+        SharedNoise(students=students, tests=tuple(sorted(tests)), correlation=round(min(tests.values()), 3))
+        for students, tests in groups.items()
+    ]
+    return tuple(sorted(found, key=_most_first))
+
+
+def _most_first(shared: SharedFiles | SharedNoise) -> tuple[int, tuple[str, ...]]:
+    return -len(shared.tests), shared.students
+
+
+def _groups(test: ImageTest, run: Run, prints: Sequence[Fingerprint]) -> list[tuple[set[int], float]]:
+    """Pictures of a test that share their noise, with the lowest correlation between two of them."""
+    noise = noise_of(prints)
+    found = [] if noise is None else pairs(noise)
+    if noise is None or not found:
+        return []
+    # Rendering takes seconds, and hardly any class needs it.
+    patterns = _fixed_patterns(test, run)
+    if patterns:
+        explained = like(noise, patterns)
+        found = [pair for pair in found if not (explained[pair.first] or explained[pair.second])]
+    return joined(found)
+
+
+def joined(found: Iterable[Pair]) -> list[tuple[set[int], float]]:
+    """Pairs that have a picture in common as groups, each with its lowest correlation.
+
+    >>> joined([Pair(0, 1, 0.9), Pair(2, 3, 0.8), Pair(1, 4, 0.7)])
+    [({2, 3}, 0.8), ({0, 1, 4}, 0.7)]
+    """
+    groups: list[tuple[set[int], float]] = []
+    for pair in found:
+        members, lowest = {pair.first, pair.second}, pair.correlation
+        for group, correlation in [each for each in groups if each[0] & members]:
+            groups.remove((group, correlation))
+            members, lowest = members | group, min(lowest, correlation)
+        groups.append((members, lowest))
+    return groups
+
+
+def _fixed_patterns(test: ImageTest, run: Run) -> list[Fingerprint]:
+    """The scene of a test by fixed patterns; empty if the manifest does not name the scene."""
+    reference = _reference(test, run)
+    if reference.scene is None:
+        return []
+    found = []
+    for pattern, samples in FIXED:
+        quality = FixedQuality(
+            mode="fixed",
+            antialiasing=Antialiasing.model_validate({"pattern": pattern, "samples": samples}),
+            light=LightSampling(pattern="uniform", samples=samples),
+        )
+        image = renderer.render(renderer.compile_scene(reference.scene, quality)).image
+        picture = replace(reference.picture, linear=np.clip(image, 0, 1).astype(np.float64))
+        found.append(fingerprint(picture, reference.picture))
+    return found
+
+
+def _reference(test: ImageTest, run: Run) -> Wanted:
+    """The reference of a test, rendered if it is a scene."""
+    asked = test.reference
+    if isinstance(asked, ReferencePicture):
+        return wanted(asked, run)
+    with reference_folder(None) as folder:
+        prepared = prepare(run.order(run.references, asked.file, asked.quality, run.deadline(test)), folder)
+        return wanted(asked, replace(run, prepared={key_of(asked): prepared}))

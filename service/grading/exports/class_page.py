@@ -1,0 +1,220 @@
+"""A page that sums up a class: points, causes and links, one HTML file without scripts or other resources."""
+
+from __future__ import annotations
+
+import statistics
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+
+from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles, SharedNoise
+from schemas.grading.grades import Grade, TestGrade
+from service.grading.exports.page import POLICY, STYLE, words
+from service.grading.exports.rows import OPEN, WORDS
+from service.grading.exports.texts import line, number, shortened
+
+TENTHS, MOST_BARS = 10, 20
+"""Bars of the histogram up to the full score, and with those of bonus points; the last one has all above."""
+
+BAR, HEIGHT, LABELS = 56, 120, 18
+"""Width of a bar, height of the highest one, and room for a line of labels, in pixels."""
+
+MOST_NAMES = 12
+"""Longer lists of submissions are folded."""
+
+UNEXPLAINED = "no cause found"
+
+LONGEST_NAME = 40
+"""Characters of a submission's name in lists; all of it shows beside the pointer."""
+
+MORE_STYLE = """
+.wide { overflow-x: auto; }
+.bars { min-width: 30rem; }
+a { overflow-wrap: anywhere; }
+@media (max-width: 40rem) {
+  .lists tr { display: block; border-bottom: 1px solid #8886; }
+  .lists th { display: none; }
+  .lists td { display: block; border: none; text-align: left; padding: .1rem 0; }
+  .lists td:first-child { font-weight: bold; }
+}
+.bars rect { fill: #28c; stroke: none; }
+.bars text { font-size: 12px; fill: currentColor; text-anchor: middle; }
+"""
+
+
+def class_page(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> bytes:
+    """The page for staff.
+
+    Parameters
+    ----------
+    grades
+        The result of each student, by name.
+    page
+        Name of the page in the folder of each student.
+    """
+    title = words(line(whole.title))
+    parts = [
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>',
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
+        '<meta name="viewport" content="width=device-width">',
+        f"<style>{STYLE}{MORE_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>",
+        *_summary(whole),
+        *_causes(whole, grades, page),
+        *_signals(whole, page),
+        *_students(whole, page),
+        "</body>\n</html>\n",
+    ]
+    return "\n".join(parts).encode()
+
+
+def histogram(scores: Sequence[float], full: float) -> list[int]:
+    """How many scores lie in each tenth of the full score, and in those above it that are reached.
+
+    >>> histogram([0, 9.99, 10, 55, 100, 125], 100)
+    [2, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1]
+    """
+    places = [min(int(TENTHS * score / full), MOST_BARS - 1) for score in scores]
+    counts = [0] * max(TENTHS, *(place + 1 for place in places))
+    for place in places:
+        counts[place] += 1
+    return counts
+
+
+def _summary(whole: ClassGrade) -> Iterator[str]:
+    complete = [entry.score for entry in whole.students if not entry.ungraded]
+    left = len(whole.students) - len(complete)
+    middle = f", median {number(statistics.median(complete))}" if complete else ""
+    yield (
+        f"<p><strong>{len(whole.students)} submissions, {number(whole.max_score)} points{middle}."
+        f"</strong> {left} with tests that could not be graded.</p>"
+    )
+    if complete and whole.max_score > 0:
+        yield "<h2>Points of submissions that are graded completely</h2>"
+        yield _drawn(histogram(complete, whole.max_score), whole.max_score)
+
+
+def _drawn(counts: Sequence[int], full: float) -> str:
+    bars = "".join(_bar(place, count / max(counts), count, full) for place, count in enumerate(counts))
+    wide, tall = BAR * len(counts), HEIGHT + 2 * LABELS
+    said = ", ".join(f"{number(full * place / TENTHS)}+: {count}" for place, count in enumerate(counts))
+    return (
+        f'<div class="wide"><svg class="bars" viewBox="0 0 {wide} {tall}" style="max-width: {wide}px" '
+        f'role="img" aria-label="{said}">{bars}</svg></div>'
+    )
+
+
+def _bar(place: int, share: float, count: int, full: float) -> str:
+    """A bar with the number of submissions above it and the least points below it."""
+    high, middle = round(HEIGHT * share), BAR * place + BAR // 2
+    top = LABELS + HEIGHT - high
+    return (
+        f'<rect x="{BAR * place + 2}" y="{top}" width="{BAR - 4}" height="{high}"/>'
+        f'<text x="{middle}" y="{top - 4}">{count}</text>'
+        f'<text x="{middle}" y="{HEIGHT + 2 * LABELS - 4}">{number(full * place / TENTHS)}+</text>'
+    )
+
+
+def _causes(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> Iterator[str]:
+    """For each cause, in which tests it cost points, and whom; the most frequent one first."""
+    yield "<h2>Lost points by cause</h2>"
+    yield (
+        "<table class=lists><tr><th>Cause</th><th class=points>Submissions</th><th>Tests</th>"
+        "<th>Whose</th></tr>"
+    )
+    found = {cause: _owners(whole, grades, cause) for cause in _all_causes(grades)}
+    for cause, (entries, tests) in sorted(found.items(), key=lambda item: (-len(item[1][0]), item[0])):
+        named = ", ".join(f"{name} ({count})" for name, count in tests.most_common())
+        yield (
+            f"<tr><td>{words(cause)}</td><td class=points>{len(entries)}</td><td>{words(named)}</td>"
+            f"<td>{_links(entries, page)}</td></tr>"
+        )
+    yield "</table>"
+
+
+def _all_causes(grades: Mapping[str, Grade]) -> set[str]:
+    return {cause_of(test) for grade in grades.values() for test in grade.tests if test.status != "passed"}
+
+
+def _owners(
+    whole: ClassGrade, grades: Mapping[str, Grade], cause: str
+) -> tuple[list[ClassEntry], Counter[str]]:
+    """The submissions that lost points by a cause, and how many of them in which tests."""
+    lost = {
+        entry: [
+            test.id
+            for test in grades[entry.student].tests
+            if test.status != "passed" and cause_of(test) == cause
+        ]
+        for entry in whole.students
+    }
+    return [entry for entry, tests in lost.items() if tests], Counter(chain.from_iterable(lost.values()))
+
+
+def cause_of(test: TestGrade) -> str:
+    """Why a test lost points, in a few words."""
+    if test.status in OPEN or test.status == "skipped":
+        return WORDS[test.status]
+    return test.diagnosis[0].cause if test.diagnosis else UNEXPLAINED
+
+
+def _signals(whole: ClassGrade, page: str) -> Iterator[str]:
+    """What submissions have in common with each other, or with the reference."""
+    yield "<h2>Signals</h2>"
+    alone = [entry for entry in whole.students if entry.signals]
+    if not (alone or whole.shared_files or whole.shared_noise):
+        yield "<p>None: no two submissions have a file or noise in common.</p>"
+        return
+    yield (
+        "<p>A signal is a reason to ask, not a proof. Pictures have the same noise if one was made from the "
+        "other, or if both programs draw the same random numbers.</p>"
+    )
+    yield "<table class=lists><tr><th>Signal</th><th>Submissions</th><th>Tests</th></tr>"
+    yield from _shared("the same bytes", whole.shared_files, whole, page)
+    yield from _shared("the same noise", whole.shared_noise, whole, page)
+    for entry in alone:
+        for signal in entry.signals:
+            yield _signal(signal.message, [entry], [signal.test], page)
+    yield "</table>"
+
+
+def _shared(
+    what: str, groups: Sequence[SharedFiles | SharedNoise], whole: ClassGrade, page: str
+) -> Iterator[str]:
+    entries = {entry.student: entry for entry in whole.students}
+    for shared in groups:
+        yield _signal(what, [entries[name] for name in shared.students], shared.tests, page)
+
+
+def _signal(what: str, entries: Sequence[ClassEntry], tests: Sequence[str], page: str) -> str:
+    return (
+        f"<tr><td>{words(what)}</td><td>{_links(entries, page)}</td><td>{words(', '.join(tests))}</td></tr>"
+    )
+
+
+def _students(whole: ClassGrade, page: str) -> Iterator[str]:
+    yield "<h2>Submissions</h2>"
+    yield "<table class=lists><tr><th>Submission</th><th class=points>Points</th><th>Not graded</th></tr>"
+    for entry in whole.students:
+        points = number(entry.score) if entry.gradable else "–"
+        yield (
+            f"<tr><td>{_link(entry, page)}</td><td class=points>{points}</td>"
+            f"<td>{words(', '.join(entry.ungraded))}</td></tr>"
+        )
+    yield "</table>"
+    if whole.left_out:
+        names = words(line(", ".join(whole.left_out)))
+        yield f"<p>Not graded, because they are no folders: {names}.</p>"
+
+
+def _links(entries: Sequence[ClassEntry], page: str) -> str:
+    links = ", ".join(_link(entry, page) for entry in entries)
+    if len(entries) <= MOST_NAMES:
+        return links
+    return f"<details><summary>{len(entries)} submissions</summary>{links}</details>"
+
+
+def _link(entry: ClassEntry, page: str) -> str:
+    name = line(entry.student) or "(no name)"
+    short = shortened(name, LONGEST_NAME)
+    title = f' title="{words(name)}"' if short != name else ""
+    return f'<a href="{words(entry.folder)}/{page}"{title}>{words(short)}</a>'

@@ -1,0 +1,171 @@
+"""Pictures that share their noise, on pictures of which all is known."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from accuracy.comparison.fingerprints import (
+    FEWEST_PICTURES,
+    Fingerprint,
+    fingerprint,
+    like,
+    noise_of,
+    pairs,
+)
+from accuracy.comparison.inputs import Picture, picture_of
+from renderer.images.colors import srgb_from_linear
+
+HEIGHT, WIDTH, SAMPLES, STUDENTS = 64, 96, 16, 40
+CENTER, RADIUS = (40.0, 30.0), 20.0
+
+Drawn = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""The value of the scene at columns x and rows y."""
+
+
+def disc(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """A bright disc before a slope."""
+    inside = (x - CENTER[0]) ** 2 + (y - CENTER[1]) ** 2 < RADIUS**2
+    return np.where(inside, 0.7, 0.2 + 0.1 * x / WIDTH)
+
+
+def shifted(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return disc(x - 0.5, y - 0.5)
+
+
+def too_dark(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return 0.8 * disc(x, y)
+
+
+def without_the_disc(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return 0.2 + 0.1 * x / WIDTH
+
+
+def striped(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """A texture that should not be there."""
+    return disc(x, y) + 0.1 * ((x // 3) % 2)
+
+
+def drawn(
+    seed: int, scene: Drawn = disc, samples: int = SAMPLES, places: str = "random", lamp: float = 0.1
+) -> np.ndarray:
+    """A picture by samples of pixels; the lower half also has the noise of a lamp, in every sample."""
+    random = np.random.default_rng(seed)
+    y, x = np.mgrid[:HEIGHT, :WIDTH].astype(float)
+    total = np.zeros((HEIGHT, WIDTH))
+    for _ in range(samples):
+        a, b = random.random((2, HEIGHT, WIDTH)) if places == "random" else (0.5, 0.5)
+        total += scene(x + a, y + b) * (1 + lamp * random.normal(size=x.shape) * (y >= HEIGHT // 2))
+    return total / samples
+
+
+def codes(values: np.ndarray) -> np.ndarray:
+    encoded: np.ndarray = np.rint(255 * srgb_from_linear(np.clip(values, 0, 1))).astype(np.uint8)
+    return encoded
+
+
+def seen(pixels: np.ndarray) -> Picture:
+    """A grey picture as it is read from a PNG file."""
+    file = io.BytesIO()
+    Image.fromarray(np.repeat(pixels[:, :, None], 3, axis=2)).save(file, "PNG")
+    return picture_of(file.getvalue(), "picture.png", "srgb")
+
+
+@pytest.fixture(scope="module")
+def reference() -> Picture:
+    file = io.BytesIO()
+    values = drawn(0, samples=400, lamp=0)
+    np.save(file, np.repeat(values[:, :, None], 3, axis=2).astype(np.float32))
+    return picture_of(file.getvalue(), "reference.npy", "linear")
+
+
+@pytest.fixture(scope="module")
+def right(reference: Picture) -> list[Fingerprint]:
+    """The right pictures of a class, each with its own noise."""
+    return [fingerprint(seen(codes(drawn(seed))), reference) for seed in range(1, STUDENTS + 1)]
+
+
+def found(prints: list[Fingerprint]) -> list[tuple[int, int]]:
+    noise = noise_of(prints)
+    assert noise is not None
+    return [(pair.first, pair.second) for pair in pairs(noise)]
+
+
+def test_right_pictures_with_their_own_noise_are_no_pair(right: list[Fingerprint]) -> None:
+    # Eight standard errors: one failure in 10^12 classes of this size.
+    assert found(right) == []
+
+
+@pytest.mark.parametrize(
+    "alter",
+    [
+        lambda pixels: pixels,
+        lambda pixels: np.clip(pixels * 1.04, 0, 255).astype(np.uint8),
+        lambda pixels: np.clip(pixels + np.random.default_rng(9).normal(0, 1, pixels.shape), 0, 255),
+        lambda pixels: np.where(np.mgrid[:HEIGHT, :WIDTH][1] < WIDTH // 3, pixels[::-1], pixels),
+    ],
+    ids=["saved again", "brighter", "noisier", "a third replaced"],
+)
+def test_an_altered_copy_is_found(
+    right: list[Fingerprint], reference: Picture, alter: Callable[[np.ndarray], np.ndarray]
+) -> None:
+    copy = fingerprint(seen(alter(codes(drawn(3))).astype(np.uint8)), reference)
+    assert found([*right, copy]) == [(2, STUDENTS)]
+
+
+@pytest.mark.parametrize(
+    "scene", [shifted, too_dark, without_the_disc, striped], ids=lambda each: each.__name__
+)
+def test_a_mistake_that_some_share_makes_no_pair(
+    right: list[Fingerprint], reference: Picture, scene: Drawn
+) -> None:
+    wrong = [fingerprint(seen(codes(drawn(seed, scene))), reference) for seed in range(100, 106)]
+    assert found([*right, *wrong]) == []
+
+
+def test_pictures_with_one_sample_in_the_centre_make_no_pair(
+    right: list[Fingerprint], reference: Picture
+) -> None:
+    jagged = [
+        fingerprint(seen(codes(drawn(seed, samples=1, places="center", lamp=lamp))), reference)
+        for seed in range(100, 103)
+        for lamp in (0.0, 0.1)
+    ]
+    assert found([*right, *jagged]) == []
+
+
+def test_pictures_of_very_many_samples_make_no_pair(right: list[Fingerprint], reference: Picture) -> None:
+    # Nothing but rounding is left in these, and all programs round alike.
+    smooth = [fingerprint(seen(codes(drawn(seed, samples=900))), reference) for seed in range(100, 104)]
+    assert found([*right, *smooth]) == []
+
+
+def test_pictures_by_another_fixed_pattern_are_like_it(right: list[Fingerprint], reference: Picture) -> None:
+    fixed = fingerprint(seen(codes(drawn(1000))), reference)
+    noise = noise_of([*right, fixed])
+    assert noise is not None
+    assert np.flatnonzero(like(noise, [fixed])).tolist() == [STUDENTS]
+
+
+def test_too_few_pictures_have_no_known_noise(right: list[Fingerprint]) -> None:
+    assert noise_of(right[: FEWEST_PICTURES - 1]) is None
+    assert noise_of(right[:FEWEST_PICTURES]) is not None
+
+
+def test_pictures_without_noise_have_none(right: list[Fingerprint]) -> None:
+    assert noise_of([right[0]] * STUDENTS) is None
+
+
+def test_an_odd_row_and_column_are_left_out(reference: Picture) -> None:
+    odd = picture_of(_npy(reference.linear[:-1, :-1]), "odd.npy", "linear")
+    assert fingerprint(odd, odd).detail.shape == ((HEIGHT // 2 - 1) * (WIDTH // 2 - 1),)
+
+
+def _npy(values: np.ndarray) -> bytes:
+    file = io.BytesIO()
+    np.save(file, values)
+    return file.getvalue()
