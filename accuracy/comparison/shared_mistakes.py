@@ -15,7 +15,15 @@ from itertools import product
 import numpy as np
 
 from accuracy.comparison.blocks import bias, gathered
-from accuracy.comparison.diagnosis import HALF, JAGGED, JAGGED_HINT, SURE, jagged_left_over, soft_edges
+from accuracy.comparison.diagnosis import (
+    HALF,
+    JAGGED,
+    JAGGED_HINT,
+    SURE,
+    diagnose,
+    jagged_left_over,
+    soft_edges,
+)
 from accuracy.comparison.displacing import DISPLACEMENTS
 from accuracy.comparison.metrics import luma
 from accuracy.comparison.mistakes import (
@@ -96,7 +104,7 @@ class Shared:
 
 def agree(pairs: Sequence[Pair]) -> bool:
     """Whether all pictures agree with their references but for noise, so that there is nothing to find."""
-    return all(_agrees(pair, Program(), MOST_BIAS) for pair in pairs)
+    return all(_agrees(pair, Program(), MOST_BIAS) and not _diagnosed(pair) for pair in pairs)
 
 
 def shared(pairs: Sequence[Pair], kinds: Collection[str]) -> tuple[Program, tuple[Shared, ...]]:
@@ -134,6 +142,12 @@ def _agrees(pair: Pair, program: Program, most_bias: float) -> bool:
     """Whether a picture is what the program makes but for noise."""
     difference = program.facing(pair.image) - program.predicted(pair)
     return bias(difference, pair.allowed).share <= most_bias
+
+
+def _diagnosed(pair: Pair) -> bool:
+    """Whether a picture that agrees is known to be wrong, such as one without anti-aliasing."""
+    lumas = luma(pair.image), luma(pair.reference)
+    return bool(diagnose(pair.image, pair.reference, lumas, pair.allowed, MOST_BIAS))
 
 
 class _Search:
@@ -181,13 +195,12 @@ class _Search:
 
     def needed(self, program: Program) -> Program:
         """The program without mistakes that it can do without."""
-        while kinds := program.kinds():
-            weights = {kind: self._evidence(program, kind) for kind in kinds}
-            kind = min(kinds, key=lambda kind: _sum(weights[kind]))
-            if _convincing(weights[kind]):
-                break
-            program = program.without(kind)
-        return program
+        while True:
+            weights = {kind: self._evidence(program, kind) for kind in program.kinds()}
+            doubtful = {kind: _sum(errors) for kind, errors in weights.items() if not _convincing(errors)}
+            if not doubtful:
+                return program
+            program = program.without(min(doubtful, key=doubtful.__getitem__))
 
     def mistakes(self, program: Program) -> Iterator[Shared]:
         """The mistakes of a program."""

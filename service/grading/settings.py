@@ -9,6 +9,7 @@ from schemas.grading.manifests import Criterion, Manifest, SceneFile
 from schemas.quality import Quality
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
+from service.grading.program_mistakes import NONE, ProgramMistakes
 from service.grading.references import Prepared
 from service.grading.rendering import Ordered
 
@@ -28,6 +29,8 @@ class Run:
         Whether to make pictures of the differences.
     prepared : mapping
         Rendered references by `references.key_of`, or the reason why rendering failed.
+    mistakes : ProgramMistakes
+        What the submission's program does wrong in all its pictures.
     """
 
     manifest: Manifest
@@ -36,6 +39,7 @@ class Run:
     server: str | None = None
     pictures: bool = False
     prepared: Mapping[str, Prepared | str] = field(default_factory=dict)
+    mistakes: ProgramMistakes = NONE
 
     def deadline(self, test: Criterion) -> float:
         """Time limit of a test in seconds."""
