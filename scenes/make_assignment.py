@@ -12,13 +12,13 @@ import numpy as np
 from PIL import Image
 
 from scenes.make_assignment_parts import (
-    COLORS,
+    DAY,
     FOLDER,
     Json,
     ball,
+    black,
     camera,
     ellipsoid,
-    flat,
     matte,
     phong,
     scene,
@@ -28,56 +28,59 @@ from scenes.make_hard_scenes import rectangle, text
 
 
 def camera_straight() -> Json:
-    """Balls of one flat colour each, seen along an axis: only their positions are visible."""
+    """Black balls on a bright background, seen along an axis: only their positions are visible."""
     balls = [
-        ball([-3.0, 1.9, -1.0], 0.5, "red"),
-        ball([-1.3, 2.1, 0.4], 0.3, "green"),
-        ball([1.0, 1.4, -2.0], 0.8, "blue"),
-        ball([2.9, 1.9, 0.0], 0.4, "yellow"),
-        ball([-2.6, 0.1, 0.8], 0.6, "violet"),
-        ball([0.0, 0.0, 0.0], 0.35, "white"),
-        ball([1.9, -0.2, 1.0], 0.45, "red"),
-        ball([-3.2, -2.0, 0.0], 0.4, "yellow"),
-        ball([-0.9, -1.6, 1.0], 0.5, "blue"),
-        ball([1.2, -2.2, -1.0], 0.6, "green"),
-        ball([3.1, -1.9, 0.3], 0.35, "violet"),
+        ball([-3.0, 1.9, -1.0], 0.5, "black"),
+        ball([-1.3, 2.1, 0.4], 0.3, "black"),
+        ball([1.0, 1.4, -2.0], 0.8, "black"),
+        ball([2.9, 1.9, 0.0], 0.4, "black"),
+        ball([-2.6, 0.1, 0.8], 0.6, "black"),
+        ball([0.0, 0.0, 0.0], 0.35, "black"),
+        ball([1.9, -0.2, 1.0], 0.45, "black"),
+        ball([-3.2, -2.0, 0.0], 0.4, "black"),
+        ball([-0.9, -1.6, 1.0], 0.5, "black"),
+        ball([1.2, -2.2, -1.0], 0.6, "black"),
+        ball([3.1, -1.9, 0.3], 0.35, "black"),
     ]
-    return scene("camera_straight", camera([0, 0, 6], [0, 0, 0], 50), balls, materials=flat())
+    view = camera([0, 0, 6], [0, 0, 0], 50)
+    return scene("camera_straight", view, balls, materials=black(), background=DAY)
 
 
 def camera_tilted() -> Json:
     """Similar balls seen from the side, with a rolled camera and a wide field of view."""
-    names = list(COLORS)
     balls = [
-        ball([2.6 * x, 2.2 * y, 1.8 * z], 0.35 + 0.1 * ((x + 2 * y + z) % 3), names[(x + 3 * y + 2 * z) % 6])
+        ball([2.6 * x, 2.2 * y, 1.8 * z], 0.35 + 0.1 * ((x + 2 * y + z) % 3), "black")
         for x in (-1, 0, 1)
         for y in (-1, 0, 1)
         for z in (-2, -1, 0)
     ]
     view = camera([3.0, 2.4, 4.6], [0.3, -0.2, -0.6], 64) | {"up": [0.45, 1, 0.1]}
-    return scene("camera_tilted", view, balls, materials=flat())
+    return scene("camera_tilted", view, balls, materials=black(), background=DAY)
 
 
 def phong_matte() -> Json:
     """Ambient and diffuse terms on every kind of shape, without highlights or visible shadows.
 
-    The second light is behind the triangle and the rectangle, which must block it.
+    The second light is behind the triangle and the rectangle, which must block it. A program that draws the
+    last shape hit draws the black sheet behind them all.
     """
     shapes = [
         ball([-2.1, 0.9, 0], 0.95, "red"),
         ellipsoid([1.9, 1.0, 0], [[1.6, 0.4, 0], [-0.14, 0.56, 0], [0, 0, 0.7]], "green"),
         triangle([-3.0, -1.9, 0.5], [-0.6, -2.0, -0.3], [-1.5, -0.3, 0.2], "yellow"),
         rectangle([0.5, -2.0, 0.4], [2.0, 0.2, -0.8], [0.1, 1.6, 0.3], "blue"),
+        rectangle([-5.5, -3.5, -6.0], [10.0, 0, 0], [0, 5.9, 0], "black"),
     ]
     lights = [
         {"type": "directional", "direction": [-0.6, -0.5, -0.8], "color": [0.7, 0.65, 0.6]},
         {"type": "point", "position": [-1.0, 3.0, -4.0], "color": [0.5, 0.55, 0.6]},
     ]
-    return scene("phong_matte", camera([0, 0, 8], [0, 0, 0], 38), shapes, lights, materials=matte())
+    view = camera([0, 0, 8], [0, 0, 0], 38)
+    return scene("phong_matte", view, shapes, lights, materials=matte() | black())
 
 
 def phong_highlights() -> Json:
-    """Highlights from wide to narrow, each on a dark ball."""
+    """Highlights from wide to narrow, each on a dark ball, before a black sheet."""
     shine = {"wide": 4, "middle": 20, "narrow": 120}
     materials = {
         name: phong(color, specular=0.7, shininess=shine[name])
@@ -87,25 +90,30 @@ def phong_highlights() -> Json:
         ball([-2.15, 0.9, 0], 1.0, "wide"),
         ball([0.1, -0.8, 0], 1.15, "middle"),
         ellipsoid([2.1, 0.9, 0], [[1.2, 0, 0.6], [0, 0.7, 0], [-0.3, 0, 0.6]], "narrow"),
+        rectangle([-5.0, -3.0, -4.0], [10.0, 0, 0], [0, 6.5, 0], "black"),
     ]
     lights = [
         {"type": "point", "position": [-4.0, 4.0, 5.0], "color": [0.9, 0.9, 0.9]},
         {"type": "point", "position": [5.0, 1.0, 3.0], "color": [0.5, 0.5, 0.3]},
     ]
-    return scene("phong_highlights", camera([0, 0, 8], [0, 0, 0], 38), shapes, lights, materials=materials)
+    view = camera([0, 0, 8], [0, 0, 0], 38)
+    return scene("phong_highlights", view, shapes, lights, materials=materials | black())
 
 
 ROOM_VIEW = camera([1.5, 4.6, 8.0], [0.2, 0.8, 0.0], 36)
 
 
 def room() -> list[Json]:
-    """Floor and wall, three shapes between them and the lights, and a sheet above the lights, out of view."""
+    """Three shapes before a floor and a wall, and a sheet above the lights, out of view.
+
+    What is farther from the camera comes later, so that a program that draws the last shape hit is wrong.
+    """
     return [
-        rectangle([-5, 0, -3], [0, 0, 8], [10, 0, 0], "white"),
-        rectangle([-5, 0, -3], [10, 0, 0], [0, 4.5, 0], "violet"),
         ball([-1.3, 1.2, 0.4], 0.7, "red"),
         ellipsoid([1.3, 1.0, 1.2], [[0.9, 0, 0.2], [0, 0.35, 0], [-0.1, 0, 0.45]], "green"),
         triangle([-0.6, 1.7, -1.3], [2.3, 1.9, -1.5], [1.2, 2.5, 0.1], "yellow"),
+        rectangle([-5, 0, -3], [0, 0, 8], [10, 0, 0], "white"),
+        rectangle([-5, 0, -3], [10, 0, 0], [0, 4.5, 0], "violet"),
         rectangle([-9, 7.8, -7], [18, 0, 0], [0, 0, 16], "blue"),
     ]
 
@@ -129,13 +137,14 @@ def shadow_soft() -> Json:
 
 
 def antialiasing() -> Json:
-    """A star of narrow triangles of one colour, so that most pixels are on an edge."""
+    """A star of narrow black triangles, so that most pixels are on an edge."""
     spokes = []
     for number in range(20):
         angle, half = 2 * math.pi * (number + 0.3) / 20, 0.075
         left, right = ([2.6 * math.cos(a), 2.6 * math.sin(a), 0.0] for a in (angle - half, angle + half))
-        spokes.append(triangle([0.0, 0.0, 0.0], left, right, "white" if number % 2 else "yellow"))
-    return scene("antialiasing", camera([0.1, 0.1, 7], [0.1, 0.1, 0], 41), spokes, materials=flat())
+        spokes.append(triangle([0.0, 0.0, 0.0], left, right, "black"))
+    view = camera([0.1, 0.1, 7], [0.1, 0.1, 0], 41)
+    return scene("antialiasing", view, spokes, materials=black(), background=DAY)
 
 
 def antialiasing_advanced() -> Json:
@@ -145,17 +154,22 @@ def antialiasing_advanced() -> Json:
         along = -3.1 + 0.56 * number
         slope = 0.008 + 0.004 * number
         level, upright = [3.4, 3.4 * slope, 0], [5 * slope, 5, 0]
-        bars.append(rectangle([-3.6, along * 0.8, 0], level, [-0.2 * slope, 0.2, 0], "white"))
-        bars.append(rectangle([0.2 + 0.29 * number, -2.5, 0], upright, [0.11, 0, 0], "yellow"))
-    return scene("antialiasing_advanced", camera([0, 0, 7], [0, 0, 0], 40), bars, materials=flat())
+        bars.append(rectangle([-3.6, along * 0.8, 0], level, [-0.2 * slope, 0.2, 0], "black"))
+        bars.append(rectangle([0.2 + 0.29 * number, -2.5, 0], upright, [0.11, 0, 0], "black"))
+    view = camera([0, 0, 7], [0, 0, 0], 40)
+    return scene("antialiasing_advanced", view, bars, materials=black(), background=DAY)
 
 
 def texture() -> Json:
-    """A picture on a rotated sheet and a checker on another; the picture has no symmetry."""
+    """A picture on a rotated sheet and a checker on another; the picture has no symmetry.
+
+    Light from the front shows their colours without ambient light. Black sheets are hidden behind them from a
+    program that draws the nearest shape.
+    """
     materials = {
-        "sheet": {"type": "phong", "color_texture": "arrow", "ambient": 1, "diffuse": 0},
-        "board": {"type": "phong", "color_texture": "board", "ambient": 1, "diffuse": 0},
-    }
+        "sheet": {"type": "phong", "color_texture": "arrow", "ambient": 0, "diffuse": 1},
+        "board": {"type": "phong", "color_texture": "board", "ambient": 0, "diffuse": 1},
+    } | black()
     textures = {
         "arrow": {"type": "image", "asset": "textures/arrow.png", "encoding": "srgb", "filter": "bilinear"},
         "board": {"type": "checker", "even": [0.7, 0.65, 0.5], "odd": [0.1, 0.15, 0.3], "repeat": [7, 4]},
@@ -163,16 +177,24 @@ def texture() -> Json:
     shapes = [
         rectangle([-3.2, -1.9, 0.3], [3.0, 0.25, -0.8], [-0.15, 3.6, 0.2], "sheet"),
         rectangle([0.5, -1.6, -0.6], [2.6, -0.2, 1.0], [0.2, 3.3, 0], "board"),
+        rectangle([-3.0, -1.4, -1.5], [2.2, 0, 0], [0, 2.6, 0], "black"),
+        rectangle([1.2, -1.2, -1.5], [1.6, 0, 0], [0, 2.2, 0], "black"),
     ]
     made = scene("texture", camera([0, 0, 7], [0, 0, 0], 40), shapes, materials=materials)
     return {**made, "textures": textures}
 
 
 def normal_map() -> Json:
-    """Studs on a flat sheet: light from the upper left shows whether they are raised."""
-    materials = {"sheet": phong([0.6, 0.55, 0.45]) | {"normal_map": "studs"}}
+    """Studs on a flat sheet: light from the upper left shows whether they are raised.
+
+    A black sheet is hidden behind it.
+    """
+    materials = {"sheet": phong([0.6, 0.55, 0.45]) | {"normal_map": "studs"}} | black()
     textures = {"studs": {"type": "image", "asset": "textures/studs_normal.png", "encoding": "linear"}}
-    shapes = [rectangle([-3.0, -2.1, 0.4], [6.0, 0.3, -0.8], [0.1, 4.2, 0.2], "sheet")]
+    shapes = [
+        rectangle([-3.0, -2.1, 0.4], [6.0, 0.3, -0.8], [0.1, 4.2, 0.2], "sheet"),
+        rectangle([-2.2, -1.4, -1.5], [4.4, 0, 0], [0, 3.0, 0], "black"),
+    ]
     lights = [{"type": "directional", "direction": [0.36, -0.28, -0.89], "color": [0.9, 0.9, 0.9]}]
     made = scene("normal_map", camera([0, 0, 7], [0, 0, 0], 40), shapes, lights, materials=materials)
     return {**made, "textures": textures}

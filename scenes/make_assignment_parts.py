@@ -27,7 +27,13 @@ COLORS = {
 
 
 FULL_MOON = {"type": "directional", "direction": [0, 0, -1], "color": [1, 1, 1]}
-"""The light of scenes whose materials use only ambient light."""
+"""The light of scenes that show no shading."""
+
+NIGHT = [0.05, 0.06, 0.1]
+"""The background of scenes that show how shapes are lit."""
+
+DAY = [0.75, 0.68, 0.5]
+"""The background of black shapes."""
 
 
 def camera(position: list[float], look_at: list[float], fov: float) -> Json:
@@ -37,7 +43,13 @@ def camera(position: list[float], look_at: list[float], fov: float) -> Json:
 
 
 def scene(
-    name: str, view: Json, shapes: list[Json], lights: list[Json] | None = None, *, materials: Json
+    name: str,
+    view: Json,
+    shapes: list[Json],
+    lights: list[Json] | None = None,
+    *,
+    materials: Json,
+    background: list[float] = NIGHT,
 ) -> Json:
     """A scene with the sampling of the assignment."""
     used = {shape["material"] for shape in shapes}
@@ -46,7 +58,7 @@ def scene(
         "version": 1,
         "name": name,
         "camera": view,
-        "background": [0.05, 0.06, 0.1],
+        "background": background,
         "ambient": [1, 1, 1],
         "materials": {key: materials[key] for key in materials if key in used},
         "shapes": shapes,
@@ -61,8 +73,13 @@ def phong(color: list[float], **changes: Any) -> Json:
 
 
 def flat() -> Json:
-    """Materials that show only their colour, independent of light."""
+    """Materials that show only their colour, in ambient light."""
     return {name: phong(color, ambient=1, diffuse=0) for name, color in COLORS.items()}
+
+
+def black() -> Json:
+    """A material that is black in any light, so that only positions are visible, however it is shaded."""
+    return {"black": phong([0, 0, 0])}
 
 
 def matte() -> Json:

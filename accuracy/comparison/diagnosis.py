@@ -165,14 +165,29 @@ def jagged_left_over(image: Floats, reference: Floats, seen: Floats, wanted: Flo
     seen, wanted : (H, W)
         Brightness of both as seen, 0 to 1.
     """
-    low, high = neighbourhood(wanted)
-    edges = high - low > EDGE
-    soft = np.count_nonzero(edges & _between(wanted, low, high))
-    if soft < LEAST or np.count_nonzero(edges & _between(seen, *neighbourhood(seen))) >= FEW * soft:
+    soft = soft_edges(wanted)
+    if soft is None:
+        return None
+    low, high = neighbourhood(seen)
+    if np.count_nonzero(soft[0] & _between(seen, low, high)) >= FEW * soft[1]:
         return None
     least, most = neighbourhood(reference)
     beyond = image - np.clip(image, least, most)
     return float(np.mean(beyond * beyond))
+
+
+def soft_edges(wanted: Floats) -> tuple[Masks, int] | None:
+    """Which pixels are at an edge, and how many of them show both sides; None if they are too few to judge.
+
+    Parameters
+    ----------
+    wanted : (H, W)
+        Brightness of a picture as seen, 0 to 1.
+    """
+    low, high = neighbourhood(wanted)
+    edges: Masks = high - low > EDGE
+    count = int(np.count_nonzero(edges & _between(wanted, low, high)))
+    return None if count < LEAST else (edges, count)
 
 
 def neighbourhood(values: Floats) -> tuple[Floats, Floats]:

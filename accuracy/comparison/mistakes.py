@@ -15,6 +15,8 @@ from renderer.math.arrays import Floats
 
 Undo = Callable[[Floats], Floats]
 
+EXPOSURE = "exposure"
+
 LEAST_EXPOSURE = 0.02
 """Smaller shares of brightness than this are left to noise and rounding."""
 
@@ -61,15 +63,19 @@ def _exposure(image: Floats, reference: Floats) -> Iterator[Mistake]:
     scale = float(reference[whole].sum()) / seen
     if abs(scale - 1) < LEAST_EXPOSURE or scale == 0:
         return
-    hint = (
-        f"The picture is {1 / scale:.3g} times as bright as the reference everywhere. Look at the exposure, "
-        "the colours of lights and sums over samples that are not divided by their number."
-    )
 
     def undo(picture: Floats) -> Floats:
         return np.clip(picture * scale, 0, 1)
 
-    yield Mistake("exposure", hint, undo)
+    yield Mistake(EXPOSURE, exposure_hint(1 / scale), undo)
+
+
+def exposure_hint(scale: float) -> str:
+    """A sentence about a picture that is so many times too bright."""
+    return (
+        f"The picture is {scale:.3g} times as bright as the reference everywhere. Look at the exposure, "
+        "the colours of lights and sums over samples that are not divided by their number."
+    )
 
 
 def _from_power(picture: Floats) -> Floats:

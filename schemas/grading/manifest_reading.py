@@ -18,6 +18,8 @@ from schemas.reading.yaml_documents import read_yaml
 MANIFEST_LIMITS = Limits(max_body_bytes=1024 * 1024, max_values=100_000)
 """200 tests with everything have some 10 000 values."""
 
+_NO_PICTURE = "No test of the kind 'image' has this id: these mistakes are found in submitted pictures."
+_CHARGED = "This mistake is listed before. List all tests that it costs points in together with it, once."
 _TWICE = "An earlier test has this id, upper case or lower. Give each test its own: files are named after it."
 
 
@@ -37,14 +39,13 @@ def read_manifest(data: bytes, *, yaml: bool) -> Manifest:
         With every problem, each with its pointer, line and column.
     """
     document = read_yaml(data, MANIFEST_LIMITS) if yaml else read_text(data, MANIFEST_LIMITS)
-    document.repeated += _repeated_ids(document)
+    document.repeated += (*_repeated_ids(document), *_impossible_charges(document))
     return checked(document, Manifest, limits=MANIFEST_LIMITS)
 
 
 def _repeated_ids(document: Document) -> Iterator[Finding]:
-    tests = member(document.content, "tests") if isinstance(document.content, Mapping) else ()
     seen: set[str] = set()
-    for index, test in enumerate(tests if isinstance(tests, list | tuple) else ()):
+    for index, test in enumerate(_listed(document.content, "tests")):
         name = member(test, "id")
         if isinstance(name, str):
             if name.lower() in seen:
@@ -52,9 +53,41 @@ def _repeated_ids(document: Document) -> Iterator[Finding]:
             seen.add(name.lower())
 
 
+def _impossible_charges(document: Document) -> Iterator[Finding]:
+    """Charges to tests that judge no submitted picture, and mistakes that are charged twice."""
+    pictures = {member(test, "id") for test in _listed(document.content, "tests") if _is_image(test)}
+    seen: set[str] = set()
+    for index, charge in enumerate(_listed(document.content, "charged_once")):
+        for place, name in _texts(charge, "tests"):
+            if name not in pictures:
+                yield Finding(("charged_once", index, "tests", place), "unknown_test", _NO_PICTURE)
+        for place, kind in _texts(charge, "mistakes"):
+            if kind in seen:
+                yield Finding(("charged_once", index, "mistakes", place), "charged_twice", _CHARGED)
+            seen.add(kind)
+
+
+def _texts(content: object, name: str) -> Iterator[tuple[int, str]]:
+    """The texts of an array in a raw document, with their places."""
+    for place, text in enumerate(_listed(content, name)):
+        if isinstance(text, str):
+            yield place, text
+
+
+def _is_image(test: object) -> bool:
+    return member(test, "kind") == "image" and isinstance(member(test, "id"), str)
+
+
+def _listed(content: object, name: str) -> Iterator[object]:
+    """The parts of an array in a raw document; none where there is no such array."""
+    parts = member(content, name) if isinstance(content, Mapping) else ()
+    yield from parts if isinstance(parts, list | tuple) else ()
+
+
 _EXAMPLE = {
     "schema": "penumbra/manifest/v1",
     "title": "A ball on a table",
+    "charged_once": [{"mistakes": ["encoding", "orientation"], "tests": ["shadow"]}],
     "tests": [
         {
             "id": "shadow",

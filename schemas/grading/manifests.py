@@ -253,6 +253,26 @@ Test = Annotated[
 ]
 
 
+ProgramMistake = Literal[
+    "encoding", "orientation", "channels", "offset", "exposure", "ambient", "antialiasing"
+]
+
+
+class Charge(Closed):
+    """Mistakes that a program makes in all its pictures, and the tests that they cost points in.
+
+    They are looked for in the pictures of all tests of the kind `image` together. Where one is found, the
+    tests listed here judge it, and all others judge their pictures as if it were fixed.
+    """
+
+    mistakes: Annotated[tuple[ProgramMistake, ...], Field(min_length=1)] = Field(
+        description="Kinds of mistakes, as in the table below."
+    )
+    tests: Annotated[tuple[Id, ...], Field(min_length=1)] = Field(
+        description="Ids of the tests, of the kind `image`, that judge them."
+    )
+
+
 class Manifest(Closed):
     """An assignment. Submitted files are relative to the submission, references to the manifest."""
 
@@ -268,6 +288,10 @@ class Manifest(Closed):
     )
     memory: Mebibytes | None = Field(
         default=None, description="The most MiB that a test may use, not counting the program itself."
+    )
+    charged_once: tuple[Charge, ...] = Field(
+        default=(),
+        description="Mistakes of a whole program, which cost points only in some tests.",
     )
     tests: Annotated[tuple[Test, ...], Field(min_length=1, max_length=MOST_TESTS)] = Field(
         description="The tests, in the order of the report."

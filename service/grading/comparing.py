@@ -21,7 +21,9 @@ from service.grading.errors import BrokenTestError, NotGradableError
 from service.grading.forgiving import forgiven
 from service.grading.inputs import of_picture
 from service.grading.outcomes import Outcome
+from service.grading.program_mistakes import ProgramMistake
 from service.grading.rendering import rendered
+from service.grading.repairing import repaired
 from service.grading.selection import Selection, select
 from service.grading.settings import Run
 from service.grading.signals import signals
@@ -56,16 +58,22 @@ class _Found:
 
     Attributes
     ----------
-    whole : Comparison
+    submitted : Comparison
         Of the whole picture, unchanged.
+    whole : Comparison
+        Of the whole picture, without mistakes of the program that other tests charge.
     part : Comparison
         Of the part that is judged.
+    right : Comparison
+        Of the whole picture, without any mistakes of the program.
     pardon : str
-        The mistake that was undone first, as a sentence; empty if none was.
+        The mistake that was forgiven, as a sentence; empty if none was.
     """
 
+    submitted: Comparison
     whole: Comparison
     part: Comparison
+    right: Comparison
     pardon: str
 
     @property
@@ -79,6 +87,11 @@ class _Found:
         sizes = [found.image.linear.shape for found in (self.part, self.whole)]
         return self.part if sizes[0] == sizes[1] else self.whole
 
+    def charged(self, mistakes: Sequence[ProgramMistake]) -> tuple[Cause, ...]:
+        """Mistakes of the program as causes."""
+        before, after = self.whole.metrics.rmse, self.right.metrics.rmse
+        return tuple(Cause(each.cause, each.hint, before, after) for each in mistakes)
+
 
 def _graded(
     test: ImageTest | SceneTest, run: Run, picture: Picture, content: bytes | None, until: float
@@ -87,31 +100,51 @@ def _graded(
     reference = wanted(test.reference, run)
     mask = None if test.mask is None else read_picture(run.references, test.mask, "linear")[1]
     selection = select(reference.picture, test.region, mask)
-    found = _compared(test, picture, reference, selection)
+    found = _compared(test, run, picture, reference, selection)
+    charged = found.charged(run.mistakes.charged(test.id))
     held_to = None if reference.file is None else len(reference.file)
     outcome = replace(
         accepted(test.accept, found.part, selection),
         verdict=found.part.judgement.verdict,
         samples_to_settle=found.part.judgement.samples_factor,
         worst_regions=_regions(found.part.regions, selection, [*reference.names, *found.part.names]),
-        pictures=_drawn(found.whole) if run.pictures else {},
+        pictures=_drawn(found.submitted) if run.pictures else {},
         inputs=(
             of_picture(test.id, "submission", picture, None if content is None else len(content)),
             of_picture(test.id, "reference", reference.picture, held_to),
         ),
-        signals=() if content is None else signals(content, reference.file, found.whole, test=test.id),
+        signals=() if content is None else signals(content, reference.file, found.submitted, test=test.id),
         fingerprint=None if content is None else _fingerprint(found, reference),
     )
-    yield _explained(outcome, found, found.causes)
+    pardon = sentences.joined(_judged_without(test, run), found.pardon)
+    yield _explained(outcome, pardon, charged, () if charged else found.causes)
     if outcome.share < 1.0 and reference.scene is not None:
-        yield _explained(outcome, found, explain(reference.scene, found.judged, until=until, keep=run.keep))
+        if not charged:
+            others = explain(reference.scene, found.judged, until=until, keep=run.keep)
+            yield _explained(outcome, pardon, (), others)
+        elif not forgiven(test.accept, found.right)[1] and not found.right.passed:
+            others = explain(reference.scene, found.right, until=until, keep=run.keep)
+            yield _explained(outcome, pardon, charged, others)
 
 
-def _explained(outcome: Outcome, found: _Found, causes: Sequence[Cause]) -> Outcome:
-    """The outcome with its diagnosis and an explanation."""
-    diagnosis = tuple(ComparisonCause.model_validate(cause, from_attributes=True) for cause in causes)
-    reason = "" if outcome.share == 1.0 else sentences.explained(diagnosis, outcome.worst_regions)
-    message = sentences.joined(outcome.message, found.pardon, reason)
+def _judged_without(test: ImageTest | SceneTest, run: Run) -> str:
+    """A sentence about the program's mistakes that other tests charge."""
+    visible = {other.id for other in run.manifest.tests if not other.hidden}
+    undone = run.mistakes.undone(test.id)
+    return sentences.judged_without(
+        [each.cause for each in undone],
+        dict.fromkeys(name for each in undone for name in each.charged if name in visible),
+    )
+
+
+def _explained(outcome: Outcome, pardon: str, charged: Sequence[Cause], causes: Sequence[Cause]) -> Outcome:
+    """The outcome with its diagnosis and an explanation: mistakes of the program first, all of them named."""
+    diagnosis = tuple(
+        ComparisonCause.model_validate(cause, from_attributes=True) for cause in (*charged, *causes)
+    )
+    named = diagnosis[: max(1, len(charged))]
+    reason = "" if outcome.share == 1.0 else sentences.explained(named, outcome.worst_regions)
+    message = sentences.joined(outcome.message, pardon, reason)
     return replace(outcome, message=message, diagnosis=diagnosis)
 
 
@@ -123,15 +156,25 @@ def _fingerprint(found: _Found, reference: Wanted) -> Fingerprint | None:
 
 
 def _compared(
-    test: ImageTest | SceneTest, picture: Picture, reference: Wanted, selection: Selection
+    test: ImageTest | SceneTest, run: Run, picture: Picture, reference: Wanted, selection: Selection
 ) -> _Found:
+    undone, charged = run.mistakes.undone(test.id), run.mistakes.charged(test.id)
+
+    def without(mistakes: Sequence[ProgramMistake]) -> Comparison:
+        if not mistakes:
+            return submitted
+        return compared(test.accept, repaired(picture, reference, run.mistakes, mistakes), reference.picture)
+
     try:
-        whole = compared(test.accept, picture, reference.picture)
+        submitted = compared(test.accept, picture, reference.picture)
+        whole = without(undone)
         judged, pardon = forgiven(test.accept, whole)
-        if not pardon and test.region is None and test.mask is None:
-            return _Found(whole, whole, pardon)
-        pair = selection.pair(judged, reference.picture)
-        return _Found(whole, compared(test.accept, *pair, selection.blocks), pardon)
+        part = whole
+        if pardon or test.region is not None or test.mask is not None:
+            pair = selection.pair(judged, reference.picture)
+            part = compared(test.accept, *pair, selection.blocks)
+        right = without((*undone, *charged)) if charged else whole
+        return _Found(submitted, whole, part, right, pardon)
     except MissingExtraError as error:
         raise BrokenTestError(str(error)) from error
     except NotComparableError as error:

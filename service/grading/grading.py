@@ -16,7 +16,9 @@ from schemas.grading.manifests import Manifest
 from service.grading import results
 from service.grading.folders import Folder
 from service.grading.kinds import findings
-from service.grading.processes import MEBIBYTE, Errand, run_all
+from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
+from service.grading.program_mistakes import NONE
+from service.grading.program_search import search
 from service.grading.references import Prepared, prepare, wanted
 from service.grading.settings import Run
 
@@ -128,7 +130,21 @@ def prepare_references(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Pre
 
 
 def errands_of(run: Run, prefix: str = "") -> list[Errand]:
-    """One errand for each test, named by its id after the prefix."""
+    """What leads to an outcome of each test, named by its id after the prefix."""
+    if not run.manifest.charged_once:
+        return _tests(run, prefix)
+    memory = _bytes(run.manifest.memory)
+    then = partial(_judged, run, prefix)
+    return [Errand(f"{prefix}search", partial(search, run), run.manifest.deadline, memory, then)]
+
+
+def _judged(run: Run, prefix: str, searched: Finished) -> list[Errand]:
+    """The tests, once the mistakes of the program are known; if they are not, each picture is on its own."""
+    first, *others = _tests(replace(run, mistakes=searched.result or NONE), prefix)
+    return [replace(first, cpu_seconds=searched.cpu_seconds), *others]
+
+
+def _tests(run: Run, prefix: str) -> list[Errand]:
     return [
         Errand(
             prefix + test.id,

@@ -1,5 +1,7 @@
 """Hints for students: the probable mistake, and how to fix it."""
 
+from accuracy.comparison.shared_mistakes import AMBIENT_HINT
+
 HINTS = {
     "shadows_missing": (
         "There are no shadows. From each hit, cast a ray to the light point, and skip the light if a shape "
@@ -24,10 +26,7 @@ HINTS = {
         "Brightness falls off with distance where it should not, or the reverse. Check `falloff` of the "
         "lights."
     ),
-    "ambient_missing": (
-        "The ambient term is missing. Add the scene's ambient light times the material's ambient coefficient "
-        "and colour, once and not for each light."
-    ),
+    "ambient_missing": AMBIENT_HINT,
     "highlights_missing": (
         "There are no highlights. Check the specular term and the sign of the viewer's direction."
     ),

@@ -35,12 +35,19 @@ class Errand:
         Seconds.
     memory : int or None
         Bytes that the process may allocate; None for no limit.
+    then : callable or None
+        Maps its outcome to errands that follow it. They are run before any other that waits, and the outcome
+        itself is not reported.
+    cpu_seconds : float
+        What an errand before it took, to be reported with its own.
     """
 
     name: str
     call: Callable[[], Any]
     deadline: float
     memory: int | None = None
+    then: Callable[[Finished], Sequence[Errand]] | None = None
+    cpu_seconds: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +89,8 @@ class _Running:
         """The outcome; a result that arrived in time is kept, even if the process died afterwards."""
         if self.result is not None:
             error = trouble = None
-        return Finished(self.result, error, trouble, time.monotonic() - self.begun, self.cpu_seconds)
+        cpu_seconds = self.errand.cpu_seconds + self.cpu_seconds
+        return Finished(self.result, error, trouble, time.monotonic() - self.begun, cpu_seconds)
 
 
 def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finished]]:
@@ -112,7 +120,10 @@ def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finishe
                 if finished is not None:
                     del running[here]
                     _end(here, one)
-                    yield one.errand.name, finished
+                    if one.errand.then is None:
+                        yield one.errand.name, finished
+                    else:
+                        waiting.extendleft(reversed(one.errand.then(finished)))
     finally:
         for here, one in running.items():
             _end(here, one)

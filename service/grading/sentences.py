@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.grading.acceptance import Scale
@@ -18,9 +18,9 @@ def held(metric: str, value: float, scale: Scale) -> str:
 
 
 def explained(causes: Sequence[ComparisonCause], regions: Sequence[ComparisonRegion]) -> str:
-    """The mistake that explains a difference, or else the region with most of it."""
+    """The mistakes that explain a difference, or else the region with most of it."""
     if causes:
-        return f"Probable cause: {causes[0].cause}. {causes[0].hint}"
+        return " ".join(f"Probable cause: {each.cause}. {each.hint}" for each in causes)
     if regions and regions[0].share >= LEAST_SHARE:
         return f"Look at {place(regions[0])}"
     return ""
@@ -34,6 +34,15 @@ def place(region: ComparisonRegion) -> str:
         f"columns {region.x0} to {region.x1 - 1}, rows {region.y0} to {region.y1 - 1}{name}: {brightness} by "
         f"{abs(region.brightness):.3f} on average, {region.share:.0%} of the squared difference."
     )
+
+
+def judged_without(causes: Sequence[str], tests: Iterable[str]) -> str:
+    """What a picture is judged without, and the tests in which that costs points; empty without causes."""
+    if not causes:
+        return ""
+    where = " and ".join(tests)
+    price = f"it costs points in {where}." if where else "it costs no points here."
+    return f"It is judged as if {' and '.join(causes)} were fixed: {price}"
 
 
 def joined(*sentences: str | None) -> str:

@@ -10,6 +10,7 @@ from schemas.grading.manifests import Criterion, Manifest, SceneFile
 from schemas.quality import Quality
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
+from service.grading.program_mistakes import NONE, ProgramMistakes
 from service.grading.references import Prepared
 from service.grading.rendering import Ordered
 
@@ -31,6 +32,8 @@ class Run:
         Rendered references by `references.key_of`, or the reason why rendering failed.
     keep : Path or None
         A folder of altered pictures that submissions of a class share.
+    mistakes : ProgramMistakes
+        What the submission's program does wrong in all its pictures.
     """
 
     manifest: Manifest
@@ -40,6 +43,7 @@ class Run:
     pictures: bool = False
     prepared: Mapping[str, Prepared | str] = field(default_factory=dict)
     keep: Path | None = None
+    mistakes: ProgramMistakes = NONE
 
     def deadline(self, test: Criterion) -> float:
         """Time limit of a test in seconds."""

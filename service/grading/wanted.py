@@ -48,13 +48,12 @@ def wanted(reference: Reference, run: Run) -> Wanted:
     BrokenTestError
         The reference is unusable.
     """
+    scene = reference_scene(reference, run)
     if not isinstance(reference, ReferencePicture):
-        picture = run.reference(key_of(reference)).picture(reference.file)
-        return Wanted(picture, None, _scene(run.references, reference.file))
+        return Wanted(reference_picture(reference, run), None, scene)
     content, picture = read_picture(run.references, reference.file, reference.encoding)
-    if reference.scene is None:
+    if scene is None:
         return Wanted(picture, content, None)
-    scene = _scene(run.references, reference.scene)
     camera = scene.document.camera
     if (camera.width, camera.height) != (picture.width, picture.height):
         raise BrokenTestError(
@@ -63,6 +62,31 @@ def wanted(reference: Reference, run: Run) -> Wanted:
         )
     shapes = {"shape": shapes_shown(scene)}
     return Wanted(replace(picture, layers={**picture.layers, **shapes}), content, scene)
+
+
+def reference_picture(reference: Reference, run: Run) -> Picture:
+    """The picture of a reference alone.
+
+    Raises
+    ------
+    BrokenTestError
+        It is unusable.
+    """
+    if isinstance(reference, ReferencePicture):
+        return read_picture(run.references, reference.file, reference.encoding)[1]
+    return run.reference(key_of(reference)).picture(reference.file)
+
+
+def reference_scene(reference: Reference, run: Run) -> LoadedScene | None:
+    """The scene that a reference shows; None if it is unknown.
+
+    Raises
+    ------
+    BrokenTestError
+        It is unusable.
+    """
+    name = reference.scene if isinstance(reference, ReferencePicture) else reference.file
+    return None if name is None else _scene(run.references, name)
 
 
 def read_picture(folder: Folder, name: str, encoding: Encoding) -> tuple[bytes, Picture]:

@@ -62,19 +62,19 @@ MISTAKES = (
         "upside_down",
         "rows are counted from below",
         PICTURES,
-        of("flipped_vertically", *CAMERA, "antialiasing_advanced"),
+        of("flipped_vertically", *CAMERA),
     ),
     Mistake(
         "mirrored",
         "the camera's right points to the left",
         PICTURES,
-        of("flipped_horizontally", *CAMERA, "antialiasing_advanced"),
+        of("flipped_horizontally", *CAMERA),
     ),
     Mistake(
         "one_pixel_off",
         "columns are counted from 1",
         PICTURES,
-        of("one_pixel_left", *CAMERA, "antialiasing_advanced"),
+        of("one_pixel_left", *CAMERA),
     ),
     Mistake("fov_not_halved", "tan(fov) for tan(fov / 2)", PICTURES, of("field_of_view", *PICTURES)),
     Mistake(
@@ -86,13 +86,13 @@ MISTAKES = (
         "gamma_missing",
         "numbers are saved as they are, linear",
         PICTURES,
-        of("gamma_missing", *CAMERA, "antialiasing_advanced"),
+        of("gamma_missing", *CAMERA),
     ),
     Mistake(
         "gamma_twice",
         "numbers are encoded for the display twice",
         PICTURES,
-        of("gamma_twice", *CAMERA, "antialiasing_advanced"),
+        of("gamma_twice", *CAMERA),
     ),
     Mistake("gamma_power", "a power of 1 / 2.2 for sRGB", PICTURES),
     Mistake(
@@ -134,7 +134,7 @@ MISTAKES = (
     Mistake("no_highlight", "no specular term", LIT, of("highlights_missing", "phong_highlights")),
     Mistake("blinn", "(n . h) for (r . v)", LIT, of("halfway_vector", "phong_highlights")),
     Mistake("no_max", "n . l in place of max(0, n . l)", LIT, of("cosine_not_clamped", "phong_matte")),
-    Mistake("no_ambient", "no ambient term", LIT, of("ambient_missing", *LIT)),
+    Mistake("no_ambient", "no ambient term", LIT, of("ambient_missing", "phong_matte", "phong_highlights")),
     Mistake(
         "light_not_normalised",
         "the vector to the light keeps its length",

@@ -3,6 +3,7 @@
 import hashlib
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from service.grading import counterfactuals
 from service.grading.folders import Folder
 from service.grading.grading import grade
 from service.grading.kinds import findings
+from service.grading.program_search import search
 from service.grading.settings import Run
 from tests.assignment import submissions
 from tests.assignment.mistakes import MISTAKES, RAYS, Mistake
@@ -137,6 +139,7 @@ def test_a_mistake_loses_points_and_is_named(mistake: Mistake, tmp_path: Path) -
 def test_every_mistake_loses_the_expected_points_and_is_named(mistake: Mistake, tmp_path: Path) -> None:
     for name in mistake.tried:
         submissions.save(tmp_path, name, frozenset([mistake.name]))
+    for name in mistake.tried:
         share, cause = graded(name, tmp_path)
         if name in mistake.fails:
             assert (name, share < 1) == (name, True)
@@ -150,7 +153,7 @@ def graded(name: str, submission: Path) -> tuple[float, str]:
     # A long deadline, so that all mistakes are tried even on a busy machine.
     unhurried = manifest().model_copy(update={"deadline": 3600.0})
     run = Run(unhurried, Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission"))
-    *_, outcome = findings(TESTS[name], run)
+    *_, outcome = findings(TESTS[name], replace(run, mistakes=search(run)))
     if outcome.share == 1:
         return outcome.share, ""
     causes = [cause.cause for cause in outcome.diagnosis]

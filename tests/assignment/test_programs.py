@@ -12,6 +12,8 @@ import pytest
 from scenes.make_assignment import PICTURES
 from scenes.make_assignment_parts import FOLDER
 from scenes.make_assignment_rays import RAYS
+from schemas.grading.manifest_reading import read_manifest
+from service.grading.grading import grade
 from tests.assignment import program
 from tests.assignment.programs import PROGRAMS, Program, reached
 from tests.assignment.shapes import Wrong
@@ -120,3 +122,38 @@ def test_the_goal_counts_right_and_wrong_names(right: int, wrong: int, word: str
     line = reached(verdicts)
     assert line.startswith(f"named right: {right} of 24")
     assert line.endswith(f"the goal is {word}")
+
+
+CAMERA = {"camera-straight", "camera-tilted"}
+PHONG = {"phong-matte", "phong-highlights"}
+EDGES = {"antialiasing", "antialiasing-advanced"}
+
+WHOLE: tuple[tuple[tuple[str, ...], set[str], set[str]], ...] = (
+    (("half_pixel_off",), CAMERA, {"half_pixel_right_down"}),
+    (("corner_sampling",), EDGES, {"antialiasing_missing"}),
+    (("one_sample",), EDGES, {"antialiasing_missing"}),
+    (("bgr",), CAMERA, {"channels_bgr"}),
+    (("brighter",), PHONG, {"exposure"}),
+    (("no_ambient",), PHONG, {"ambient_missing"}),
+    (("upside_down",), CAMERA, {"flipped_vertically"}),
+    (("gamma_missing",), CAMERA, {"gamma_missing"}),
+    (("gamma_power",), set(), set()),
+    (("size_minus_one",), CAMERA, {"size_minus_one"}),
+    (("upside_down", "gamma_missing"), CAMERA, {"flipped_vertically", "gamma_missing"}),
+    (("bgr", "half_pixel_off"), CAMERA, {"channels_bgr", "half_pixel_right_down"}),
+    (("no_ambient", "brighter"), PHONG, {"ambient_missing", "exposure"}),
+)
+"""Mistakes of whole programs, the tests that they cost points in, and all causes named there."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("wrong", "lost", "causes"), WHOLE, ids=lambda each: " and ".join(sorted(each)))
+def test_a_mistake_of_a_whole_program_costs_points_once(
+    wrong: tuple[str, ...], lost: set[str], causes: set[str], tmp_path: Path
+) -> None:
+    program.run(FOLDER, tmp_path, frozenset(wrong))
+    manifest = read_manifest((FOLDER / "manifest.yaml").read_bytes(), yaml=True)
+    found = grade(manifest, references=FOLDER, submission=tmp_path).grade
+    assert {test.id for test in found.tests if test.points < test.max_points} == lost
+    assert {cause.cause for test in found.tests if test.id in lost for cause in test.diagnosis} == causes
+    assert found.score >= 100

@@ -9,7 +9,9 @@ from PIL import Image
 from accuracy.comparison import compare, read_picture
 from scenes import make_assignment, make_assignment_rays, make_assignment_references
 from scenes.make_assignment_parts import FOLDER, HEIGHT, WIDTH
+from tests.assignment.shapes import Wrong
 from tests.assignment.submissions import document
+from tests.assignment.tracer import Tracer, encoded
 
 SCENES = {**make_assignment.PICTURES, **make_assignment_rays.RAYS}
 
@@ -50,8 +52,9 @@ def test_the_texture_has_no_symmetry() -> None:
 @pytest.mark.parametrize("name", make_assignment.PICTURES)
 def test_a_reference_agrees_with_its_scene_rendered_again_with_fewer_samples(name: str) -> None:
     scene = document(name)
-    grid = {"pattern": "uniform", "samples": 16}
-    scene["sampling"] = {"antialiasing": grid, "light": grid}
+    # An upright grid would show four steps on each edge of the scene for advanced anti-aliasing.
+    few = {"pattern": "sobol", "samples": 16}
+    scene["sampling"] = {"antialiasing": few, "light": few}
     rendered = make_assignment_references.rendered(scene)
     kept = read_picture(FOLDER / "references" / f"{name}.npy", "linear")
     assert kept.linear.shape == (HEIGHT, WIDTH, 3)
@@ -86,3 +89,37 @@ def test_sheets_of_normals_are_of_unit_length_where_a_pixel_lies_inside_a_flat_s
     seen = codes.any(axis=2)
     # More than half of the covered pixels are not at an edge; float16 rounds to 2**-11.
     assert (abs(lengths[seen] - 1) < 2**-9).mean() > 0.5
+
+
+def codes(name: str, wrong: Wrong, lights: bool = True) -> np.ndarray:
+    """8-bit codes of a picture by a simple ray tracer, the same random numbers for all mistakes."""
+    scene = document(name)
+    if not lights:
+        scene["lights"] = []
+    return encoded(Tracer(scene, FOLDER, wrong).picture(samples=1))
+
+
+@pytest.mark.parametrize(
+    "name", ["camera_straight", "camera_tilted", "antialiasing", "antialiasing_advanced"]
+)
+def test_pictures_of_positions_do_not_depend_on_how_shapes_are_shaded(name: str) -> None:
+    right = codes(name, frozenset())
+    np.testing.assert_array_equal(codes(name, frozenset(["no_ambient", "normal_flipped"])), right)
+    np.testing.assert_array_equal(codes(name, frozenset(), lights=False), right)
+    # Three channels that differ, so that their order is visible.
+    assert len(set(right.reshape(-1, 3).max(axis=0).tolist())) == 3
+
+
+def test_the_picture_of_textures_needs_no_ambient_light() -> None:
+    np.testing.assert_array_equal(codes("texture", frozenset(["no_ambient"])), codes("texture", frozenset()))
+
+
+def test_drawing_the_last_hit_changes_most_pictures() -> None:
+    wrong, right = frozenset(["last_shape_wins"]), frozenset[str]()
+    changed = [name for name in make_assignment.PICTURES if share(name, wrong, right) > 0.05]
+    assert len(changed) > len(make_assignment.PICTURES) / 2, changed
+
+
+def share(name: str, first: Wrong, second: Wrong) -> float:
+    """Share of the pixels that two programs draw differently."""
+    return float((codes(name, first) != codes(name, second)).any(axis=2).mean())

@@ -172,6 +172,7 @@ def page(figures: Mapping[str, Any]) -> str:
                 for test in manifest.tests
             ],
         ),
+        charges="\n".join(_charges(manifest)),
         scores="; ".join(_scores(right, samples) for samples in SAMPLES),
         full=f"{full:g}",
         right=table(("test", "limit", *(f"{samples} samples" for samples in SAMPLES)), _values(right)),
@@ -184,6 +185,13 @@ def page(figures: Mapping[str, Any]) -> str:
         machine=measured_on(figures["machine"]),
         wrong_seconds=f"{max(row['cpu_seconds'] for row in figures['wrong']):.0f}",
     )
+
+
+def _charges(manifest: Manifest) -> Iterator[str]:
+    """Rows of the mistakes that are charged once."""
+    for charge in manifest.charged_once:
+        kinds, tests = (", ".join(f"`{name}`" for name in names) for names in (charge.mistakes, charge.tests))
+        yield f"| {kinds} | {tests} |"
 
 
 def _programs(measured: Mapping[str, Any] | None) -> str:

@@ -191,3 +191,26 @@ def test_every_object_of_the_schema_is_closed_and_every_field_is_described() -> 
         for name, field in definition["properties"].items():
             assert "description" in field or name == "kind", (definition["title"], name)
     assert "schema" in described["properties"]
+
+
+def test_a_mistake_is_charged_once_and_to_tests_of_submitted_pictures() -> None:
+    document = manifest()
+    document["charged_once"] = [
+        {"mistakes": ["encoding", "offset"], "tests": ["shadow"]},
+        {"mistakes": ["ambient", "encoding"], "tests": ["rays", "shadow", "shade"]},
+        {"mistakes": ["colour"], "tests": []},
+    ]
+    found = problems(document)
+    assert {pointer: problem.code for pointer, problem in found.items()} == {
+        "/charged_once/1/mistakes/1": "charged_twice",
+        "/charged_once/1/tests/0": "unknown_test",
+        "/charged_once/1/tests/2": "unknown_test",
+        "/charged_once/2/mistakes/0": "not_a_choice",
+        "/charged_once/2/tests": "wrong_length",
+    }
+
+
+@pytest.mark.parametrize("charged", ["shadow", [7], [{"tests": 3, "mistakes": [None]}], {}])
+def test_charges_that_are_none_are_reported_without_a_crash(charged: object) -> None:
+    document = manifest() | {"charged_once": charged}
+    assert all(pointer.startswith("/charged_once") for pointer in problems(document))

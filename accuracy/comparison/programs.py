@@ -1,0 +1,153 @@
+"""What a program may do wrong in every picture it writes, and what its pictures then look like.
+
+One mistake can be made in the right picture, which has no noise, or undone in the wrong one. The first shows
+which mistakes were made; the second gives a picture to judge.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accuracy.comparison.displacing import Displacement
+from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
+from renderer.images.colors import linear_from_srgb, srgb_from_linear
+from renderer.math.arrays import Floats
+
+KINDS = ("encoding", "orientation", "channels", "exposure", "ambient", "offset", "antialiasing")
+"""Kinds of mistakes; a program makes at most one of each kind."""
+
+UNDO = {mistake.cause: mistake.undo for mistake in (*ENCODINGS, *CHANNELS, *TURNED, TRANSPOSED)}
+
+CODES = 1 << 13
+"""Entries of the tables of wrong encodings: they are closer together than those of 8 bits by far."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pair:
+    """A picture of a program, and what it should be.
+
+    Attributes
+    ----------
+    image, reference : (H, W, 3) float64
+        Linear, 0 to 1.
+    allowed : (H, W, 3) float64
+        Mean difference of a block that is no reason.
+    ambient : (H, W, 3) float64 or None
+        The part of the reference that is its ambient term, linear; None where it is unknown.
+    """
+
+    image: Floats
+    reference: Floats
+    allowed: Floats
+    ambient: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A program and its mistakes, None where it makes none of a kind.
+
+    Attributes
+    ----------
+    encoding, orientation, channels : str or None
+        Causes of `mistakes`.
+    scale : float
+        How many times too bright its pictures are.
+    lightless : bool
+        Whether it leaves out the ambient term.
+    offset : Displacement or None
+    """
+
+    encoding: str | None = None
+    orientation: str | None = None
+    channels: str | None = None
+    scale: float = 1.0
+    lightless: bool = False
+    offset: Displacement | None = None
+
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of its mistakes."""
+        made = (self.encoding, self.orientation, self.channels, self.scale != 1, self.lightless, self.offset)
+        return tuple(kind for kind, mistake in zip(KINDS, made, strict=False) if mistake)
+
+    def without(self, *kinds: str) -> "Program":
+        """The program without its mistakes of these kinds."""
+        right = Program()
+        names = [{"exposure": "scale", "ambient": "lightless"}.get(kind, kind) for kind in kinds]
+        changes: dict[str, Any] = {name: getattr(right, name) for name in names}
+        return replace(self, **changes)
+
+    def facing(self, image: Floats) -> Floats:
+        """A picture with its rows, columns and channels in order."""
+        for cause in (self.orientation, self.channels):
+            if cause is not None and _fits(cause, image):
+                image = UNDO[cause](image)
+        return image
+
+    def emitted(self, pair: Pair) -> Floats:
+        """What its picture shows before it is encoded, linear, with rows and channels in order."""
+        shown = pair.reference
+        if self.lightless and pair.ambient is not None:
+            shown = shown - pair.ambient
+        if self.offset is not None:
+            shown = self.offset.of(shown)
+        return np.clip(shown if self.scale == 1 else shown * self.scale, 0, 1)
+
+    def predicted(self, pair: Pair) -> Floats:
+        """What its picture shows when it is read, with rows and channels in order."""
+        return encoded(self.encoding, self.emitted(pair))
+
+    def undone(self, image: Floats, reference: Floats, ambient: Floats | None) -> Floats:
+        """A picture without its mistakes other than an offset, linear, 0 to 1.
+
+        Parameters
+        ----------
+        reference
+            What it should be: where the picture was too bright for its file, it is taken to be right.
+        ambient
+            What is missing in it.
+        """
+        image = self.facing(image)
+        if self.encoding is not None:
+            image = UNDO[self.encoding](image)
+        if self.scale != 1:
+            full = np.minimum(image, 1) >= 1
+            image = image / self.scale
+            image = np.where(full, np.maximum(image, reference), image)
+        if self.lightless and ambient is not None:
+            image = image + ambient
+        return np.clip(image, 0, 1)
+
+
+_WRITTEN: dict[str, Callable[[Floats], NDArray[np.floating]]] = {
+    "gamma_missing": linear_from_srgb,
+    "gamma_twice": srgb_from_linear,
+    "gamma_2.2": lambda linear: linear_from_srgb(linear ** (1 / 2.2)),
+}
+"""How a file is read back whose numbers are encoded wrongly, as a function of linear values 0..1."""
+
+_TABLES = {
+    # Closer together near black, where encodings are steep.
+    cause: written(np.linspace(0, 1, CODES) ** 2).astype(np.float64)
+    for cause, written in _WRITTEN.items()
+}
+
+
+def encoded(encoding: str | None, linear: Floats) -> Floats:
+    """Linear values after they were encoded wrongly and decoded as sRGB."""
+    if encoding is None:
+        return linear
+    entries = np.rint(np.sqrt(linear) * (CODES - 1)).astype(np.intp)
+    return _TABLES[encoding].take(entries)
+
+
+def _fits(orientation: str, image: Floats) -> bool:
+    return orientation != TRANSPOSED.cause or image.shape[0] == image.shape[1]
+
+
+def orientations(pairs: Sequence[Pair]) -> list[str]:
+    """Wrong orientations that can be tried on these pictures."""
+    causes = [mistake.cause for mistake in (*TURNED, TRANSPOSED)]
+    return [cause for cause in causes if all(_fits(cause, pair.image) for pair in pairs)]

@@ -1,0 +1,329 @@
+"""Mistakes that a program makes in all its pictures, found in all of them together.
+
+One picture may look as if it was shifted, too dark or encoded wrongly because it shows something else. A
+program that shifts, darkens or encodes wrongly does so in every picture. So all pictures are predicted for
+products of mistakes, and the prediction that is closest to all of them is taken apart: a mistake is reported
+if without it the pictures are significantly farther away, in most of the pictures where it would show, and if
+the pictures then agree with their references.
+"""
+
+import math
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from accuracy.comparison.blocks import bias, gathered
+from accuracy.comparison.diagnosis import (
+    HALF,
+    JAGGED,
+    JAGGED_HINT,
+    SURE,
+    diagnose,
+    jagged_left_over,
+    soft_edges,
+)
+from accuracy.comparison.displacing import DISPLACEMENTS
+from accuracy.comparison.metrics import luma
+from accuracy.comparison.mistakes import (
+    CHANNELS,
+    ENCODINGS,
+    EXPOSURE,
+    LEAST_EXPOSURE,
+    TRANSPOSED,
+    TURNED,
+    Mistake,
+    exposure_hint,
+)
+from accuracy.comparison.programs import UNDO, Pair, Program, encoded, orientations
+from renderer.math.arrays import Floats
+
+FLOOR = 0.002
+"""Differences below this are as good as none: half a step of 8 bits."""
+
+CLEAR = 3.0
+"""Standard errors by which a single picture speaks for or against a mistake."""
+
+OUTWEIGHED = 2
+"""So many pictures must speak for a mistake for each that speaks against it."""
+
+LEAST_PICTURES = 2
+"""So many must speak for it at least: what is in a single picture may be a mistake of that picture."""
+
+LEAST_BLOCKS = 4
+"""Blocks in which a mistake must show, for their standard error to mean anything."""
+
+MOST_STANDARD_ERRORS = 10.0
+"""A single picture counts no more than this in the sum over all."""
+
+MOST_BIAS = 0.02
+"""Share of biased blocks up to which nothing is looked for: the usual limit of the verdict."""
+
+AGREED = 0.05
+"""Share of biased blocks of a picture that agrees: predictions are less exact than references."""
+
+STEPS = 5
+"""Steps that find an exposure; brightness is so close to a power of it that two are enough for most."""
+
+LEAST_POWER = 0.1
+"""Of the exposure, in the brightness of a picture: pictures that are white nearly everywhere have less."""
+
+AMBIENT_HINT = (
+    "The ambient term is missing. Add the scene's ambient light times the material's ambient coefficient "
+    "and colour, once and not for each light."
+)
+
+CORNER_HINT = (
+    "Edges are jagged: each pixel shows the colour at its corner, where the reference shows its mean. Take "
+    "the mean of several camera samples over the pixel's square, from its corner to the next."
+)
+
+
+HINTS = {mistake.cause: mistake.hint for mistake in (*ENCODINGS, *CHANNELS, *TURNED, TRANSPOSED)}
+
+
+@dataclass(frozen=True, slots=True)
+class Shared:
+    """A mistake of a program.
+
+    Attributes
+    ----------
+    kind : str
+        One of `programs.KINDS`.
+    cause, hint : str
+    shows : tuple of bool
+        Whether it shows in each picture.
+    """
+
+    kind: str
+    cause: str
+    hint: str
+    shows: tuple[bool, ...]
+
+
+def agree(pairs: Sequence[Pair]) -> bool:
+    """Whether all pictures agree with their references but for noise, so that there is nothing to find."""
+    return all(_agrees(pair, Program(), MOST_BIAS) and not _diagnosed(pair) for pair in pairs)
+
+
+def shared(pairs: Sequence[Pair], kinds: Collection[str]) -> tuple[Program, tuple[Shared, ...]]:
+    """The mistakes that the pictures of one program share.
+
+    Parameters
+    ----------
+    pairs
+        With three pixels or more along each side.
+    kinds
+        Kinds of mistakes to look for.
+
+    Returns
+    -------
+    Program
+        With all of them but missing anti-aliasing.
+    tuple of Shared
+    """
+    search = _Search(pairs, kinds)
+    closest = search.displaced(search.needed(search.pointwise()))
+    program = search.needed(closest)
+    if not search.explains(program):
+        program = Program()
+    jagged = search.jagged(program) if "antialiasing" in kinds else None
+    if jagged is None:
+        return program, tuple(search.mistakes(program))
+    # A single sample at the corner lies half a pixel off.
+    corner = closest.offset is not None and closest.offset.is_half
+    program = program.without("offset") if corner else program
+    hint = CORNER_HINT if corner else JAGGED_HINT
+    return program, (*search.mistakes(program), Shared("antialiasing", JAGGED, hint, jagged))
+
+
+def _agrees(pair: Pair, program: Program, most_bias: float) -> bool:
+    """Whether a picture is what the program makes but for noise."""
+    difference = program.facing(pair.image) - program.predicted(pair)
+    return bias(difference, pair.allowed).share <= most_bias
+
+
+def _diagnosed(pair: Pair) -> bool:
+    """Whether a picture that agrees is known to be wrong, such as one without anti-aliasing."""
+    lumas = luma(pair.image), luma(pair.reference)
+    return bool(diagnose(pair.image, pair.reference, lumas, pair.allowed, MOST_BIAS))
+
+
+class _Search:
+    """Pictures and the kinds of mistakes that may be in them."""
+
+    def __init__(self, pairs: Sequence[Pair], kinds: Collection[str]) -> None:
+        self._pairs, self._kinds = list(pairs), kinds
+
+    def pointwise(self) -> Program:
+        """The closest program without an offset: all products of the other kinds are tried."""
+        orders = (None, *(_causes(CHANNELS) if "channels" in self._kinds else ()))
+        facings = (None, *(orientations(self._pairs) if "orientation" in self._kinds else ()))
+        seen = {
+            facing: [_means(Program(orientation=facing).facing(pair.image)) for pair in self._pairs]
+            for facing in facings
+        }
+        best, least = Program(), math.inf
+        for program in self._shades():
+            made = [_means(program.predicted(pair)) for pair in self._pairs]
+            for facing, order in product(facings, orders):
+                both = zip(seen[facing], made, strict=True)
+                distance = _distance([_square((UNDO[order](a) if order else a) - b) for a, b in both])
+                if distance < least:
+                    best, least = replace(program, orientation=facing, channels=order), distance
+        return best
+
+    def _shades(self) -> Iterator[Program]:
+        """Programs that differ in encoding, ambient term and exposure."""
+        lightless = "ambient" in self._kinds and any(pair.ambient is not None for pair in self._pairs)
+        encodings = (None, *(_causes(ENCODINGS) if "encoding" in self._kinds else ()))
+        for encoding, dark in product(encodings, (False, True) if lightless else (False,)):
+            program = Program(encoding=encoding, lightless=dark)
+            yield program
+            if "exposure" in self._kinds:
+                scale = float(np.median([_exposure(program, pair) for pair in self._pairs]))
+                if abs(scale - 1) >= LEAST_EXPOSURE:
+                    yield replace(program, scale=scale)
+
+    def displaced(self, program: Program) -> Program:
+        """The same program with the closest offset."""
+        if "offset" not in self._kinds:
+            return program
+        tried = [replace(program, offset=offset) for offset in (None, *DISPLACEMENTS)]
+        return min(tried, key=lambda one: _distance([self._left(one, pair) for pair in self._pairs]))
+
+    def needed(self, program: Program) -> Program:
+        """The program without mistakes that it can do without."""
+        while True:
+            weights = {kind: self._evidence(program, kind) for kind in program.kinds()}
+            doubtful = {kind: _sum(errors) for kind, errors in weights.items() if not _convincing(errors)}
+            if not doubtful:
+                return program
+            program = program.without(min(doubtful, key=doubtful.__getitem__))
+
+    def mistakes(self, program: Program) -> Iterator[Shared]:
+        """The mistakes of a program."""
+        for kind in program.kinds():
+            shows = tuple(bool(errors > 0) for errors in self._evidence(program, kind))
+            yield Shared(kind, *_named(program, kind), shows)
+
+    def jagged(self, program: Program) -> tuple[bool, ...] | None:
+        """In which pictures anti-aliasing is missing; None where that is no mistake of the program."""
+        found = [_jagged(program, pair) for pair in self._pairs]
+        votes = found.count(True), found.count(False)
+        if votes[0] < max(LEAST_PICTURES, OUTWEIGHED * votes[1]):
+            return None
+        return tuple(vote is True for vote in found)
+
+    def _evidence(self, program: Program, kind: str) -> list[float]:
+        """By how many standard errors each picture is closer with the mistake than without it."""
+        return [_gain(pair, program, program.without(kind)) for pair in self._pairs]
+
+    def explains(self, program: Program) -> bool:
+        """Whether at least half of the pictures that differ from their references agree with the program."""
+        right = Program()
+        differ = [pair for pair in self._pairs if not _agrees(pair, right, AGREED)]
+        return 2 * sum(self._explained(program, pair) for pair in differ) >= len(differ)
+
+    def _explained(self, program: Program, pair: Pair) -> bool:
+        if _agrees(pair, program, AGREED):
+            return True
+        return self._left(program, pair) < HALF**2 * self._left(Program(), pair)
+
+    @staticmethod
+    def _left(program: Program, pair: Pair) -> float:
+        return _square(program.facing(pair.image) - program.predicted(pair))
+
+
+def _named(program: Program, kind: str) -> tuple[str, str]:
+    """Cause and hint of one of its mistakes."""
+    if kind == "exposure":
+        return EXPOSURE, exposure_hint(program.scale)
+    if kind == "ambient":
+        return "ambient_missing", AMBIENT_HINT
+    if program.offset is not None and kind == "offset":
+        return program.offset.cause, program.offset.hint
+    cause = getattr(program, kind)
+    return cause, HINTS[cause]
+
+
+def _causes(mistakes: Sequence[Mistake]) -> tuple[str, ...]:
+    return tuple(mistake.cause for mistake in mistakes)
+
+
+def _means(picture: Floats) -> Floats:
+    """Means of blocks, (rows, columns, 3)."""
+    return gathered(picture).mean(axis=2)
+
+
+def _square(difference: Floats) -> float:
+    return float(np.mean(difference * difference))
+
+
+def _distance(squares: Sequence[float]) -> float:
+    """How unlikely mean squares of several pictures are, if the errors of each have a variance of their own.
+
+    A picture that is wrong in another way, too, counts as much as the others.
+    """
+    return float(np.log(np.array(squares) + FLOOR**2).sum())
+
+
+def _exposure(program: Program, pair: Pair) -> float:
+    """How many times too bright a picture is, by the mean of all values: noise does not change it."""
+    aim, emitted = float(np.mean(pair.image)), program.emitted(pair)
+    scale, power = 1.0, 1.0
+    before: tuple[float, float] | None = None
+    for _ in range(STEPS):
+        bright = float(np.mean(encoded(program.encoding, np.minimum(scale * emitted, 1))))
+        if min(bright, aim) <= 0 or bright == aim:
+            break
+        if before is not None and before[0] != scale and before[1] != bright:
+            power = math.log(bright / before[1]) / math.log(scale / before[0])
+        before = scale, bright
+        scale *= float(np.clip((aim / bright) ** (1 / max(power, LEAST_POWER)), 0.1, 10))
+    return scale
+
+
+def _gain(pair: Pair, program: Program, other: Program) -> float:
+    """By how many standard errors of its blocks a picture is closer to one program than to another.
+
+    Only blocks in which the two would differ count; 0 if they are too few.
+    """
+    left = [one.facing(pair.image) - one.predicted(pair) for one in (program, other)]
+    apart = _in_blocks((left[0] - left[1]) ** 2)
+    shown = apart > FLOOR**2
+    if np.count_nonzero(shown) < LEAST_BLOCKS:
+        return 0.0
+    # A picture that is what the program makes is closer by as much as the two are apart.
+    gains, apart = (_in_blocks(left[1] ** 2) - _in_blocks(left[0] ** 2))[shown], apart[shown]
+    others = gains - gains.sum() / apart.sum() * apart
+    spread = math.sqrt(float((others * others).sum()) * gains.size / (gains.size - 1))
+    limit, total = MOST_STANDARD_ERRORS, float(gains.sum())
+    return float(np.clip(total / spread, -limit, limit)) if spread else math.copysign(limit, total)
+
+
+def _in_blocks(squares: Floats) -> Floats:
+    """Means of blocks over all channels, (rows, columns)."""
+    return gathered(squares.mean(axis=2)).mean(axis=2)
+
+
+def _sum(errors: Sequence[float]) -> float:
+    """Standard errors of all pictures in which the mistake shows together (Stouffer 1949)."""
+    shown = [error for error in errors if error]
+    return sum(shown) / math.sqrt(len(shown)) if shown else 0.0
+
+
+def _convincing(errors: Sequence[float]) -> bool:
+    pro, contra = sum(error > CLEAR for error in errors), sum(error < -CLEAR for error in errors)
+    return _sum(errors) >= SURE and pro >= max(LEAST_PICTURES, OUTWEIGHED * contra)
+
+
+def _jagged(program: Program, pair: Pair) -> bool | None:
+    """Whether a picture lacks anti-aliasing; None where that cannot be seen."""
+    image = program.undone(pair.image, pair.reference, pair.ambient)
+    lumas = luma(image), luma(pair.reference)
+    if soft_edges(lumas[1]) is None:
+        return None
+    left = jagged_left_over(image, pair.reference, *lumas)
+    return left is not None and left <= HALF**2 * _square(image - pair.reference)

@@ -1,0 +1,227 @@
+"""Mistakes of a program are found in all its pictures together, alone and in products."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+
+from accuracy.comparison.displacing import DISPLACEMENTS, Displacement
+from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
+from accuracy.comparison.programs import KINDS, UNDO, Pair, Program, encoded
+from accuracy.comparison.shared_mistakes import agree, shared
+from renderer.images.colors import linear_from_srgb, srgb_from_linear
+
+HEIGHT, WIDTH = 48, 64
+FINE = 8
+"""Parts of a pixel along each side."""
+
+AMBIENT = 0.2
+PICTURES = range(4)
+TOLERANCE = 0.005
+
+Change = Callable[[np.ndarray], np.ndarray]
+
+
+@cache
+def parts(number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Light and ambient term of every part of a pixel, and of one pixel around the picture, (.., .., 3)."""
+    random = np.random.default_rng(number)
+    y, x = np.mgrid[-FINE : (HEIGHT + 1) * FINE, -FINE : (WIDTH + 1) * FINE] / FINE
+    color = np.full((*x.shape, 3), (0.15, 0.2, 0.3))
+    for _ in range(12):
+        middle, half = random.uniform(0, (WIDTH, HEIGHT)), random.uniform(3, 12, 2)
+        inside = (np.abs(x - middle[0]) < half[0]) & (np.abs(y - middle[1]) < half[1])
+        color[inside] = random.uniform(0.05, 0.75, 3)
+    shade = 0.6 + 0.4 * np.sin(x / 9 + number) * np.cos(y / 7)
+    ambient = AMBIENT * color if number % 2 else np.zeros_like(color)
+    return color * shade[:, :, None], ambient
+
+
+def window(fine: np.ndarray, right: int = 0, down: int = 0) -> np.ndarray:
+    """The parts of each pixel, (H, W, parts, 3), of a picture that lies so many parts too far."""
+    rows, columns = FINE - down, FINE - right
+    cut = fine[rows : rows + HEIGHT * FINE, columns : columns + WIDTH * FINE]
+    whole = cut.reshape(HEIGHT, FINE, WIDTH, FINE, 3).swapaxes(1, 2)
+    return whole.reshape(HEIGHT, WIDTH, FINE * FINE, 3)
+
+
+def sampled(fine: np.ndarray, samples: int, seed: int) -> np.ndarray:
+    """Means of random parts of each pixel, as a simple program takes them."""
+    random = np.random.default_rng(seed)
+    chosen = random.integers(fine.shape[2], size=(HEIGHT, WIDTH, samples))
+    rows, columns = np.ogrid[:HEIGHT, :WIDTH]
+    return fine[rows[..., None], columns[..., None], chosen].mean(axis=2)
+
+
+def codes(linear: np.ndarray) -> np.ndarray:
+    """Linear values after they were stored with 8 bits as sRGB."""
+    stored = np.round(255 * srgb_from_linear(np.clip(linear, 0, 1))) / 255
+    return linear_from_srgb(stored).astype(np.float64)
+
+
+def pairs(
+    samples: int = 16,
+    seed: int = 0,
+    *,
+    light: float = 1.0,
+    ambient: bool = True,
+    right: int = 0,
+    down: int = 0,
+    after: Change = lambda picture: picture,
+) -> list[Pair]:
+    """Pictures of a program, with their references."""
+    made = []
+    for number in PICTURES:
+        direct, surrounding = parts(number)
+        reference = np.clip(window(direct + surrounding).mean(axis=2), 0, 1)
+        shown = direct + surrounding if ambient else direct
+        linear = np.clip(light * sampled(window(shown, right, down), samples, 100 * seed + number), 0, 1)
+        allowed = np.full_like(reference, TOLERANCE)
+        made.append(Pair(codes(after(linear)), reference, allowed, window(surrounding).mean(axis=2)))
+    return made
+
+
+def causes(found: list[Pair]) -> set[str]:
+    assert not agree(found)
+    return {mistake.cause for mistake in shared(found, KINDS)[1]}
+
+
+MADE: dict[str, dict[str, object]] = {
+    "flipped_vertically": {"after": lambda picture: picture[::-1]},
+    "turned_half": {"after": lambda picture: picture[::-1, ::-1]},
+    "channels_bgr": {"after": lambda picture: picture[:, :, ::-1]},
+    "gamma_missing": {"after": linear_from_srgb},
+    "gamma_twice": {"after": srgb_from_linear},
+    "gamma_2.2": {"after": lambda picture: linear_from_srgb(picture ** (1 / 2.2))},
+    "exposure": {"light": 1.1},
+    "ambient_missing": {"ambient": False},
+    "half_pixel_right_down": {"right": 4, "down": 4},
+    "half_pixel_up": {"down": -4},
+    "one_pixel_left": {"right": -8},
+}
+"""Programs by the cause that names their mistake."""
+
+PRODUCTS = (
+    ("flipped_vertically", "gamma_missing"),
+    ("channels_bgr", "half_pixel_right_down"),
+    ("exposure", "ambient_missing"),
+    ("gamma_twice", "one_pixel_left"),
+    ("exposure", "half_pixel_up"),
+    ("ambient_missing", "turned_half"),
+)
+
+
+@pytest.mark.parametrize("samples", [4, 16, 64])
+@pytest.mark.parametrize("cause", MADE)
+def test_a_mistake_in_all_pictures_is_found(cause: str, samples: int) -> None:
+    assert causes(pairs(samples, **MADE[cause])) == {cause}  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("both", PRODUCTS, ids=" and ".join)
+def test_two_mistakes_at_once_are_found(both: tuple[str, str]) -> None:
+    steps = [MADE[cause]["after"] for cause in both if "after" in MADE[cause]]
+
+    def after(picture: np.ndarray) -> np.ndarray:
+        for step in steps:
+            picture = step(picture)  # type: ignore[operator]
+        return picture
+
+    changes = MADE[both[0]] | MADE[both[1]] | {"after": after}
+    assert causes(pairs(**changes)) == set(both)  # type: ignore[arg-type]
+
+
+def test_three_mistakes_at_once_are_found() -> None:
+    def after(picture: np.ndarray) -> np.ndarray:
+        return linear_from_srgb(picture[::-1, :, ::-1])
+
+    found = causes(pairs(right=4, after=after))
+    assert found == {"gamma_missing", "flipped_vertically", "channels_bgr", "half_pixel_right"}
+
+
+def test_the_exposure_is_measured() -> None:
+    program, _ = shared(pairs(light=1.1), KINDS)
+    assert program.scale == pytest.approx(1.1, rel=0.01)
+
+
+def test_a_right_program_has_no_mistakes() -> None:
+    """Tried on 30 programs, though all their pictures agree.
+
+    If one right program in ten were accused, one of 23 such trials would pass.
+    """
+    found = [shared(pairs(samples, seed), KINDS)[1] for samples in (4, 16, 64) for seed in range(10)]
+    assert found == [()] * 30
+
+
+def test_pictures_that_agree_need_no_search() -> None:
+    assert agree(pairs())
+    assert not agree(pairs(after=lambda picture: picture[::-1]))
+
+
+def test_a_mistake_in_one_picture_of_four_is_none_of_the_program() -> None:
+    right, turned = pairs(), pairs(after=lambda picture: picture[::-1])
+    assert causes([turned[0], *right[1:]]) == set()
+
+
+def test_a_picture_that_is_wrong_in_another_way_hides_no_mistake() -> None:
+    turned = pairs(after=lambda picture: picture[::-1])
+    other = Pair(1 - turned[0].image, *(getattr(turned[0], name) for name in ("reference", "allowed")))
+    found = shared([other, *turned[1:]], KINDS)[1]
+    assert [(mistake.cause, mistake.shows[1:]) for mistake in found] == [("flipped_vertically", (True,) * 3)]
+
+
+def test_pictures_of_other_scenes_have_no_mistake_in_common() -> None:
+    made = pairs()
+    others = [Pair(a.image, b.reference, a.allowed) for a, b in zip(made, made[1:] + made[:1], strict=True)]
+    assert causes(others) == set()
+
+
+def test_only_the_kinds_that_are_asked_for_are_found() -> None:
+    made = pairs(right=4, down=4, after=lambda picture: picture[::-1])
+    assert [mistake.cause for mistake in shared(made, {"orientation"})[1]] == ["flipped_vertically"]
+
+
+@pytest.mark.parametrize("corner", [False, True])
+def test_a_single_sample_is_missing_antialiasing_wherever_it_lies(corner: bool) -> None:
+    place = 0 if corner else FINE * FINE // 2 + FINE // 2
+    made = []
+    for number in PICTURES:
+        fine = window(sum(parts(number)))  # type: ignore[arg-type]
+        reference = fine.mean(axis=2)
+        made.append(Pair(codes(fine[:, :, place]), reference, np.full_like(reference, TOLERANCE)))
+    (found,) = shared(made, KINDS)[1]
+    assert found.cause == "antialiasing_missing"
+    assert ("corner" in found.hint) == corner
+
+
+@pytest.mark.parametrize("mistake", [*ENCODINGS, *CHANNELS, *TURNED, TRANSPOSED], ids=lambda one: one.cause)
+def test_undoing_a_mistake_that_is_made_gives_the_right_picture(mistake: object) -> None:
+    random = np.random.default_rng(0)
+    right = random.uniform(0.01, 1, (12, 12, 3))
+    cause: str = mistake.cause  # type: ignore[attr-defined]
+    kind = "encoding" if "gamma" in cause else "channels" if "channels" in cause else "orientation"
+    program = Program(**{kind: cause})  # type: ignore[arg-type]
+    wrong = encoded(program.encoding, right)
+    for _ in range({"channels_gbr": 2, "channels_brg": 2}.get(cause, 1)):
+        # Orders of three return after three steps, all others after two.
+        wrong = wrong if kind == "encoding" else UNDO[cause](wrong)
+    # A table of 2**13 entries, and float32.
+    np.testing.assert_allclose(program.undone(wrong, right, None), right, atol=1e-3)
+
+
+@pytest.mark.parametrize("offset", DISPLACEMENTS, ids=lambda offset: offset.cause)
+def test_cubic_interpolation_moves_a_parabola_exactly(offset: Displacement) -> None:
+    y, x = np.mgrid[:20, :24] + 0.5
+
+    def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return np.repeat((0.01 * x * x + 0.02 * y * y - 0.03 * x * y)[:, :, None], 3, axis=2)
+
+    moved = offset.of(height(x, y))[3:-3, 3:-3]
+    # Two interpolations, each of four values below 15.
+    np.testing.assert_allclose(moved, height(*offset.places(x, y, 24, 20))[3:-3, 3:-3], rtol=0, atol=1e-13)
+
+
+def test_a_picture_that_lies_to_the_right_shows_what_is_left_of_each_pixel() -> None:
+    picture = np.arange(60.0).reshape(4, 5, 3)
+    right = next(each for each in DISPLACEMENTS if each.cause == "one_pixel_right")
+    np.testing.assert_array_equal(right.of(picture)[:, 1:], picture[:, :-1])
