@@ -138,7 +138,7 @@ def _with_normals(bend: Bend, plan: RenderPlan) -> RenderPlan:
     return _with_formula(RIGHT, replace(plan, surfaces=(*plan.surfaces, BentNormals(plan.document, bend))))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class BentNormals:
     """Stage: shading normals of another direction or length."""
 
@@ -185,11 +185,14 @@ class AlteredPhong:
 def _affine(view: LightView, vectors: Floats) -> Floats:
     """M . (q - p) in the points' own scale, (L, n)."""
     found = np.empty((view.light_points.count, view.count))
-    return view.light_points.affine(view.terms(vectors), found, view.workspace)
+    view.light_points.affine(view.terms(vectors), found, view.workspace)
+    return found
 
 
 def _powers(gloss: Floats, exponents: Floats, *, clamped: bool) -> Floats:
     """Powers (L, n); numbers below 0 have one if they count and the exponent is a whole number."""
     base = np.where(exponents % 1 == 0, gloss, np.maximum(gloss, 0)) if not clamped else np.maximum(gloss, 0)
     with np.errstate(over="ignore"):
-        return np.clip(np.power(base, np.maximum(exponents, np.finfo(float).tiny)), -BRIGHTEST, BRIGHTEST)
+        powers = np.power(base, np.maximum(exponents, np.finfo(float).tiny))
+    bounded: Floats = np.clip(powers, -BRIGHTEST, BRIGHTEST)
+    return bounded

@@ -91,8 +91,10 @@ class _Trial:
         """The pictures of a comparison at the size of trials."""
         image, reference, factor = found.image, found.reference, reproductions.factor(detail)
         rounding = image.rounding + reference.rounding + found.policy.tolerance
-        parts = [reduced(values, factor) for values in (image.linear, reference.linear, rounding)]
-        return cls(reproductions, detail, *parts, found.policy.most_bias)
+        seen, wanted, allowed = (
+            reduced(values, factor) for values in (image.linear, reference.linear, rounding)
+        )
+        return cls(reproductions, detail, seen, wanted, allowed, found.policy.most_bias)
 
     def left(self, alteration: Alteration) -> Floats:
         """The difference from a picture with a mistake."""

@@ -85,6 +85,6 @@ def _around(share: Floats, lit: Masks) -> Floats:
 def _boxes(values: Floats) -> Floats:
     """Sums over 5 x 5 pixels, (H, W)."""
     padded = np.pad(values, 2)
-    rows = sum(padded[step : step + values.shape[0]] for step in range(5))
-    sums: Floats = sum(rows[:, step : step + values.shape[1]] for step in range(5))
+    rows = np.add.reduce([padded[step : step + values.shape[0]] for step in range(5)])
+    sums: Floats = np.add.reduce([rows[:, step : step + values.shape[1]] for step in range(5)])
     return sums
