@@ -80,7 +80,10 @@ def phong_matte() -> Json:
 
 
 def phong_highlights() -> Json:
-    """Highlights from wide to narrow, each on a dark ball, before a black sheet."""
+    """Highlights from wide to narrow on dark balls and on a sheet at a low angle, before a black sheet.
+
+    The second light is behind the viewer: the low sheet reflects it away from the viewer, so that r . v < 0.
+    """
     shine = {"wide": 4, "middle": 20, "narrow": 120}
     materials = {
         name: phong(color, specular=0.7, shininess=shine[name])
@@ -90,11 +93,12 @@ def phong_highlights() -> Json:
         ball([-2.15, 0.9, 0], 1.0, "wide"),
         ball([0.1, -0.8, 0], 1.15, "middle"),
         ellipsoid([2.1, 0.9, 0], [[1.2, 0, 0.6], [0, 0.7, 0], [-0.3, 0, 0.6]], "narrow"),
+        rectangle([-3.0, -2.3, 1.2], [2.0, 0, 0], [0, 0.35, -3.0], "wide"),
         rectangle([-5.0, -3.0, -4.0], [10.0, 0, 0], [0, 6.5, 0], "black"),
     ]
     lights = [
         {"type": "point", "position": [-4.0, 4.0, 5.0], "color": [0.9, 0.9, 0.9]},
-        {"type": "point", "position": [5.0, 1.0, 3.0], "color": [0.5, 0.5, 0.3]},
+        {"type": "point", "position": [1.0, 1.0, 9.0], "color": [0.5, 0.5, 0.3]},
     ]
     view = camera([0, 0, 8], [0, 0, 0], 38)
     return scene("phong_highlights", view, shapes, lights, materials=materials | black())

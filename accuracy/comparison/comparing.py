@@ -222,11 +222,7 @@ def compare(
         If FLIP is requested and its package is not installed.
     """
     if image.linear.shape != reference.linear.shape:
-        raise NotComparableError(
-            f"{image.name} is {image.width} x {image.height} pixels and {reference.name} is "
-            f"{reference.width} x {reference.height}. Pictures are compared pixel by pixel: render both at "
-            "the same size."
-        )
+        raise NotComparableError(_sizes(image, reference))
     policy = policy or Policy()
     difference = image.linear - reference.linear
     rounding = image.rounding + reference.rounding
@@ -257,6 +253,16 @@ def compare(
         causes=causes,
         regions=() if equal else worst(difference, _suspects(biased, scores), shapes),
         names=_names(names, shapes),
+    )
+
+
+def _sizes(image: Picture, reference: Picture) -> str:
+    """Why pictures of different sizes are not compared."""
+    swapped = (image.width, image.height) == (reference.height, reference.width)
+    return (
+        f"{image.name} is {image.width} x {image.height} pixels and {reference.name} is "
+        f"{reference.width} x {reference.height}. Pictures are compared pixel by pixel: "
+        + ("width and height are swapped." if swapped else "render both at the same size.")
     )
 
 

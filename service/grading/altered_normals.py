@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,9 @@ import numpy as np
 from renderer.math.arrays import Floats
 from schemas.scene import Scene
 from schemas.shapes import Ellipsoid, Parallelogram, Rectangle, Triangle
+
+Bend = Callable[[Scene, Any, Floats, Floats], Floats]
+"""Maps a document and the shapes, positions and normals of hits to other normals."""
 
 ROUND = "ellipsoid"
 

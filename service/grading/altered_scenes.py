@@ -13,6 +13,9 @@ from renderer.scenes import LoadedScene
 from schemas.lights import Light, ParallelogramLight, RectangleLight
 from schemas.scene import Scene
 from schemas.shapes import Parallelogram, Triangle
+from service.grading.altered_cameras import Change, altered_cameras
+from service.grading.altered_hits import with_last_hits
+from service.grading.altered_shading import altered_shading, is_lit
 from service.grading.altered_textures import altered_textures
 from service.grading.hints import HINTS
 
@@ -30,31 +33,33 @@ class Alteration:
     Attributes
     ----------
     cause : str
-        A key of `hints.HINTS`.
+        A key of `hints.HINTS`; empty for a scene without a mistake.
     scene : LoadedScene
     about : str
         What the hint says about this scene.
-    shadows : bool
-        Whether shadow rays are cast at all.
-    squeezed : bool
-        Whether a square picture is rendered and then stretched.
+    change : callable or None
+        A mistake that no scene has, made in its plan.
     """
 
     cause: str
     scene: LoadedScene
     about: str = ""
-    shadows: bool = True
-    squeezed: bool = False
+    change: Change | None = None
 
 
 def alterations(scene: LoadedScene) -> Iterator[Alteration]:
-    """All mistakes that apply to a scene, likely ones first."""
+    """All mistakes that apply to a scene."""
     document = scene.document
     yield from _without(scene)
-    for cause, about, update in (*_lights(document), *_cameras(document), *_shapes(document)):
+    updates = [*_cameras(document), *_shapes(document)]
+    if is_lit(document):
+        updates += [*_lights(document), *_shininess(document)]
+    for cause, about, update in updates:
         yield Alteration(cause, _with(scene, update), about)
-    if document.camera.width != document.camera.height:
-        yield Alteration("aspect_ignored", scene, squeezed=True)
+    for cause, change in (*altered_cameras(document), *altered_shading(document)):
+        yield Alteration(cause, scene, change=change)
+    if len(document.shapes) > 1:
+        yield Alteration("last_hit_drawn", scene, change=with_last_hits)
     for cause, altered in altered_textures(scene):
         yield Alteration(cause, altered)
 
@@ -66,13 +71,11 @@ def _with(scene: LoadedScene, update: Mapping[str, Any]) -> LoadedScene:
 def _without(scene: LoadedScene) -> Iterator[Alteration]:
     """Scenes with one effect, light or term left out."""
     document = scene.document
-    if document.lights:
-        yield Alteration("shadows_missing", scene, shadows=False)
     for variant in variants(document):
         cause = f"{variant.effect.replace(' ', '_')}_missing"
         if cause in HINTS:
             yield Alteration(cause, LoadedScene(variant.document, scene.assets))
-    for number in range(len(document.lights)):
+    for number in range(len(document.lights) if is_lit(document) else 0):
         others = document.lights[:number] + document.lights[number + 1 :]
         yield Alteration("light_missing", _with(scene, {"lights": others}), f"lights/{number}")
     if any(document.ambient):
@@ -124,6 +127,22 @@ def _other_falloff(light: Light) -> Light:
     if falloff is None:
         return light
     return light.model_copy(update={"falloff": "none" if falloff == "physical" else "physical"})
+
+
+SHININESS = {"twice as large": 2.0, "half as large": 0.5}
+"""Text of the hint, and factor."""
+
+
+def _shininess(document: Scene) -> Iterator[Update]:
+    """Highlights that are too narrow or too wide."""
+    if not any(material.specular for material in document.materials.values()):
+        return
+    for about, factor in SHININESS.items():
+        materials = {
+            name: material.model_copy(update={"shininess": factor * material.shininess})
+            for name, material in document.materials.items()
+        }
+        yield "shininess", about, {"materials": materials}
 
 
 def _cameras(document: Scene) -> Iterator[Update]:

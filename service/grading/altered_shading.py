@@ -1,87 +1,64 @@
-"""Reproduce mistakes in the formula of Phong's model, for scenes with simple shapes and materials.
-
-`renderer.trace` finds the hits of a grid of rays in each pixel. The effect of a mistake is the difference
-between the wrong formula and the right one at the same hits.
-"""
+"""Mistakes in shading, made by plans whose stages compute something else than Phong's model asks for."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cache, partial
-from typing import Any
+from functools import partial
 
 import numpy as np
 
-import renderer
-from renderer.math.arrays import Floats
-from renderer.scenes import LoadedScene
-from schemas.lights import DirectionalLight, Light, ParallelogramLight, PointLight
-from schemas.quality import Antialiasing, FixedQuality, LightSampling
+from renderer.interaction import Points
+from renderer.lights.emitters import Emitter
+from renderer.lights.view import LightView
+from renderer.materials.phong import Diffuse, Highlight, Phong
+from renderer.math.arrays import Floats, add, dot
+from renderer.plan.building import compile_visibility
+from renderer.plan.plan import RenderPlan
+from renderer.plan.stages import Illumination, Lighting
+from schemas.lights import DirectionalLight
 from schemas.scene import Scene
 from schemas.shapes import Triangle
-from service.grading.altered_normals import from_center, of_gradients, of_spheres
+from service.grading.altered_cameras import Change
+from service.grading.altered_lights import FromBehind, Subtracted
+from service.grading.altered_normals import Bend, from_center, of_gradients, of_spheres
 
-GRID = 3
-"""Rays along each side of a pixel."""
+BRIGHTEST = 1e6
+"""Wrong formulas may overflow; brighter values are white in any picture."""
 
-LIGHT_POINTS = 16
-"""Points that estimate the visibility of an area light; shading then uses its centre alone."""
-
-
-Bend = Callable[[Scene, Any, Floats, Floats], Floats]
-"""Maps a document and the shapes, positions and normals of hits to other normals."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Points:
-    """The hits of N rays.
-
-    Attributes
-    ----------
-    hit : (N,) bool
-    shapes : (N,) int64
-    places, normals, viewers : (N, 3) float64
-        Normals on the viewer's side, of any length; viewers are unit vectors.
-    colors : (N, 3) float64
-    diffuse, specular, shininess : (N, 1) float64
-    flat : (N, 1) bool
-        Whether the shape is flat, so that it cannot shadow itself.
-    visibility : (N, lights) float64
-    """
-
-    hit: Any
-    shapes: Any
-    places: Floats
-    normals: Floats
-    viewers: Floats
-    colors: Floats
-    diffuse: Floats
-    specular: Floats
-    shininess: Floats
-    flat: Any
-    visibility: Floats
+MAPS = ("normal_map", "bump_map", "displacement_map")
+"""Fields of a material whose normals no formula for the whole shape gives."""
 
 
 @dataclass(frozen=True, slots=True)
 class Formula:
-    """A variant of Phong's formula; each field that differs from its default is a mistake."""
+    """A variant of Phong's formula; each field that differs from its default is a mistake.
 
-    clamped: bool = True
-    blocked: bool = True
-    halfway: bool = False
+    Attributes
+    ----------
+    unit_light : bool
+        Whether the vector to the light is normalised.
+    halfway : bool
+        Whether highlights are (n . h) to the shininess.
+    colored : bool
+        Whether highlights have the colour of the surface.
+    clamped : bool
+        Whether r . v below 0 counts as 0.
+    """
+
     unit_light: bool = True
+    halfway: bool = False
     colored: bool = False
+    clamped: bool = True
 
 
 RIGHT = Formula()
 
 FORMULAS = (
-    ("cosine_not_clamped", Formula(clamped=False)),
-    ("cosine_not_clamped", Formula(clamped=False, blocked=False)),
     ("halfway_vector", Formula(halfway=True)),
     ("light_not_normalised", Formula(unit_light=False)),
     ("highlight_colored", Formula(colored=True)),
+    ("highlight_not_clamped", Formula(clamped=False)),
 )
 NORMALS = (
     ("normals_not_normalised", from_center),
@@ -90,150 +67,132 @@ NORMALS = (
 )
 
 
-def shading_changes(scene: LoadedScene) -> Iterator[tuple[str, Callable[[], Floats]]]:
-    """Mistakes in the formula: a key of `hints.HINTS`, and the change of the linear picture, (H, W, 3).
-
-    Empty for scenes with textures, bounces, meshes or smooth normals.
-    """
-    if not _plain(scene.document):
+def altered_shading(document: Scene) -> Iterator[tuple[str, Change]]:
+    """Causes, and the changes of plans that make these mistakes."""
+    if not is_lit(document):
         return
-    document = scene.document
-
-    @cache
-    def points() -> Points:
-        return _points(scene)
-
-    @cache
-    def right() -> Floats:
-        return _direct(document, points(), RIGHT)
-
-    def changed(wrong: Callable[[], Points], formula: Formula) -> Floats:
-        return _averaged(_direct(document, wrong(), formula) - right(), document)
-
-    def bent(normals: Bend) -> Points:
-        seen = points()
-        return replace(seen, normals=normals(document, seen.shapes, seen.places, seen.normals))
-
-    # The caller evaluates likely mistakes twice, with few and with many samples: cache the result.
+    yield "shadows_missing", without_shadows
+    yield "normals_flipped", partial(_with_shadowed_lights, FromBehind)
+    yield "cosine_not_clamped", partial(_with_shadowed_lights, partial(Subtracted, shadowed=True))
+    yield "cosine_not_clamped", partial(_with_shadowed_lights, partial(Subtracted, shadowed=False))
+    shiny = any(material.specular for material in document.materials.values())
     for cause, formula in FORMULAS:
-        yield cause, cache(partial(changed, points, formula))
-    for cause, normals in NORMALS:
-        yield cause, cache(partial(changed, partial(bent, normals), RIGHT))
+        if shiny or not formula.unit_light:
+            yield cause, partial(_with_formula, formula)
+    if _is_plain(document):
+        for cause, bend in NORMALS:
+            yield cause, partial(_with_normals, bend)
 
 
-def _plain(document: Scene) -> bool:
-    shapes = all(shape.type in ("rectangle", "ellipsoid") or _flat(shape) for shape in document.shapes)
+def is_lit(document: Scene) -> bool:
+    """Whether some light reaches a material that reflects it."""
     shown = {shape.material for shape in document.shapes}
     materials = [document.materials[name] for name in shown]
-    return (
-        shapes
-        and bool(document.lights)
-        and not document.camera.lens_radius
-        and not any(
-            m.color_texture or m.normal_map or m.bump_map or m.displacement_map or m.mirror or m.transmission
-            for m in materials
-        )
+    return bool(document.lights) and any(m.diffuse or m.specular for m in materials)
+
+
+def _is_plain(document: Scene) -> bool:
+    """Whether the normals of all shapes follow from their form alone."""
+    return not any(
+        getattr(material, name) for material in document.materials.values() for name in MAPS
+    ) and all(
+        shape.type in ("rectangle", "ellipsoid") or (isinstance(shape, Triangle) and shape.normals is None)
+        for shape in document.shapes
     )
 
 
-def _flat(shape: Any) -> bool:
-    return isinstance(shape, Triangle) and shape.normals is None
+def without_shadows(plan: RenderPlan) -> RenderPlan:
+    """The plan of a program that casts no shadow rays."""
+    return _with_lights(lambda light: replace(light, shadows=()), plan)
 
 
-def _points(scene: LoadedScene) -> Points:
-    document = scene.document
-    light = LightSampling(pattern="uniform", samples=LIGHT_POINTS)
-    quality = FixedQuality(mode="fixed", antialiasing=Antialiasing(pattern="center", samples=1), light=light)
-    directions = _directions(document)
-    origins = np.broadcast_to(np.array(document.camera.position), directions.shape)
-    hits = renderer.trace(renderer.compile_scene(scene, quality), origins, directions)
-    materials = [document.materials[shape.material] for shape in document.shapes]
-    hit = hits.shape >= 0
-
-    def table(values: list[Any]) -> Floats:
-        return np.array(values, dtype=np.float64)[np.where(hit, hits.shape, 0)]
-
-    return Points(
-        hit=hit,
-        shapes=hits.shape,
-        places=np.where(hit[:, None], hits.position, 0),
-        normals=np.where(hit[:, None], hits.normal, 0),
-        viewers=-directions / np.linalg.norm(directions, axis=1, keepdims=True),
-        colors=table([material.color for material in materials]),
-        diffuse=table([[material.diffuse] for material in materials]),
-        specular=table([[material.specular] for material in materials]),
-        shininess=table([[material.shininess] for material in materials]),
-        flat=table([[shape.type != "ellipsoid"] for shape in document.shapes]) > 0,
-        visibility=hits.visibility,
-    )
+def _with_lights(change: Callable[[Lighting], Illumination], plan: RenderPlan) -> RenderPlan:
+    lights = tuple(change(light) if isinstance(light, Lighting) else light for light in plan.lightings)
+    return replace(plan, lightings=lights)
 
 
-def _directions(document: Scene) -> Floats:
-    """Directions of GRID x GRID rays in each pixel, pixel by pixel, (N, 3)."""
-    camera = document.camera
-    forward = np.array(camera.look_at) - np.array(camera.position)
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, camera.up)
-    right /= np.linalg.norm(right)
-    rows, columns = (
-        (np.arange(GRID * count) + 0.5) / GRID / count * 2 - 1 for count in (camera.height, camera.width)
-    )
-    half = np.tan(np.radians(camera.vertical_fov) / 2)
-    across = half * camera.width / camera.height * columns[None, :, None] * right
-    upwards = -half * rows[:, None, None] * np.cross(right, forward)
-    every = forward + across + upwards
-    blocks = every.reshape(camera.height, GRID, camera.width, GRID, 3).swapaxes(1, 2)
-    return np.ascontiguousarray(blocks.reshape(-1, 3))
+def _with_shadowed_lights(change: Callable[[Lighting], Illumination], plan: RenderPlan) -> RenderPlan:
+    """As `_with_lights`, but no light lacks shadows: a lone round shape is dark inside."""
+    shadows = {light.emitter.number: light.shadows for light in compile_visibility(plan)}
+    return _with_lights(lambda light: change(replace(light, shadows=shadows[light.emitter.number])), plan)
 
 
-def _averaged(radiance: Floats, document: Scene) -> Floats:
-    camera = document.camera
-    means: Floats = radiance.reshape(camera.height, camera.width, GRID * GRID, 3).mean(axis=2)
-    return means
+def _with_formula(formula: Formula, plan: RenderPlan) -> RenderPlan:
+    def change(light: Lighting) -> Lighting:
+        length = _length(plan.document, light.emitter)
+        tables = [term.phong for term in light.terms if isinstance(term, Diffuse | Highlight)]
+        kept = [term for term in light.terms if not isinstance(term, Diffuse | Highlight)]
+        return replace(light, terms=(*kept, AlteredPhong(tables[0], formula, length)))
+
+    return _with_lights(change, plan)
 
 
-def _direct(document: Scene, points: Points, formula: Formula) -> Floats:
-    """Diffuse and highlight terms of all lights, (N, 3)."""
-    total = np.zeros_like(points.places)
-    for number, light in enumerate(document.lights):
-        seen = points.visibility[:, number, None]
-        total += np.array(light.color) * _term(points, _towards(light, points.places), seen, formula)
-    return np.where(points.hit[:, None], total, 0)
+def _length(document: Scene, emitter: Emitter) -> float:
+    """Length of a directional light's vector, which the renderer normalises; 1 for other lights."""
+    light = document.lights[emitter.number]
+    return float(np.linalg.norm(light.direction)) if isinstance(light, DirectionalLight) else 1.0
 
 
-def _term(points: Points, towards: Floats, seen: Floats, formula: Formula) -> Floats:
-    light = towards / np.linalg.norm(towards, axis=1, keepdims=True) if formula.unit_light else towards
-    normals, viewers = points.normals, points.viewers
-    cosines = _dot(normals, light)
-    gloss = _dot(2 * cosines * normals - light, viewers)
-    if formula.halfway:
-        between = light + viewers
-        gloss = _dot(normals, between / np.linalg.norm(between, axis=1, keepdims=True))
-    high = points.specular * np.where(cosines > 0, np.maximum(gloss, 0) ** points.shininess, 0)
-    if formula.colored:
-        high = high * points.colors
-    matt = points.diffuse * points.colors
-    if formula.clamped:
-        return seen * (matt * np.maximum(cosines, 0) + high)
-    # Light from below the horizon: an ellipsoid shadows itself, a flat shape does not.
-    open_ = points.flat if formula.blocked else np.ones_like(points.flat)
-    seen = np.where((cosines < 0) & open_, 1.0, seen)
-    return seen * (matt * cosines + high)
+def _with_normals(bend: Bend, plan: RenderPlan) -> RenderPlan:
+    # The renderer's own highlights take no cosine above 1, which long normals give.
+    return _with_formula(RIGHT, replace(plan, surfaces=(*plan.surfaces, BentNormals(plan.document, bend))))
 
 
-def _dot(a: Floats, b: Floats) -> Floats:
-    products: Floats = (a * b).sum(axis=1, keepdims=True)
-    return products
+@dataclass(frozen=True, slots=True, eq=False)
+class BentNormals:
+    """Stage: shading normals of another direction or length."""
+
+    document: Scene
+    bend: Bend
+
+    def run(self, points: Points) -> None:
+        """Replace the shading normals."""
+        wrong = self.bend(self.document, points.shapes, points.positions.T, points.normals.T)
+        points.shading_normals, points.bent = np.ascontiguousarray(wrong.T), True
 
 
-def _towards(light: Light, places: Floats) -> Floats:
-    """Vectors from points to the light or to its centre, (N, 3)."""
-    if isinstance(light, DirectionalLight):
-        return np.broadcast_to(-np.array(light.direction), places.shape)
-    if isinstance(light, PointLight):
-        middle = np.array(light.position)
-    elif isinstance(light, ParallelogramLight):
-        middle = np.array(light.corner) + np.sum(light.edges, axis=0) / 2
-    else:
-        middle = np.array(light.center)
-    return np.asarray(middle - places)
+@dataclass(frozen=True, slots=True)
+class AlteredPhong:
+    """Stage of a light: the diffuse and highlight terms by another formula."""
+
+    phong: Phong
+    formula: Formula
+    length: float
+
+    def run(self, view: LightView) -> None:
+        """Add both terms."""
+        points, chosen = view.points, view.chosen
+        materials, colors = view.of_points(points.materials), view.of_points(points.colors)
+        cosines, gloss = self._cosines(view)
+        powers = _powers(gloss, self.phong.shininess[materials], clamped=self.formula.clamped)
+        high = view.mean(np.where(cosines > 0, powers, 0)) * self.phong.specular[materials]
+        matt = view.mean(np.maximum(cosines, 0)) * self.phong.diffuse[materials]
+        tint = colors if self.formula.colored else np.ones_like(colors)
+        add(points.radiance, chosen, view.emitter.color * (matt * colors + high * tint))
+
+    def _cosines(self, view: LightView) -> tuple[Floats, Floats]:
+        """The numbers n . l and r . v, or n . h for the latter, (L, n) each."""
+        normals, viewers = view.of_points(view.points.shading_normals), view.of_points(view.points.viewers)
+        level = dot(normals, viewers)
+        scales = self.length / view.scale() if not self.formula.unit_light else view.inverse_distances()
+        cosines = _affine(view, normals) * scales
+        if self.formula.halfway:
+            along = _affine(view, viewers) * scales
+            return cosines, (cosines + level) / np.sqrt(np.maximum(2 + 2 * along, np.finfo(float).tiny))
+        return cosines, _affine(view, 2 * level * normals - viewers) * scales
+
+
+def _affine(view: LightView, vectors: Floats) -> Floats:
+    """M . (q - p) in the points' own scale, (L, n)."""
+    found = np.empty((view.light_points.count, view.count))
+    view.light_points.affine(view.terms(vectors), found, view.workspace)
+    return found
+
+
+def _powers(gloss: Floats, exponents: Floats, *, clamped: bool) -> Floats:
+    """Powers (L, n); numbers below 0 have one if they count and the exponent is a whole number."""
+    base = np.where(exponents % 1 == 0, gloss, np.maximum(gloss, 0)) if not clamped else np.maximum(gloss, 0)
+    with np.errstate(over="ignore"):
+        powers = np.power(base, np.maximum(exponents, np.finfo(float).tiny))
+    bounded: Floats = np.clip(powers, -BRIGHTEST, BRIGHTEST)
+    return bounded

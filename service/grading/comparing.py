@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,7 +15,7 @@ from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.grading.manifests import ImageTest, SceneTest
 from service.grading import sentences
 from service.grading.accepting import accepted, compared, noiseless
-from service.grading.counterfactuals import explain
+from service.grading.counterfactuals import explain, is_certain
 from service.grading.errors import BrokenTestError, NotGradableError
 from service.grading.forgiving import forgiven
 from service.grading.inputs import of_picture
@@ -31,25 +30,20 @@ from service.grading.wanted import Wanted, read_picture, wanted
 
 LABEL = "picture, reference, difference"
 
-DIAGNOSIS_SHARE = 0.5
-"""Share of a test's deadline after which no further mistake is tried."""
-
 
 def image(test: ImageTest, run: Run) -> Iterator[Outcome]:
     """Compare a submitted picture with its reference: yield what it earns, then the same with its cause."""
-    until = time.monotonic() + DIAGNOSIS_SHARE * run.deadline(test)
     file = test.submitted
     content, picture = read_picture(run.submission, file.file, file.encoding)
     # Noise layers of the submission would influence its own verdict.
-    yield from _graded(test, run, noiseless(picture), content, until)
+    yield from _graded(test, run, noiseless(picture), content)
 
 
 def scene(test: SceneTest, run: Run) -> Iterator[Outcome]:
     """Render a submitted scene and compare it with its reference, in the same two steps."""
-    until = time.monotonic() + DIAGNOSIS_SHARE * run.deadline(test)
     made = rendered(run.submitted(test.submitted, test))
     picture = picture_of(made.content(), test.submitted.file, "linear", made.layers)
-    yield from _graded(test, run, picture, None, until)
+    yield from _graded(test, run, picture, None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +88,7 @@ class _Found:
 
 
 def _graded(
-    test: ImageTest | SceneTest, run: Run, picture: Picture, content: bytes | None, until: float
+    test: ImageTest | SceneTest, run: Run, picture: Picture, content: bytes | None
 ) -> Iterator[Outcome]:
     """What a picture earns; `content` is its file, None if it was rendered here."""
     reference = wanted(test.reference, run)
@@ -117,14 +111,17 @@ def _graded(
         fingerprint=None if content is None else _fingerprint(found, reference),
     )
     pardon = sentences.joined(_judged_without(test, run), found.pardon)
-    yield _explained(outcome, pardon, charged, () if charged else found.causes)
-    if outcome.share < 1.0 and reference.scene is not None:
-        if not charged:
-            others = explain(reference.scene, found.judged, until=until, keep=run.keep)
-            yield _explained(outcome, pardon, (), others)
-        elif not forgiven(test.accept, found.right)[1] and not found.right.passed:
-            others = explain(reference.scene, found.right, until=until, keep=run.keep)
-            yield _explained(outcome, pardon, charged, others)
+    undone = () if charged else found.causes
+    if outcome.share == 1.0 or reference.scene is None:
+        yield _explained(outcome, pardon, charged, undone)
+        return
+    # Kept if the deadline ends the trials: a name that they might refute must not depend on it.
+    yield _explained(outcome, pardon, charged, undone if is_certain(undone) else ())
+    if not charged:
+        yield _explained(outcome, pardon, (), explain(reference.scene, found.judged, keep=run.keep))
+    elif not forgiven(test.accept, found.right)[1] and not found.right.passed:
+        others = explain(reference.scene, found.right, keep=run.keep)
+        yield _explained(outcome, pardon, charged, others)
 
 
 def _judged_without(test: ImageTest | SceneTest, run: Run) -> str:

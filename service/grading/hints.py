@@ -15,6 +15,10 @@ HINTS = {
         "Soft shadows have bands: every pixel uses the same few points of the light. Choose new points "
         "for each pixel and sample."
     ),
+    "shadow_acne": (
+        "Surfaces shadow themselves at random. Start shadow rays slightly above the surface, or ignore hits "
+        "very close to their origin."
+    ),
     "light_misplaced": (
         "The area light is sampled {}. Its points are corner + u e1 + v e2 with u and v from 0 to 1."
     ),
@@ -52,6 +56,22 @@ HINTS = {
         "The camera ignores `up`. Its right vector is unit(forward x up), and its own up vector is right x "
         "forward."
     ),
+    "camera_axes_not_unit": (
+        "The picture is scaled, because forward x up does not have length 1. Normalise it before you use it "
+        "as the camera's right vector."
+    ),
+    "camera_axes_not_orthogonal": (
+        "The picture is sheared, because the camera's axes are not perpendicular. Its up vector is right x "
+        "forward, not `up` itself."
+    ),
+    "size_minus_one": (
+        "Positions are divided by width - 1 and height - 1. A picture of width n ends at n: a sample at "
+        "column x lies at 2 x / width - 1."
+    ),
+    "last_hit_drawn": (
+        "The last shape that a ray hits is drawn. Keep the hit with the smallest t > 0, and replace it only "
+        "by a nearer one."
+    ),
     "texture_upside_down": "Textures are upside down. Row 0 of the file is v = 1, its last row v = 0.",
     "texture_mirrored": "Textures are mirrored. Column 0 of the file is u = 0.",
     "texture_turned": (
@@ -81,6 +101,14 @@ HINTS = {
     "halfway_vector": (
         "Highlights have the wrong width: they use Blinn's (n . h), but Phong's (r . v) is required, with "
         "r = 2 (n . l) n - l."
+    ),
+    "shininess": "Highlights have the wrong width: their exponent is {} as `shininess`.",
+    "highlight_not_clamped": (
+        "Highlights appear where r . v is negative. Raise max(0, r . v) to the power of `shininess`."
+    ),
+    "normals_flipped": (
+        "Normals point away from the viewer, so lights reach the wrong side of surfaces. Turn each normal n "
+        "where n . d > 0 for the direction d of the ray."
     ),
     "light_not_normalised": "The vector to the light is not normalised before the cosine is computed.",
     "highlight_colored": (

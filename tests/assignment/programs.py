@@ -29,8 +29,7 @@ class Program:
     words : str
         What the program does.
     causes : tuple of str
-        Causes that name the mistake. The grader does not have all of them yet: without its cause a mistake
-        is never named right.
+        Causes that name the mistake.
     says : tuple of str
         Words of a message without a cause, such as those about rays, that name it.
     """
@@ -94,7 +93,7 @@ PROGRAMS = (
         ("last_hit_drawn",),
         ("take the nearest",),
     ),
-    Program("size_swapped", "width and height are swapped", ("size_swapped",), ("width and height",)),
+    Program("size_swapped", "width and height are swapped", (), ("width and height are swapped",)),
     Program("fov_not_halved", "tan(fov) for tan(fov / 2)", ("field_of_view",)),
     Program("no_shadows", "no shadow rays", ("shadows_missing",)),
     Program(

@@ -1,21 +1,15 @@
 """The ready assignment: correct submissions have full marks, wrong ones lose points and are diagnosed."""
 
-import hashlib
 import re
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import pytest
 
-from renderer.math.arrays import Floats
-from renderer.scenes import LoadedScene
 from scenes.make_assignment_parts import FOLDER
 from schemas.grading.manifest_reading import read_manifest
 from schemas.grading.manifests import Manifest, RaysTest
-from schemas.textures import ImageTexture
-from service.grading import counterfactuals
 from service.grading.folders import Folder
 from service.grading.grading import grade
 from service.grading.kinds import findings
@@ -45,38 +39,6 @@ def manifest(name: str = "manifest.yaml") -> Manifest:
 
 
 TESTS = {test.id.replace("-", "_"): test for test in manifest().tests}
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _scenes_with_mistakes_are_rendered_once() -> Iterator[None]:
-    """Let all submissions share the rendered mistakes: they use the same scenes."""
-    draw, change = counterfactuals._rendered, counterfactuals.shading_changes  # noqa: SLF001 - caching does not change the pictures
-    drawn: dict[tuple[str, bool, int], Floats] = {}
-    changed: dict[str, list[tuple[str, Callable[[], Floats]]]] = {}
-
-    def drawn_once(scene: LoadedScene, shadows: bool, samples: int) -> Floats:
-        place = (words(scene), shadows, samples)
-        if place not in drawn:
-            drawn[place] = draw(scene, shadows, samples)
-            drawn[place].flags.writeable = False
-        return drawn[place]
-
-    def changed_once(scene: LoadedScene) -> list[tuple[str, Callable[[], Floats]]]:
-        if words(scene) not in changed:
-            changed[words(scene)] = list(change(scene))
-        return changed[words(scene)]
-
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(counterfactuals, "_rendered", drawn_once)
-        patched.setattr(counterfactuals, "shading_changes", changed_once)
-        yield
-
-
-def words(scene: LoadedScene) -> str:
-    """A key that is equal for scenes with the same pictures."""
-    textures = scene.document.textures.values()
-    files = [scene.assets.read(each.asset) for each in textures if isinstance(each, ImageTexture)]
-    return scene.document.model_dump_json() + hashlib.sha256(b"".join(files)).hexdigest()
 
 
 def test_points_are_those_of_the_rubric() -> None:
@@ -150,9 +112,7 @@ def test_every_mistake_loses_the_expected_points_and_is_named(mistake: Mistake, 
 
 def graded(name: str, submission: Path) -> tuple[float, str]:
     """Share of the points, and the first cause or, for rays, the message; empty with full points."""
-    # A long deadline, so that all mistakes are tried even on a busy machine.
-    unhurried = manifest().model_copy(update={"deadline": 3600.0})
-    run = Run(unhurried, Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission"))
+    run = Run(manifest(), Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission"))
     *_, outcome = findings(TESTS[name], replace(run, mistakes=search(run)))
     if outcome.share == 1:
         return outcome.share, ""

@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from accuracy.comparison.diagnosis import JAGGED
+from accuracy.comparison.mistakes import candidates
 from scenes.make_assignment import PICTURES
 from scenes.make_assignment_parts import FOLDER
 from scenes.make_assignment_rays import RAYS
 from schemas.grading.manifest_reading import read_manifest
 from service.grading.grading import grade
+from service.grading.hints import HINTS
 from tests.assignment import program
 from tests.assignment.programs import PROGRAMS, Program, reached
 from tests.assignment.shapes import Wrong
@@ -30,6 +33,12 @@ BLUR = Program("blur", "a blur", ("too_soft", "too_smooth"), ("is blurred",))
 
 def test_there_are_24_programs_with_different_mistakes() -> None:
     assert len({each.name for each in PROGRAMS}) == 24
+
+
+def test_the_grader_knows_every_cause_of_a_program() -> None:
+    square = np.full((4, 4, 3), 0.5)
+    undone = {mistake.cause for mistake in candidates(square, 0.9 * square)}
+    assert {cause for each in PROGRAMS for cause in each.causes} <= {*HINTS, *undone, JAGGED}
 
 
 def test_a_program_shares_no_code_with_what_grades_it() -> None:

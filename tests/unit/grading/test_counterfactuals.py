@@ -2,7 +2,7 @@
 
 import io
 import json
-import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +11,16 @@ import pytest
 
 import renderer
 from accuracy.comparison import Comparison, Picture, Policy, compare, picture_of
+from schemas.grading.manifest_reading import read_manifest
 from service.grading.altered_textures import COLORS, NORMALS
 from service.grading.counterfactuals import explain
+from service.grading.folders import Folder
+from service.grading.grading import prepare_references, reference_folder
 from service.grading.hints import HINTS
+from service.grading.kinds import findings
+from service.grading.settings import Run
+from tests.unit.grading.assignments import SCENE as ASSIGNED
+from tests.unit.grading.assignments import Assignment, image_test, pixels
 
 WIDTH, HEIGHT = 64, 48
 Document = dict[str, Any]
@@ -22,7 +29,10 @@ MATT = {"type": "phong", "ambient": 0.2, "diffuse": 0.8, "specular": 0.0, "shini
 
 
 def scene(**changes: Any) -> Document:
-    """A glossy ball and a slanted triangle over a floor, seen by a tilted camera."""
+    """A glossy ball and a triangle over a floor, seen by a tilted camera.
+
+    The triangle leans towards the camera: the lamp lights its other side.
+    """
     document: Document = {
         "version": 1,
         "camera": {
@@ -56,7 +66,7 @@ def scene(**changes: Any) -> Document:
             },
             {
                 "type": "triangle",
-                "vertices": [[0.6, 0.4, 0.4], [2, 0.4, 0], [1.2, 1.8, -0.4]],
+                "vertices": [[0.6, 0.4, 0.4], [2, 0.4, 0], [1.2, 1.8, 1.2]],
                 "material": "sail",
             },
         ],
@@ -121,6 +131,10 @@ MISTAKES: dict[str, tuple[str, Document]] = {
         lamp(corner=[-5, 4, -2.5], edges=[[6, 0, 0], [0, 0, 6]]),
     ),
     "brightness falls": ("falloff", lamp(falloff="physical", color=[0.7, 0.7, 0.7])),
+    "twice the shininess": (
+        "shininess",
+        changed("materials", ball=scene()["materials"]["ball"] | {"shininess": 8}),
+    ),
     "twice the angle": ("field_of_view", changed("camera", vertical_fov=90)),
     "upright": ("up_ignored", changed("camera", up=[0, 1, 0])),
 }
@@ -140,9 +154,10 @@ def test_the_shape_that_is_missing_has_its_name_in_the_hint(reference: Picture) 
     assert "ball (shapes/1) is missing" in explain(renderer.load_scene(scene()), found)[0].hint
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_right_picture_has_no_cause(reference: Picture, seed: int) -> None:
-    found = against(reference, picture(scene(), "stratified" if seed else "random"))
+@pytest.mark.parametrize("pattern", ["random", "stratified", "uniform"])
+def test_a_right_picture_has_no_cause(reference: Picture, pattern: str) -> None:
+    """Trials sample pixels on a grid; a right picture on it is closer to them than to the reference."""
+    found = against(reference, picture(scene(), pattern))
     assert explain(renderer.load_scene(scene()), found) == ()
 
 
@@ -156,9 +171,32 @@ def test_bands_in_a_penumbra_are_distinguished_from_noise(reference: Picture) ->
     assert noise == ()
 
 
-def test_nothing_is_tried_when_the_time_is_up(reference: Picture) -> None:
+def test_nothing_is_tried_without_a_budget(reference: Picture) -> None:
     found = against(reference, picture(without_shine()))
-    assert explain(renderer.load_scene(scene()), found, until=time.monotonic()) == ()
+    assert explain(renderer.load_scene(scene()), found, budget=0) == ()
+
+
+def test_two_mistakes_that_give_the_same_picture_are_not_named() -> None:
+    """A light in front of a floor: without it the floor is as dark as with normals that point down."""
+    flat = scene(shapes=scene()["shapes"][:1])
+    right, dark = picture(flat, "uniform", "uniform", 144), picture(flat | {"lights": []}, "uniform")
+    assert explain(renderer.load_scene(flat), against(right, dark)) == ()
+
+
+def test_a_vague_cause_is_named_only_after_all_others_were_tried(assignment: Assignment) -> None:
+    """Half the light looks like half the exposure; the diagnosis that a deadline leaves does not say so."""
+    manifest = read_manifest(assignment.manifest(image_test()).read_bytes(), yaml=False)
+    assignment.hand_in("picture.npy", pixels(ASSIGNED) * 0.5)
+    run = Run(
+        manifest,
+        Folder(assignment.references.resolve(), "reference"),
+        Folder(assignment.submission.resolve(), "submission"),
+    )
+    with reference_folder(None) as folder:
+        run = replace(run, prepared=prepare_references(run, 1, folder)[0])
+        first, last = findings(manifest.tests[0], run)
+    assert first.diagnosis == ()
+    assert last.diagnosis[0].cause == "exposure"
 
 
 def test_no_mistake_is_reproduced_if_undoing_one_explains_the_difference(reference: Picture) -> None:

@@ -56,6 +56,14 @@ def test_the_mistake_is_reported_with_the_advice_of_the_manifest(assignment: Ass
     assert tested.message.endswith("See lecture 2.")
 
 
+def test_swapped_width_and_height_are_named(assignment: Assignment) -> None:
+    assignment.hand_in("picture.npy", np.ascontiguousarray(RIGHT.swapaxes(0, 1)))
+    tested = assignment.test(image_test())
+    assert tested.status == "not_gradable"
+    assert "32 x 48 pixels" in tested.message
+    assert "width and height are swapped" in tested.message
+
+
 def test_a_missing_shape_is_named(assignment: Assignment) -> None:
     assignment.hand_in("picture.npy", pixels(scene(shapes=SCENE["shapes"][:1])))
     tested = assignment.test(image_test())
