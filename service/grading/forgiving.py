@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from accuracy.comparison import Comparison, Picture
-from accuracy.comparison.diagnosis import JAGGED, neighbourhood
+from accuracy.comparison.diagnosis import BLURRED, JAGGED, neighbourhood
 from accuracy.comparison.mistakes import candidates
 from renderer.math.arrays import Floats
 from schemas.grading.acceptance import Acceptance, Verdict
@@ -33,8 +33,8 @@ def forgiven(accept: Acceptance, found: Comparison) -> tuple[Picture, str]:
 
 def _undone(cause: str, found: Comparison) -> Floats:
     image, reference = found.image.linear, found.reference.linear
-    if cause == JAGGED:
-        # It cannot be undone. Pixels may take values within their neighbourhood; only the excess counts.
+    if cause in {JAGGED, BLURRED}:
+        # They cannot be undone. Pixels may take values within their neighbourhood; only the excess counts.
         return reference + image - np.clip(image, *neighbourhood(reference))
     mistake = next(mistake for mistake in candidates(image, reference) if mistake.cause == cause)
     return np.ascontiguousarray(mistake.undo(image))
