@@ -1,9 +1,10 @@
 """Whether two pictures show the same, and if not, why: on NumPy and Pillow alone."""
 
 from accuracy.comparison.asserting import assert_render_close
-from accuracy.comparison.comparing import Comparison, Policy, compare
+from accuracy.comparison.comparing import Comparison, compare
 from accuracy.comparison.decoding import NotComparableError
 from accuracy.comparison.inputs import Picture, picture_of, read_picture
+from accuracy.comparison.judging import Policy
 
 __all__ = [
     "Comparison",

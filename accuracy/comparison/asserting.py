@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from accuracy.comparison.comparing import Comparison, Policy, compare
+from accuracy.comparison.comparing import Comparison, compare
 from accuracy.comparison.heat import difference, encoded, heat_map, seen
 from accuracy.comparison.inputs import Encoding, Picture, picture_of, read_picture
+from accuracy.comparison.judging import Policy
 from accuracy.comparison.regions import named
 
 PictureLike = str | os.PathLike[str] | bytes | NDArray[Any] | Image.Image | Any

@@ -23,6 +23,12 @@ TRIMMED = 0.1
 LEVEL = 0.001
 """Probability with which noise alone makes a block count as biased."""
 
+ALONE = 1e-6
+"""Probability with which noise alone puts some block of a picture beyond doubt."""
+
+FAR = 5.0
+"""Tolerances by which a block beyond doubt is off: fixed patterns of samples stay below, at edges too."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bias:
@@ -33,9 +39,15 @@ class Bias:
     ratios : (rows, columns) float64
         |t| over the t that noise exceeds with probability `LEVEL`, the largest of the channels; inf where a
         block without noise differs.
+    excess : (rows, columns) float64
+        By how much the trimmed mean is beyond what is allowed, the largest of the channels, linear.
+    pixels : int
+        Of a block.
     """
 
     ratios: Floats
+    excess: Floats
+    pixels: int = SIDE * SIDE
 
     @property
     def blocks(self) -> Masks:
@@ -46,6 +58,14 @@ class Bias:
     def share(self) -> float:
         """Share of biased blocks."""
         return float(np.count_nonzero(self.ratios > 1)) / self.ratios.size
+
+    def beyond_doubt(self, tolerance: float) -> Masks:
+        """Blocks off by `FAR` tolerances more than is allowed, with a t that noise reaches almost never."""
+        freedom = _freedom(self.pixels)
+        if freedom <= 0:
+            return np.zeros(self.ratios.shape, dtype=bool)
+        rare = student(freedom, shared_out(ALONE, 3 * self.ratios.size)) / limit(self.pixels)
+        return (self.ratios > rare) & (self.excess > FAR * tolerance)
 
 
 def starts(length: int) -> list[int]:
@@ -68,7 +88,7 @@ def gathered(values: Floats) -> Floats:
     return whole.reshape(*whole.shape[:2], high * wide, *values.shape[2:])
 
 
-def bias(difference: Floats, allowed: Floats) -> Bias:
+def bias(difference: Floats, allowed: Floats, most: Floats | None = None) -> Bias:
     """Try all blocks.
 
     Parameters
@@ -78,6 +98,9 @@ def bias(difference: Floats, allowed: Floats) -> Bias:
     allowed : (H, W, 3)
         A mean no larger than its mean is no bias: in a flat block all pixels are rounded alike, and a fixed
         pattern of samples is off by the same everywhere.
+    most : (H, W, 3), optional
+        Largest variance that noise may have in each pixel. A block with more counts as one with this much:
+        noise must not hide a mistake.
     """
     ordered = np.sort(gathered(difference), axis=2)
     pixels = ordered.shape[2]
@@ -90,15 +113,31 @@ def bias(difference: Floats, allowed: Floats) -> Bias:
     low, high = inner[:, :, 0] - mean, inner[:, :, -1] - mean
     squares += cut * (low * low + high * high)
     squares -= (cut * (low + high)) ** 2 / pixels
+    if most is not None:
+        squares = np.minimum(squares, _expected_squares(most, cut))
     error = np.sqrt(np.maximum(squares, 0) * pixels / max(pixels - 1, 1)) / kept
     excess = np.maximum(np.abs(mean) - gathered(allowed).mean(axis=2), 0)
-    return Bias(_over(excess, error * limit(pixels)).max(axis=2))
+    return Bias(_over(excess, error * limit(pixels)).max(axis=2), excess.max(axis=2), pixels)
+
+
+def _expected_squares(variances: Floats, cut: int) -> Floats:
+    """Sums of squares of winsorised noise, (rows, columns, 3), at most.
+
+    Winsorising draws in `cut` pixels at each end: that many, the noisiest, count like the next.
+    """
+    ordered = np.sort(gathered(variances), axis=2)
+    last = ordered.shape[2] - cut - 1
+    return np.asarray(np.minimum(ordered, ordered[:, :, last : last + 1]).sum(axis=2))
 
 
 def limit(pixels: int) -> float:
     """The |t| of one channel that noise exceeds in one of three with probability `LEVEL`."""
-    freedom = pixels - 2 * int(TRIMMED * pixels) - 1
+    freedom = _freedom(pixels)
     return student(freedom, shared_out(LEVEL, 3)) if freedom > 0 else math.inf
+
+
+def _freedom(pixels: int) -> int:
+    return pixels - 2 * int(TRIMMED * pixels) - 1
 
 
 def _over(excess: Floats, bounds: Floats) -> Floats:

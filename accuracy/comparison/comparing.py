@@ -1,9 +1,9 @@
-"""Comparing a picture with its reference: metrics, verdict and policy, causes, and regions that differ."""
+"""Comparing a picture with its reference: metrics, verdict, causes, and regions that differ."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,117 +13,12 @@ from accuracy.comparison.blocks import Bias, bias
 from accuracy.comparison.decoding import NotComparableError
 from accuracy.comparison.diagnosis import Cause, diagnose
 from accuracy.comparison.inputs import Picture
+from accuracy.comparison.judging import Judgement, Policy, judge
 from accuracy.comparison.metrics import GUARD, Metrics, flip, luma, metrics, ssim
+from accuracy.comparison.noise import Noise, allowed_variances, noise
 from accuracy.comparison.regions import Region, named, worst
 from accuracy.comparison.variances import Scores
 from renderer.math.arrays import Floats, Masks
-
-Verdict = Literal["match", "noisy_match", "mismatch"]
-
-
-@dataclass(frozen=True, slots=True)
-class Policy:
-    """What is taken for the same.
-
-    Attributes
-    ----------
-    tolerance : float
-        Mean difference of a block, linear, that is never a reason. Fixed patterns leave errors that are no
-        noise, the more the fewer points a light has. With random patterns it may be 0.
-    most_bias : float
-        Share of biased blocks above which pictures differ, where their noise is not known.
-    limit : float
-        Of the metric `frac_over`, linear.
-    """
-
-    tolerance: float = 0.01
-    most_bias: float = 0.02
-    limit: float = 0.05
-
-
-@dataclass(frozen=True, slots=True)
-class Judgement:
-    """A verdict with its reasons.
-
-    Attributes
-    ----------
-    verdict : {"match", "noisy_match", "mismatch"}
-    reason : str
-        What decided, a sentence.
-    test : {"rounding", "blocks", "variances", "diagnosis"}
-        Which test decided.
-    margin : float or None
-        How far the deciding number is from its limit, as a share of the limit; below 0 for a mismatch. None
-        where no number decided.
-    samples_factor : float or None
-        With so many times the samples in both pictures the difference found here would count as real, if it
-        stayed as it is; below 1 for what counts already. None where nothing differs.
-    """
-
-    verdict: Verdict
-    reason: str
-    test: Literal["rounding", "blocks", "variances", "diagnosis"]
-    margin: float | None
-    samples_factor: float | None
-
-
-def judge(*, equal: bool, bias: Bias, scores: Scores | None, cause: str | None, policy: Policy) -> Judgement:
-    """The verdict on two pictures.
-
-    Parameters
-    ----------
-    equal
-        They differ by no more than rounding.
-    scores
-        Of the noise that both pictures state; it decides in place of `bias` where it is known.
-    cause
-        The mistake that explains the difference, if there is one.
-    """
-    if equal:
-        return Judgement("match", "No pixel differs by more than rounding.", "rounding", None, None)
-    found = _by_blocks(bias, policy) if scores is None else _by_variances(scores)
-    if found.verdict == "mismatch" or cause is None:
-        return found
-    reason = f"Undoing one mistake makes the pictures agree: {cause}."
-    return Judgement("mismatch", reason, "diagnosis", None, found.samples_factor)
-
-
-def _by_variances(scores: Scores) -> Judgement:
-    verdict: Verdict = "mismatch" if scores.differs else "noisy_match"
-    factor = None if scores.largest == 0 else (scores.limit / scores.largest) ** 2
-    more = "more" if scores.differs else "no more"
-    reason = (
-        f"The block that differs most is off by {scores.largest:.3g} standard errors, {more} than the "
-        f"{scores.limit:.3g} that noise reaches in one of 1000 pairs of pictures."
-    )
-    return Judgement(verdict, reason, "variances", _margin(scores.largest, scores.limit), factor)
-
-
-def _by_blocks(bias: Bias, policy: Policy) -> Judgement:
-    verdict: Verdict = "mismatch" if bias.share > policy.most_bias else "noisy_match"
-    reason = (
-        f"{bias.share:.1%} of the blocks are brighter or darker than noise explains, by more than "
-        f"{policy.tolerance:g}. Up to {policy.most_bias:.0%} are allowed."
-    )
-    return Judgement(verdict, reason, "blocks", _margin(bias.share, policy.most_bias), _factor(bias, policy))
-
-
-def _margin(found: float, limit: float) -> float | None:
-    """How far below its limit a number is, as a share of the limit; None where that is no number."""
-    return 1 - found / limit if limit > 0 and math.isfinite(found) else None
-
-
-def _factor(bias: Bias, policy: Policy) -> float | None:
-    """Samples over those now with which more than the limit's share of blocks would be biased.
-
-    None where too few blocks differ by more than the tolerance. The ratio of a real
-    difference to its noise grows with the root of the samples.
-    """
-    place = min(int(policy.most_bias * bias.ratios.size), bias.ratios.size - 1)
-    last = np.sort(bias.ratios, axis=None)[::-1][place]
-    if last == 0:
-        return None
-    return 0.0 if math.isinf(last) else float(last) ** -2
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +35,8 @@ class Comparison:
     flip : float or None
         None if it was not requested.
     bias : Bias
+    noise : Noise or None
+        None where the policy or the reference does not say how much is allowed.
     judgement : Judgement
     causes : tuple of Cause
     regions : tuple of Region
@@ -155,6 +52,7 @@ class Comparison:
     ssim: float | None
     flip: float | None
     bias: Bias
+    noise: Noise | None
     judgement: Judgement
     causes: tuple[Cause, ...]
     regions: tuple[Region, ...]
@@ -228,9 +126,11 @@ def compare(
     rounding = image.rounding + reference.rounding
     equal = bool((np.abs(difference) <= rounding + GUARD).all())
     allowed = rounding + policy.tolerance
-    biased = bias(difference, allowed)
+    most = _most(reference, policy, rounding)
+    biased = bias(difference, allowed, most)
+    noisy = None if most is None or policy.samples is None else noise(difference, most, policy.samples)
     lumas = luma(image.linear), luma(reference.linear)
-    causes = () if equal else diagnose(image.linear, reference.linear, lumas, allowed, policy.most_bias)
+    causes = () if equal else _causes(image, reference, lumas, allowed, policy)
     both = variances.known(image) and variances.known(reference)
     scores = variances.scores(image, reference, allowed) if both else None
     judgement = judge(
@@ -239,6 +139,7 @@ def compare(
         scores=scores,
         cause=causes[0].cause if causes else None,
         policy=policy,
+        noise=noisy,
     )
     shapes = _shapes(shapes, reference, image)
     return Comparison(
@@ -249,9 +150,10 @@ def compare(
         ssim=ssim(*lumas),
         flip=flip(image.linear, reference.linear) if with_flip else None,
         bias=biased,
+        noise=noisy,
         judgement=judgement,
         causes=causes,
-        regions=() if equal else worst(difference, _suspects(biased, scores), shapes),
+        regions=() if equal else worst(difference, _suspects(judgement, biased, noisy, scores), shapes),
         names=_names(names, shapes),
     )
 
@@ -266,8 +168,24 @@ def _sizes(image: Picture, reference: Picture) -> str:
     )
 
 
-def _suspects(biased: Bias, scores: variances.Scores | None) -> Masks:
-    return biased.blocks if scores is None else scores.ratios > 1
+def _causes(
+    image: Picture, reference: Picture, lumas: tuple[Floats, Floats], allowed: Floats, policy: Policy
+) -> tuple[Cause, ...]:
+    errors = reference.layers["error"].astype(np.float64) if variances.known(reference) else None
+    return diagnose(image.linear, reference.linear, lumas, allowed, policy.most_bias, errors)
+
+
+def _most(reference: Picture, policy: Policy, rounding: Floats) -> Floats | None:
+    """The variance that noise may have in each pixel; None for any."""
+    if policy.samples is None:
+        return None
+    return allowed_variances(reference, policy.samples, rounding, policy.tolerance)
+
+
+def _suspects(judgement: Judgement, biased: Bias, noisy: Noise | None, scores: Scores | None) -> Masks:
+    if scores is not None:
+        return scores.ratios > 1
+    return noisy.blocks if noisy is not None and judgement.test == "noise" else biased.blocks
 
 
 def _shapes(given: NDArray[Any] | None, *pictures: Picture) -> NDArray[Any] | None:

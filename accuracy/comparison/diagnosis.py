@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from accuracy.comparison.blocks import bias, gathered
+from accuracy.comparison.blurs import blur
 from accuracy.comparison.mistakes import Mistake, candidates
 from renderer.math.arrays import Floats, Masks
 
@@ -18,8 +19,8 @@ FAIR = 0.75
 GAIN = 0.1
 """Where noise hides the rest: the least share of the mean square that undoing takes away,"""
 
-SURE = 5.0
-"""standard errors of that gain over all blocks (one false alarm in three million),"""
+SURE = 4.0
+"""standard errors of that gain over all blocks (one false alarm in 30,000),"""
 
 SKIPPED = 4
 """Step between the rows that are compared first."""
@@ -35,6 +36,14 @@ JAGGED = "antialiasing_missing"
 JAGGED_HINT = (
     "Edges are jagged: each pixel shows one side of an edge, where the reference shows how much of each it "
     "covers. Take the mean of several camera samples over the pixel's square."
+)
+
+BLURRED = "blurred"
+
+BLURRED_HINT = (
+    "Edges are softer than the reference's, as after a Gaussian of {:g} pixels. A blur does not replace "
+    "samples: take the mean of several camera samples over each pixel's own square, and filter nothing "
+    "afterwards."
 )
 
 EDGE = 0.2
@@ -71,7 +80,12 @@ class Cause:
 
 
 def diagnose(
-    image: Floats, reference: Floats, lumas: tuple[Floats, Floats], allowed: Floats, most_bias: float
+    image: Floats,
+    reference: Floats,
+    lumas: tuple[Floats, Floats],
+    allowed: Floats,
+    most_bias: float,
+    errors: Floats | None = None,
 ) -> tuple[Cause, ...]:
     """Mistakes that explain the difference of two linear pictures (H, W, 3), the best explanation first.
 
@@ -83,6 +97,8 @@ def diagnose(
         As `blocks.bias` takes it.
     most_bias
         Share of biased blocks with which two pictures still agree.
+    errors
+        Standard errors of the reference, (H, W, 3), if they are known.
 
     Returns
     -------
@@ -94,7 +110,7 @@ def diagnose(
     trial = _Trial(image, reference, allowed, most_bias)
     found = [cause for mistake in candidates(image, reference) if (cause := trial.of(mistake)) is not None]
     if not found:
-        found = trial.edges(*lumas)
+        found = trial.edges(*lumas) or trial.blurs(errors)
     found.sort(key=lambda cause: cause.rmse_after)
     return tuple(cause for cause in found[:MOST] if cause.rmse_after <= ALIKE * found[0].rmse_after)
 
@@ -132,6 +148,18 @@ class _Trial:
         if left is None or left > HALF**2 * self._before:
             return []
         return [Cause(JAGGED, JAGGED_HINT, math.sqrt(self._before), math.sqrt(left))]
+
+    def blurs(self, errors: Floats | None) -> list[Cause]:
+        """A blur, which is reproduced with the reference."""
+        found = blur(self._image, self._reference, errors)
+        if found is None:
+            return []
+        undone = self._image - found.effect
+        after = self._square(undone)
+        if after >= HALF**2 * self._before and not self._gains(undone, self._image):
+            return []
+        hint = BLURRED_HINT.format(found.width)
+        return [Cause(BLURRED, hint, math.sqrt(self._before), math.sqrt(after))]
 
     def _square(self, picture: Floats, step: int = 1) -> float:
         """Mean squared difference from the reference, of every so many rows."""

@@ -126,6 +126,10 @@ class ComparisonPolicy(Message):
     tolerance: float = Field(description="`tolerance` of the request.")
     most_bias: float = Field(description="`max_bias` of the request.")
     limit: float = Field(description="`limit` of the request.")
+    single: bool = Field(description="Whether one block that is off by far makes a mismatch.")
+    samples: int | None = Field(
+        description="Fewest random samples of a pixel, by which noise is bounded; always null."
+    )
 
 
 class ComparisonPictures(Message):
@@ -148,7 +152,9 @@ class ComparisonAnswer(Message):
     )
     score: float = Field(ge=0, le=1, description="1 unless the verdict is `mismatch`.")
     reason: str = Field(description="What decided, in a sentence.")
-    test: Literal["rounding", "blocks", "variances", "diagnosis"] = Field(description="Which test decided.")
+    test: Literal["rounding", "blocks", "block", "noise", "variances", "diagnosis"] = Field(
+        description="Which test decided."
+    )
     margin: float | None = Field(
         description="How far the number that decided is from its limit, as a share of the limit; below 0 for "
         "a mismatch."

@@ -10,8 +10,10 @@ from pydantic_core import PydanticCustomError
 
 from schemas.api.comparisons import Share
 from schemas.base import Closed, chosen_by, tag
+from schemas.quantities import WHOLE
 
 Threshold = Annotated[float, Field(strict=True, ge=0, le=1e9, allow_inf_nan=False)]
+SampleCount = Annotated[int, Field(strict=True, ge=1, le=1_000_000), WHOLE]
 MetricName = Literal["mse", "rmse", "psnr", "relmse", "ssim", "max_abs", "frac_over", "bias_blocks", "flip"]
 
 RISING = frozenset({"psnr", "ssim"})
@@ -21,6 +23,7 @@ _PLACES = ("left_up", "left", "left_down", "up", "down", "right_up", "right", "r
 
 PICTURE_MISTAKES = (
     "antialiasing_missing",
+    "blurred",
     "channels_bgr",
     "channels_brg",
     "channels_gbr",
@@ -117,6 +120,11 @@ class Verdict(Scale):
     )
     tolerance: Share = Field(
         default=0.01, description="Linear difference of a block's mean that is always tolerated."
+    )
+    samples: SampleCount | None = Field(
+        default=None,
+        description="Fewest random samples of a pixel: a picture noisier than theirs is not accepted, and "
+        "noise excuses no more than theirs does. It needs a reference with the layers `error` and `samples`.",
     )
     limit: Share = Field(default=0.05, description="Limit of the metric `frac_over`, in linear values.")
     diagnosed: Share = Field(

@@ -79,8 +79,8 @@ class ReferencePicture(Closed):
 
     type: Literal["picture"] = Field(description="`picture`.")
     file: File = Field(
-        description="PNG, NPY or EXR, in the folder of the manifest. Layers that `penumbra render` saved "
-        "beside it are used."
+        description="PNG, NPY or EXR, in the folder of the manifest, or NPZ with the arrays `image`, `error` "
+        "and `samples`. Layers that `penumbra render` saved beside it are used."
     )
     encoding: Encoding = Field(description="How its numbers encode light; never guessed.")
     scene: File | None = Field(

@@ -20,7 +20,7 @@ from service.grading.selection import Selection
 NOISE = ("error", "samples")
 """Layers that describe the noise of a picture."""
 
-BIAS = "bias_blocks"
+BIAS, NOISY = "bias_blocks", "noisy_blocks"
 
 
 def compared(accept: Acceptance, image: Picture, reference: Picture, blocks: float = 1.0) -> Comparison:
@@ -40,7 +40,7 @@ def compared(accept: Acceptance, image: Picture, reference: Picture, blocks: flo
     """
     if isinstance(accept, Verdict) and (accept.zero is not None or accept.bands):
         # Partial credit depends on the share of biased blocks, so the verdict must too.
-        image, reference = noiseless(image), noiseless(reference)
+        image = noiseless(image)
     flip = isinstance(accept, Metric) and accept.metric == "flip"
     return compare(image, reference, policy=_policy(accept, blocks), with_flip=flip)
 
@@ -69,7 +69,13 @@ def accepted(accept: Acceptance, found: Comparison, selection: Selection) -> Out
 def _policy(accept: Acceptance, blocks: float) -> Policy:
     match accept:
         case Verdict():
-            return Policy(accept.tolerance, accept.full * blocks, accept.limit)
+            return Policy(
+                tolerance=accept.tolerance,
+                most_bias=accept.full * blocks,
+                limit=accept.limit,
+                single=False,
+                samples=accept.samples,
+            )
         case Metric():
             return Policy(tolerance=accept.tolerance, limit=accept.limit)
         case _:
@@ -121,12 +127,13 @@ def _by_number(accept: Metric | Error, name: str, value: float) -> Outcome:
 def _by_verdict(accept: Verdict, found: Comparison, share: float) -> Outcome:
     judgement = found.judgement
     by_blocks = judgement.test == "blocks"
+    noisy = found.noise.share if judgement.test == "noise" and found.noise is not None else None
     earned = 1.0 if found.passed else _partial(accept, found, share)
     return Outcome(
         share=earned,
         message=_blocks(accept, share) if by_blocks else judgement.reason,
-        metric=BIAS,
-        value=share,
+        metric=BIAS if noisy is None else NOISY,
+        value=share if noisy is None else noisy,
         threshold=accept.full,
         margin=margin_of(share, accept) if by_blocks else judgement.margin,
     )

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from accuracy.comparison import Comparison, Picture
-from accuracy.comparison.diagnosis import JAGGED
+from accuracy.comparison.diagnosis import BLURRED, JAGGED
 from accuracy.comparison.mistakes import candidates
 from renderer.math.arrays import Floats
 from schemas.grading.acceptance import Acceptance, Verdict
@@ -34,7 +34,7 @@ def forgiven(accept: Acceptance, found: Comparison) -> tuple[Picture, str]:
 
 def _undone(cause: str, found: Comparison) -> Floats:
     image, reference = found.image.linear, found.reference.linear
-    if cause == JAGGED:
+    if cause in {JAGGED, BLURRED}:
         return without_jags(image, reference)
     mistake = next(mistake for mistake in candidates(image, reference) if mistake.cause == cause)
     return np.ascontiguousarray(mistake.undo(image))

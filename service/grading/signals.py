@@ -6,10 +6,13 @@ from collections.abc import Iterator
 
 from accuracy.comparison import Comparison
 from accuracy.comparison.closeness import closeness
+from accuracy.comparison.sample_counts import MOST_SAMPLES, grain, sample_count
 from schemas.grading.grades import Signal
 
 IDENTICAL = "identical_bytes"
 CLOSE = "closer_than_noise"
+CLEAN = "cleaner_than_samples"
+GRAINY = "noise_without_samples"
 
 
 def signals(
@@ -43,6 +46,8 @@ def _found(
         )
     elif comparison is not None:
         yield from _close(comparison, test)
+        yield from _clean(comparison, test)
+        yield from _grainy(comparison, test)
 
 
 def _close(comparison: Comparison, test: str) -> Iterator[Signal]:
@@ -55,4 +60,30 @@ def _close(comparison: Comparison, test: str) -> Iterator[Signal]:
             "within a quarter of its standard error. In a picture made without the reference at most 7 in 10 "
             "do, except in one picture in a million. It was made from the reference, or by the same program "
             "with the same seed.",
+        )
+
+
+def _clean(comparison: Comparison, test: str) -> Iterator[Signal]:
+    if comparison.bias.share > comparison.policy.most_bias:
+        # In a wrong picture differences are largest where nothing is noisy.
+        return
+    found = sample_count(comparison.image, comparison.reference)
+    if found is not None and found.suspicious:
+        yield Signal(
+            test=test,
+            code=CLEAN,
+            message="The picture is as close to the reference where samples are noisy as where they are not, "
+            f"closer than {MOST_SAMPLES} random samples a pixel get. It was made from the reference, or with "
+            "far more or better samples.",
+        )
+
+
+def _grainy(comparison: Comparison, test: str) -> Iterator[Signal]:
+    found = grain(comparison.image, comparison.reference, comparison.policy.tolerance)
+    if found is not None and found.suspicious:
+        yield Signal(
+            test=test,
+            code=GRAINY,
+            message=f"{found.grainy} of {found.blocks} blocks of 8 x 8 pixels have noise where random "
+            "samples make none: it was added to the picture, or shadow rays hit the surface they start at.",
         )

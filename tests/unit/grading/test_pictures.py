@@ -181,12 +181,12 @@ def test_a_diagnosed_mistake_may_keep_a_share(assignment: Assignment) -> None:
 
 
 def test_every_mistake_that_the_diagnosis_knows_can_be_forgiven_and_no_other() -> None:
-    from accuracy.comparison.diagnosis import JAGGED
+    from accuracy.comparison.diagnosis import BLURRED, JAGGED
     from accuracy.comparison.mistakes import candidates
 
     square = np.full((16, 16, 3), 0.25)
     known = {mistake.cause for mistake in candidates(square, square / 2)}
-    assert {*PICTURE_MISTAKES} == {*known, JAGGED}
+    assert {*PICTURE_MISTAKES} == {*known, JAGGED, BLURRED}
 
 
 @pytest.mark.parametrize(

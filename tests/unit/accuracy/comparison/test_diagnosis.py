@@ -7,8 +7,8 @@ import pytest
 
 from accuracy.comparison import Policy
 from accuracy.comparison.blocks import Bias, bias
-from accuracy.comparison.comparing import judge
 from accuracy.comparison.diagnosis import diagnose
+from accuracy.comparison.judging import judge
 from accuracy.comparison.metrics import luma
 from accuracy.comparison.mistakes import moved
 
@@ -51,7 +51,8 @@ def test_a_moved_picture_has_each_pixel_where_it_was_moved_to(right: int, down: 
 
 def verdict(ratios: list[float], most_bias: float = 0.25) -> str:
     policy = Policy(most_bias=most_bias)
-    return judge(equal=False, bias=Bias(np.array([ratios])), scores=None, cause=None, policy=policy).verdict
+    found = Bias(np.array([ratios]), np.zeros((1, len(ratios))))
+    return judge(equal=False, bias=found, scores=None, cause=None, policy=policy).verdict
 
 
 def test_pictures_differ_when_more_blocks_are_biased_than_may_be() -> None:
@@ -64,7 +65,7 @@ def test_pictures_differ_when_more_blocks_are_biased_than_may_be() -> None:
 def test_the_margin_is_the_share_of_the_limit_that_is_left() -> None:
     found = judge(
         equal=False,
-        bias=Bias(np.array([[2.0, 0.0, 0.0, 0.0, 0.0]])),
+        bias=Bias(np.array([[2.0, 0.0, 0.0, 0.0, 0.0]]), np.zeros((1, 5))),
         scores=None,
         cause=None,
         policy=Policy(most_bias=0.4),
@@ -91,6 +92,10 @@ def test_so_many_times_the_samples_do_settle_it() -> None:
 
 def test_a_mistake_makes_a_mismatch_of_what_blocks_do_not_see() -> None:
     found = judge(
-        equal=False, bias=Bias(np.zeros((1, 1))), scores=None, cause="one_pixel_left", policy=Policy()
+        equal=False,
+        bias=Bias(np.zeros((1, 1)), np.zeros((1, 1))),
+        scores=None,
+        cause="one_pixel_left",
+        policy=Policy(),
     )
     assert (found.verdict, found.test, found.samples_factor) == ("mismatch", "diagnosis", None)

@@ -1,0 +1,100 @@
+"""Whether a picture was blurred: edges softer than the means of samples over each pixel make them.
+
+A blur adds a multiple of the Laplacian to a picture: half of its variance, in squared pixels. The difference
+from a reference is multiplied by the Laplacian, pixel by pixel. The sum of the products over its standard
+error exceeds a limit at most as often as a standard normal number does: with the Laplacian of the picture,
+independent noise of its pixels adds only what is below 0, and noise of the reference nothing. Where the noise
+of the reference is known to be small, its own Laplacian serves, which shows more, less what its noise adds.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.math.arrays import Floats
+
+SURE = 5.0
+"""Standard errors: one false alarm in 3 million pictures."""
+
+LEAST = 0.1
+"""Least multiple of the Laplacian that is called a blur. Filters that renderers use for pixels, such as
+tents 2 pixels wide (0.04) or Gaussians of 0.5 pixels (0.08), stay below; a Gaussian of 0.8 pixels after one
+sample in the middle of each pixel has 0.28, means of 3 x 3 pixels 0.29."""
+
+CLEAN = 0.05
+"""Share of the squared difference that the noise of a clean reference may have: with more, it would have to
+be stated exactly."""
+
+MIDDLE = 8 / 3
+"""What the Laplacian takes of the pixel in the middle."""
+
+WIDTHS = (0.4, 0.5, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
+"""Standard deviations of the Gaussians that are tried, pixels."""
+
+REACH = 3.0
+"""Standard deviations at which a Gaussian is cut off."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Blur:
+    """A blur.
+
+    Attributes
+    ----------
+    width : float
+        Standard deviation of the Gaussian that comes nearest to it, pixels.
+    effect : (H, W, 3) float64
+        What this Gaussian adds to the reference, linear.
+    """
+
+    width: float
+    effect: Floats
+
+
+def blur(image: Floats, reference: Floats, errors: Floats | None = None) -> Blur | None:
+    """The blur of a linear picture (H, W, 3); None if edges are as sharp as the reference's.
+
+    `errors` are the standard errors of the reference, if they are known.
+    """
+    if not _is_softer(image, reference, errors):
+        return None
+    tried = (Blur(width, smoothed(reference, width) - reference) for width in WIDTHS)
+    return min(tried, key=lambda each: float(np.sum((image - reference - each.effect) ** 2)))
+
+
+def _is_softer(image: Floats, reference: Floats, errors: Floats | None) -> bool:
+    difference = image - reference
+    clean = errors is not None and np.sum(errors**2) < CLEAN * np.sum(difference**2)
+    laplacian = _laplacian(reference if clean else image)
+    products = difference[1:-1, 1:-1] * laplacian
+    if errors is not None and clean:
+        products -= MIDDLE * errors[1:-1, 1:-1] ** 2
+    squares = float(np.sum(laplacian * laplacian))
+    # The channels of a pixel come from the same samples: they are one witness.
+    products = products.sum(axis=2)
+    total, error = float(products.sum()), math.sqrt(float(np.sum(products * products)))
+    return total > SURE * error and total > LEAST * squares
+
+
+def _laplacian(values: Floats) -> Floats:
+    """Second derivatives in x and y of (H, W, 3), summed, for all but the outermost pixels.
+
+    Three times the mean of 3 x 3 pixels less the middle: their variance is 2/3 along both axes.
+    """
+    rows = values[:-2] + values[1:-1] + values[2:]
+    squares = rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
+    return np.asarray(squares / 3 - 3 * values[1:-1, 1:-1])
+
+
+def smoothed(values: Floats, width: float) -> Floats:
+    """A picture (H, W, 3) after a Gaussian; what lies outside is as its outermost pixels."""
+    reach = math.ceil(REACH * width)
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
+    weights /= weights.sum()
+    for axis in (0, 1):
+        padding = [(reach, reach) if axis == each else (0, 0) for each in range(3)]
+        padded = np.pad(values, padding, mode="edge")
+        windows = np.lib.stride_tricks.sliding_window_view(padded, weights.size, axis=axis)
+        values = np.asarray(windows @ weights)
+    return values

@@ -1,0 +1,146 @@
+"""How many samples a picture's noise looks like, where its reference states how noisy each pixel is.
+
+The squared differences of a picture of N random samples from a clean reference are the variances of one
+sample over N, plus what rounding adds. Least squares give 1 / N as their slope. A picture made from the
+reference has none, whatever noise was added to it evenly, in linear values or in codes; and noise where no
+sample varies cannot come from samples.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from accuracy.comparison.blocks import SIDE, gathered
+from accuracy.comparison.inputs import Picture
+from accuracy.comparison.noise import sample_variances
+from renderer.math.arrays import Floats
+
+MOST_SAMPLES = 1024
+"""Samples with which a picture made without the reference is still believed to be so clean."""
+
+SURE = 5.0
+"""Standard errors by which the slope must lie below that of `MOST_SAMPLES`: one in 3 million by chance."""
+
+LEAST_PIXELS = 200
+"""Pixels noisier than rounding, below which nothing is said."""
+
+ABOVE_ROUNDING = 16.0
+"""Deviation of a sample over the rounding of the files, from which on a pixel counts as noisy."""
+
+GRAINY = 0.5
+"""Least mean square of the differences of neighbours over twice the variance of a block. Independent pixels
+have 1, with a deviation of 0.1; the edge of a shape that lies elsewhere has at most 1/3."""
+
+LEAST_SPREAD = 0.01
+"""Share of the squared variances that must differ from pixel to pixel, or no slope is seen."""
+
+LOUD = 1.5
+"""Deviation of noise that is more than rounding, over the largest error of rounding: its own is 0.6."""
+
+MOST_GRAINY = 0.1
+"""Share of the blocks where no sample varies that may have grain: thin lines in wrong places look like it."""
+
+LEAST_BLOCKS = 8
+"""Blocks with grain, below which nothing is said."""
+
+
+@dataclass(frozen=True, slots=True)
+class SampleCount:
+    """The slope of the squared differences.
+
+    Attributes
+    ----------
+    slope : float
+        1 over the number of random samples that the noise looks like; about 0 for none.
+    error : float
+        Its standard error.
+    """
+
+    slope: float
+    error: float
+
+    @property
+    def suspicious(self) -> bool:
+        """Whether the picture is cleaner than `MOST_SAMPLES` random samples make it."""
+        return self.slope + SURE * self.error < 1 / MOST_SAMPLES
+
+
+def sample_count(image: Picture, reference: Picture) -> SampleCount | None:
+    """The samples that a picture's noise looks like; None where too little noise is known or visible."""
+    variances = sample_variances(reference)
+    if variances is None:
+        return None
+    # One channel: those of a pixel come from the same samples and are no further witnesses.
+    channel = int(np.argmax(variances.sum(axis=(0, 1))))
+    rounding = (image.rounding + reference.rounding)[:, :, channel].ravel()
+    single = variances[:, :, channel].ravel()
+    difference = (image.linear - reference.linear)[:, :, channel].ravel()
+    if np.count_nonzero(single > (ABOVE_ROUNDING * rounding) ** 2) < LEAST_PIXELS:
+        return None
+    return _slope(single, difference * difference, rounding * rounding)
+
+
+def _slope(x: Floats, y: Floats, other: Floats) -> SampleCount | None:
+    """The slope of y over x beside a constant and `other`; None where these explain x.
+
+    Its standard error is that of White (1980), which takes any scatter.
+    """
+    whole = float(np.sum(x * x))
+    basis = np.stack((np.ones_like(x), other / other.max()), axis=1)
+    x, y = (values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0] for values in (x, y))
+    squares = float(np.sum(x * x))
+    if squares < LEAST_SPREAD * whole:
+        return None
+    slope = float(np.sum(x * y)) / squares
+    rest = x * (y - slope * x)
+    return SampleCount(slope, math.sqrt(float(np.sum(rest * rest))) / squares)
+
+
+@dataclass(frozen=True, slots=True)
+class Grain:
+    """Noise where random samples make none.
+
+    Attributes
+    ----------
+    blocks : int
+        Blocks of 8 x 8 pixels in which no sample varies by more than rounding.
+    grainy : int
+        Those of them with noise.
+    """
+
+    blocks: int
+    grainy: int
+
+    @property
+    def suspicious(self) -> bool:
+        """Whether there is so much of it that it cannot be a few displaced lines."""
+        return self.grainy >= max(LEAST_BLOCKS, MOST_GRAINY * self.blocks)
+
+
+def grain(image: Picture, reference: Picture, tolerance: float) -> Grain | None:
+    """Count blocks with noise where no sample varies; None where the noise of the reference is not known.
+
+    Parameters
+    ----------
+    tolerance
+        Noise whose deviation is below a quarter of it does not count.
+    """
+    variances = sample_variances(reference)
+    if variances is None or min(image.width, image.height) < SIDE:
+        return None
+    quiet = np.maximum(gathered(image.rounding + reference.rounding).max(axis=2), tolerance / 4)
+    still = (gathered(variances).max(axis=2) <= quiet * quiet).all(axis=2)
+    difference = gathered(image.linear - reference.linear)
+    loud = difference.var(axis=2) > (LOUD * quiet) ** 2
+    grainy = still & (loud & (_unlikeness(difference) >= GRAINY)).any(axis=2)
+    return Grain(int(np.count_nonzero(still)), int(np.count_nonzero(grainy)))
+
+
+def _unlikeness(blocks: Floats) -> Floats:
+    """Mean square of the differences of neighbours over twice the variance, (rows, columns, 3)."""
+    squares = blocks.reshape(*blocks.shape[:2], SIDE, SIDE, 3)
+    down, right = np.diff(squares, axis=2), np.diff(squares, axis=3)
+    steps = ((down * down).mean(axis=(2, 3)) + (right * right).mean(axis=(2, 3))) / 2
+    spread = 2 * blocks.var(axis=2)
+    return np.divide(steps, spread, out=np.zeros_like(spread), where=spread > 0)

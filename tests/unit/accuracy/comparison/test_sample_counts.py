@@ -1,0 +1,104 @@
+"""How many samples a picture's noise looks like: of honest pictures, and of those made from the reference."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from accuracy.comparison import Picture, picture_of
+from accuracy.comparison.sample_counts import grain, sample_count
+
+SIDE = 96
+SAMPLES = 1024
+COLORS = np.array([0.2, 0.8])
+
+
+def shares() -> np.ndarray:
+    """Of the second colour in each pixel: stripes with soft sides, and flat in between."""
+    across = np.abs((np.arange(SIDE) % 32) - 15.5)
+    return np.repeat(np.clip((12.0 - across) / 4 + 0.1, 0, 1)[None, :], SIDE, axis=0)
+
+
+def mixed(share: np.ndarray) -> np.ndarray:
+    return (COLORS[0] + share * (COLORS[1] - COLORS[0]))[:, :, None].repeat(3, axis=2)
+
+
+def reference() -> Picture:
+    buffer = io.BytesIO()
+    np.save(buffer, mixed(shares()).astype(np.float32))
+    deviation = (COLORS[1] - COLORS[0]) * np.sqrt(shares() * (1 - shares()) / SAMPLES)
+    layers = {
+        "error": deviation[:, :, None].repeat(3, axis=2),
+        "samples": np.full((SIDE, SIDE), SAMPLES),
+    }
+    return picture_of(buffer.getvalue(), "reference", "linear", layers)
+
+
+def eight_bits(linear: np.ndarray) -> Picture:
+    buffer = io.BytesIO()
+    Image.fromarray(np.rint(255 * np.clip(linear, 0, 1)).astype(np.uint8)).save(buffer, "PNG")
+    return picture_of(buffer.getvalue(), "picture.png", "linear")
+
+
+def honest(samples: int, seed: int) -> Picture:
+    drawn = np.random.default_rng(seed).binomial(samples, shares())
+    return eight_bits(mixed(drawn / samples))
+
+
+@pytest.mark.parametrize("samples", [1, 4, 16, 64, 256])
+def test_the_slope_is_one_over_the_samples(samples: int) -> None:
+    found = sample_count(honest(samples, samples), reference())
+    assert found is not None
+    # Five standard errors: one failure in 2 million.
+    assert abs(found.slope - 1 / samples) < 5 * found.error
+    assert found.error < 0.1 / samples
+    assert not found.suspicious
+
+
+@pytest.mark.parametrize("deviation", [0.0, 0.004, 0.01])
+def test_a_copy_of_the_reference_has_no_slope_whatever_noise_is_added(deviation: float) -> None:
+    noise = np.random.default_rng(1).normal(0, deviation, (SIDE, SIDE, 3))
+    found = sample_count(eight_bits(reference().linear + noise), reference())
+    assert found is not None
+    assert found.suspicious
+
+
+def test_nothing_is_said_without_known_or_visible_noise() -> None:
+    image = eight_bits(reference().linear)
+    assert sample_count(image, image) is None
+    layers = {name: layer * 0.01 if name == "error" else layer for name, layer in reference().layers.items()}
+    faint = Picture(**{**{name: getattr(image, name) for name in image.__slots__}, "layers": layers})
+    assert sample_count(image, faint) is None
+
+
+def test_noise_where_no_sample_varies_is_counted() -> None:
+    noise = np.random.default_rng(2).normal(0, 0.05, (SIDE, SIDE, 3))
+    found = grain(eight_bits(reference().linear + noise), reference(), 0.005)
+    assert found is not None
+    assert 0 < found.grainy == found.blocks
+    assert found.suspicious
+
+
+@pytest.mark.parametrize("samples", [4, 16])
+def test_honest_noise_is_where_samples_vary(samples: int) -> None:
+    found = grain(honest(samples, 3), reference(), 0.005)
+    assert found is not None
+    assert found.grainy == 0
+    assert not found.suspicious
+
+
+def test_a_shape_in_another_place_is_no_grain() -> None:
+    moved = reference().linear.copy()
+    moved[20:70, 3:13] = 0.5
+    found = grain(eight_bits(moved), reference(), 0.005)
+    assert found is not None
+    assert not found.suspicious
+
+
+def test_pictures_narrower_than_a_block_have_no_grain() -> None:
+    thin = np.full((4, 32, 3), 0.5)
+    layers = {"error": np.zeros(thin.shape), "samples": np.full(thin.shape[:2], 4)}
+    buffer = io.BytesIO()
+    np.save(buffer, thin)
+    assert grain(eight_bits(thin), picture_of(buffer.getvalue(), "thin", "linear", layers), 0.01) is None
