@@ -27,10 +27,10 @@ class Run:
         The service that renders; None for this machine.
     pictures : bool
         Whether to make pictures of the differences.
-    prepared : mapping
-        Rendered references by `references.key_of`, or the reason why rendering failed.
     keep : Path or None
         A folder of altered pictures that submissions of a class share.
+    prepared : mapping
+        Rendered references by `references.key_of`, or the reason why rendering failed.
     """
 
     manifest: Manifest
@@ -38,8 +38,8 @@ class Run:
     submission: Folder
     server: str | None = None
     pictures: bool = False
-    prepared: Mapping[str, Prepared | str] = field(default_factory=dict)
     keep: Path | None = None
+    prepared: Mapping[str, Prepared | str] = field(default_factory=dict)
 
     def deadline(self, test: Criterion) -> float:
         """Time limit of a test in seconds."""
