@@ -107,7 +107,8 @@ def _near(values: Floats, name: str, right: Answers) -> Masks:
         return same
     with np.errstate(invalid="ignore"):
         near: Masks = np.abs(values - wanted) <= right.allowed[name]
-    return near if near.ndim == 1 else np.asarray(near.all(axis=1))
+    whole: Masks = np.logical_and.reduce(near.reshape(len(near), -1), axis=1)
+    return whole
 
 
 def _missed(submitted: Mapping[str, Floats]) -> Masks:

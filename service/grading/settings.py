@@ -28,10 +28,10 @@ class Run:
         The service that renders; None for this machine.
     pictures : bool
         Whether to make pictures of the differences.
-    prepared : mapping
-        Rendered references by `references.key_of`, or the reason why rendering failed.
     keep : Path or None
         A folder of altered pictures that submissions of a class share.
+    prepared : mapping
+        Rendered references by `references.key_of`, or the reason why rendering failed.
     mistakes : ProgramMistakes
         What the submission's program does wrong in all its pictures.
     """
@@ -41,8 +41,8 @@ class Run:
     submission: Folder
     server: str | None = None
     pictures: bool = False
-    prepared: Mapping[str, Prepared | str] = field(default_factory=dict)
     keep: Path | None = None
+    prepared: Mapping[str, Prepared | str] = field(default_factory=dict)
     mistakes: ProgramMistakes = NONE
 
     def deadline(self, test: Criterion) -> float:

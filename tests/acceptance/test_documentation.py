@@ -21,6 +21,7 @@ pytestmark = pytest.mark.slow
 def checkout(tmp_path: Path) -> Path:
     """A folder that has what a checkout has, where examples may write."""
     shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
+    shutil.copy(ROOT / "constraints.txt", tmp_path)
     return tmp_path
 
 

@@ -81,7 +81,7 @@ def graded(folder: Path, marks: Path) -> dict[str, Any]:
     subprocess.run([*command, "-o", str(marks)], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     seconds = time.perf_counter() - begun
     results = [json.loads(file.read_text()) for file in marks.glob("students/*/result.json")]
-    # The tests run in processes of a server that nobody waits for.
+    # The tests run in processes of a fork server, for which the command does not wait.
     own = cpu_seconds() - before
     tests = sum(result["timings"]["cpu_seconds"] for result in results)
     return {

@@ -17,8 +17,11 @@ from renderer.images.colors import srgb_from_linear
 from schemas.grading.classes import SharedFiles
 from schemas.grading.grades import GradeInput
 from schemas.grading.manifest_reading import read_manifest
-from schemas.grading.manifests import Manifest
+from schemas.grading.manifests import ImageTest, Manifest
 from service.grading.class_signals import shared_files, shared_noise
+from service.grading.comparing import image
+from service.grading.folders import Folder
+from service.grading.settings import Run
 from tests.unit.grading.assignments import SCENE, Assignment, image_test, pixels, scene
 from tests.unit.grading.exports.samples import result, tried
 
@@ -103,6 +106,25 @@ def test_the_same_bytes_are_not_reported_as_noise_too(
     same = SharedFiles(students=("fixed-1", "fixed-2", "zoe"), tests=("picture",))
     found = groups(manifest(assignment, reference), assignment.references, prints, same)
     assert found == [("copy", "student-03")]
+
+
+def test_only_pictures_without_a_known_mistake_have_a_fingerprint(assignment: Assignment) -> None:
+    right = pixels(SCENE)
+    found = {}
+    for name, handed_in in (("right", right), ("flipped", right[::-1])):
+        assignment.hand_in("picture.npy", handed_in)
+        (*_, outcome) = image(*_prepared(manifest(assignment, right), assignment))
+        found[name] = outcome.fingerprint
+    assert found["flipped"] is None
+    assert found["right"] is not None
+    assert not found["right"].detail.any()
+
+
+def _prepared(manifest: Manifest, assignment: Assignment) -> tuple[ImageTest, Run]:
+    beside = Folder(assignment.references.resolve(), "reference")
+    (test,) = manifest.tests
+    assert isinstance(test, ImageTest)
+    return test, Run(manifest, beside, Folder(assignment.submission.resolve(), "submission"))
 
 
 def read(test: str, digest: str, size: int | None = 3) -> GradeInput:
