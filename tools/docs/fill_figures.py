@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from accuracy.variations import label
 from benchmarks import peers_sentences, references
 from benchmarks.settings import Setting
-from tools.docs import figures
+from tools.docs import figures, noise_table
 from tools.docs.templates import table
 
 ROOT = Path(__file__).parents[2]
@@ -99,6 +99,7 @@ def _reached(measured: Figures) -> str:
 
 TEXTS = {
     "peers": Text(("peers",), lambda peers: peers_sentences.of_readme(peers["comparisons"])),
+    "noise": Text(("noise",), noise_table.of_page),
     "reference-errors": Text((), reference_errors),
     "errors": Text(("bench",), errors),
     "target-errors": Text(("targets",), target_errors),
