@@ -4,7 +4,8 @@ The errors of a reference and its numbers of samples give the variance of one sa
 variance of the mean of any number of them. Each squared difference, over the variance of the fewest samples
 that are allowed, is 1 in the mean. The mean of a block, without the fifth of its pixels that are farthest
 off, is then far below 1: 0.46 for normal noise and 0.55 at most for samples that say yes or no. Spots that
-the mean leaves out, such as salt and pepper, count where a block has two of them.
+the mean leaves out, such as salt and pepper, count where a block has two of them. Pixels side by side that
+are off alike are a mistake of another kind.
 """
 
 from dataclasses import dataclass
@@ -12,9 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from accuracy.comparison import variances
-from accuracy.comparison.blocks import TRIMMED, gathered
+from accuracy.comparison.blocks import SIDE, TRIMMED, gathered
 from accuracy.comparison.inputs import Picture
-from renderer.math.arrays import Floats, Masks
+from renderer.math.arrays import Floats, Integers, Masks
+
+GRAINY = 0.5
+"""Least mean square of the differences of neighbours over twice the variance of a block with grain.
+Independent pixels have 1, with a deviation of 0.1; the edge of a shape that lies elsewhere at most 1/3."""
 
 SPOT = 10.0
 """Deviations of the allowed noise from which on a pixel is a spot. Samples that say yes once in 1700 or less
@@ -32,13 +37,15 @@ class Noise:
     ----------
     ratios : (rows, columns) float64
         Trimmed mean of the squared differences from the block's own weighted mean, each over the variance
-        that is allowed in its pixel; or the second largest of them over 10 squared, if that is more. The
-        largest of the channels.
+        that is allowed in its pixel; the largest of the channels with grain, 0 where none has.
+    spots : (rows, columns) int64
+        Pixels that are off by more than `SPOT` deviations, and have no such pixel beside them.
     samples : int
         The fewest random samples that are allowed.
     """
 
     ratios: Floats
+    spots: Integers
     samples: int
 
     @property
@@ -48,7 +55,7 @@ class Noise:
         The mean of normal noise in 64 pixels lies 5 of its deviations below 1, so that one block in 10,000 is
         called noisier by chance; noise of 2.5 times the variance is found in 7 of 10 blocks.
         """
-        return self.ratios > 1
+        return (self.ratios > 1) | (self.spots >= SPOTS)
 
     @property
     def share(self) -> float:
@@ -89,10 +96,38 @@ def noise(difference: Floats, allowed: Floats, samples: int) -> Noise:
     blocks, weights = gathered(difference), 1 / gathered(allowed)
     pixels = blocks.shape[2]
     cut = int(TRIMMED * pixels)
-    shares = np.sort(weights * (blocks - _means(blocks, weights, cut)) ** 2, axis=2)
-    trimmed = shares[:, :, : pixels - 2 * cut].mean(axis=2)
-    far = shares[:, :, -SPOTS:].min(axis=2) / SPOT**2
-    return Noise(np.maximum(trimmed, far).max(axis=2), samples)
+    scaled = np.sqrt(weights) * (blocks - _means(blocks, weights, cut))
+    trimmed = np.sort(scaled * scaled, axis=2)[:, :, : pixels - 2 * cut].mean(axis=2)
+    trimmed[unlikeness(scaled, difference.shape) < GRAINY] = 0
+    off = np.asarray((difference * difference > SPOT**2 * allowed).any(axis=2))
+    spots = gathered(_alone(off).astype(np.float64)).sum(axis=2).astype(np.int64)
+    return Noise(trimmed.max(axis=2), spots, samples)
+
+
+def unlikeness(blocks: Floats, shape: tuple[int, ...]) -> Floats:
+    """Mean square of the differences of neighbours over twice the variance, (rows, columns, 3).
+
+    Parameters
+    ----------
+    blocks : (rows, columns, pixels of a block, 3)
+        As `blocks.gathered` makes them.
+    shape
+        Of the picture.
+    """
+    high, wide = (min(SIDE, length) for length in shape[:2])
+    squares = blocks.reshape(*blocks.shape[:2], high, wide, 3)
+    steps = [np.diff(squares, axis=axis) for axis, length in ((2, high), (3, wide)) if length > 1]
+    mean = sum((step * step).mean(axis=(2, 3)) for step in steps) / max(len(steps), 1)
+    spread = 2 * blocks.var(axis=2)
+    return np.divide(mean, spread, out=np.zeros_like(spread), where=spread > 0)
+
+
+def _alone(chosen: Masks) -> Masks:
+    """Those of some pixels (H, W) without another of them among their eight neighbours."""
+    height, width = chosen.shape
+    padded = np.pad(chosen, 1).astype(np.int64)
+    around = sum(padded[y : y + height, x : x + width] for y in range(3) for x in range(3))
+    return np.asarray(chosen & (around == 1))
 
 
 def _means(blocks: Floats, weights: Floats, cut: int) -> Floats:

@@ -13,7 +13,7 @@ import numpy as np
 
 from accuracy.comparison.blocks import SIDE, gathered
 from accuracy.comparison.inputs import Picture
-from accuracy.comparison.noise import sample_variances
+from accuracy.comparison.noise import GRAINY, sample_variances, unlikeness
 from renderer.math.arrays import Floats
 
 MOST_SAMPLES = 1024
@@ -27,10 +27,6 @@ LEAST_PIXELS = 200
 
 ABOVE_ROUNDING = 16.0
 """Deviation of a sample over the rounding of the files, from which on a pixel counts as noisy."""
-
-GRAINY = 0.5
-"""Least mean square of the differences of neighbours over twice the variance of a block. Independent pixels
-have 1, with a deviation of 0.1; the edge of a shape that lies elsewhere has at most 1/3."""
 
 LEAST_SPREAD = 0.01
 """Share of the squared variances that must differ from pixel to pixel, or no slope is seen."""
@@ -133,14 +129,5 @@ def grain(image: Picture, reference: Picture, tolerance: float) -> Grain | None:
     still = (gathered(variances).max(axis=2) <= quiet * quiet).all(axis=2)
     difference = gathered(image.linear - reference.linear)
     loud = difference.var(axis=2) > (LOUD * quiet) ** 2
-    grainy = still & (loud & (_unlikeness(difference) >= GRAINY)).any(axis=2)
+    grainy = still & (loud & (unlikeness(difference, image.linear.shape) >= GRAINY)).any(axis=2)
     return Grain(int(np.count_nonzero(still)), int(np.count_nonzero(grainy)))
-
-
-def _unlikeness(blocks: Floats) -> Floats:
-    """Mean square of the differences of neighbours over twice the variance, (rows, columns, 3)."""
-    squares = blocks.reshape(*blocks.shape[:2], SIDE, SIDE, 3)
-    down, right = np.diff(squares, axis=2), np.diff(squares, axis=3)
-    steps = ((down * down).mean(axis=(2, 3)) + (right * right).mean(axis=(2, 3))) / 2
-    spread = 2 * blocks.var(axis=2)
-    return np.divide(steps, spread, out=np.zeros_like(spread), where=spread > 0)

@@ -133,7 +133,9 @@ MISTAKES = (
     ),
     Mistake("no_highlight", "no specular term", LIT, of("highlights_missing", "phong_highlights")),
     Mistake("blinn", "(n . h) for (r . v)", LIT, of("halfway_vector", "phong_highlights")),
-    Mistake("no_max", "n . l in place of max(0, n . l)", LIT, of("cosine_not_clamped", "phong_matte")),
+    Mistake(
+        "no_max", "n . l in place of max(0, n . l)", LIT, of("cosine_not_clamped", "phong_matte", *SHADOWS)
+    ),
     Mistake("no_ambient", "no ambient term", LIT, of("ambient_missing", "phong_matte", "phong_highlights")),
     Mistake(
         "light_not_normalised",
@@ -155,7 +157,7 @@ MISTAKES = (
         "one_sample",
         "one sample in the middle of a pixel",
         PICTURES,
-        of("antialiasing_missing", "antialiasing", "antialiasing_advanced"),
+        of("antialiasing_missing", "antialiasing", "antialiasing_advanced") | of("", "shadow_soft"),
     ),
     Mistake("texture_upside_down", "row 0 is v = 0", ("texture",), of("texture_upside_down", "texture")),
     Mistake("texture_mirrored", "column 0 is u = 1", ("texture",), of("texture_mirrored", "texture")),

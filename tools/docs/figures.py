@@ -22,6 +22,7 @@ COMMANDS = {
     "hard_cases": "python -m tools.docs.generate_numerics_reference",
     "intervals": "python -m benchmarks.intervals --out docs/figures/intervals.json",
     "load": "python -m benchmarks.load --out docs/figures/load.json",
+    "noise": "python -m tools.docs.measure_noise",
     "page": "python -m benchmarks.page_paint --out docs/figures/page.json",
     "peers": "make bench-peers && python -m tools.docs.generate_performance_page out/peers.json",
     "jobs": "python -m benchmarks quotes bursts --out docs/figures/jobs.json",

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from accuracy.variations import label
 from benchmarks import peers_sentences, references
 from benchmarks.settings import Setting
-from tools.docs import figures
+from tools.docs import figures, noise_table
 from tools.docs.templates import table
 
 ROOT = Path(__file__).parents[2]
@@ -144,6 +144,7 @@ def shared_noise(measured: Figures) -> str:
 TEXTS = {
     "class-time": Text(("class",), class_time),
     "peers": Text(("peers",), lambda peers: peers_sentences.of_readme(peers["comparisons"])),
+    "noise": Text(("noise",), noise_table.of_page),
     "reference-errors": Text((), reference_errors),
     "errors": Text(("bench",), errors),
     "shared-noise": Text(("class",), shared_noise),

@@ -11,7 +11,7 @@ from accuracy.comparison.judging import Policy, judge
 from accuracy.comparison.noise import Noise
 
 CALM = Bias(np.zeros((10, 10)), np.zeros((10, 10)))
-LOUD = Noise(np.full((10, 10), 2.0), 4)
+LOUD = Noise(np.full((10, 10), 2.0), np.zeros((10, 10), np.int64), 4)
 
 
 def grey(seed: int, deviation: float) -> np.ndarray:

@@ -100,5 +100,11 @@ def test_a_pixel_that_one_sample_in_many_lights_is_no_noise_but_two_in_a_block_a
     spots: int, share: float
 ) -> None:
     rare = np.zeros((8, 8, 3))
-    rare[0, :spots] = 0.25
+    rare[0, : 2 * spots : 2] = 0.25
     assert noise(rare, np.full(rare.shape, 1e-4), 4).share == share
+
+
+def test_pixels_side_by_side_that_are_off_are_no_spots() -> None:
+    line = np.zeros((8, 8, 3))
+    line[3, 1:7] = 0.25
+    assert noise(line, np.full(line.shape, 1e-4), 4).share == 0
