@@ -1,9 +1,9 @@
 """Grade 24 whole wrong programs by the ready manifest: points lost, the causes named, and the goal.
 
 ``python -m tools.docs.measure_programs`` grades all of them, one process per core, which takes some minutes,
-saves them in docs/figures/assignment.json, and writes the page. Names of programs after it grade only those,
-and save nothing. The verdicts and how far they are from the goal are printed; the status is 0 even where the
-goal is missed.
+saves them in docs/figures/assignment.json, and writes the page. The verdicts and how far they are from the
+goal are printed; the status is 0 even where the goal is missed. Names of programs after it grade only those,
+and save nothing.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ def main() -> None:
     names = sys.argv[1:]
     found = measure(chosen(names))
     print("\n".join(map(line, found)))
-    print(reached(each["verdict"] for each in found))
     if not names:
+        print(reached(each["verdict"] for each in found))
         save(found)
 
 
