@@ -42,7 +42,7 @@ from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.jobs import retention
 from service.jobs.context import Service
-from service.jobs.limits import BodyMemoryLimit, StreamLimit
+from service.jobs.limits import BodyMemoryLimit, PixelLimit, StreamLimit
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
@@ -64,6 +64,8 @@ BODIES = 16
 READERS = 4
 """Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
 
+ENCODED_PIXELS = 1 << 24
+"""Pixels of the pictures that are encoded at once, of which PNG files take 4 bytes each in memory."""
 PROBES = 2
 """Probes at once that look for what jobs need: all other threads may be busy."""
 
@@ -216,6 +218,7 @@ def assemble(
         readers=CapacityLimiter(READERS),
         probes=CapacityLimiter(PROBES),
         streams=StreamLimit(settings.max_user_streams),
+        encoding=PixelLimit(ENCODED_PIXELS),
     )
 
 

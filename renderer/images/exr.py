@@ -5,7 +5,8 @@ Numbers of shapes and triangles are EXR's whole numbers, which have no sign: -1 
 """
 
 import io
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
 from types import ModuleType
 from typing import Any
 
@@ -51,14 +52,54 @@ def encode_exr(image: NDArray[np.floating], layers: Planes | None = None) -> byt
     MissingExtraError
         If OpenEXR is not installed.
     """
+    sheets = layers or {}
+    with tempfile.NamedTemporaryFile(suffix=".exr") as file:
+        write_exr(file.name, image.shape[:2], [(image, sheets)], tuple(sheets))
+        return file.read()
+
+
+def write_exr(
+    path: str, size: Sequence[int], bands: Iterable[tuple[NDArray[np.floating], Planes]], names: Sequence[str]
+) -> None:
+    """Write an EXR file of a linear image and its layers that come in bands of rows, from top to bottom.
+
+    Parameters
+    ----------
+    size
+        Height and width, pixels.
+    bands : iterable of ((h, W, 3), mapping of str to (h, W) or (h, W, channels) float32 or int32)
+        The image is written as float32.
+    names
+        The layers of every band.
+
+    Raises
+    ------
+    MissingExtraError
+        If OpenEXR is not installed.
+    """
     exr = require_exr()
-    channels = dict(zip(RGB, _planes(image.astype(np.float32)), strict=True))
-    for name, values in (layers or {}).items():
-        channels |= dict(zip(_channels(LAYERS[name]), _planes(values), strict=True))
-    header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}
-    buffer = io.BytesIO()
-    exr.File(header, channels, num_threads=0).write(buffer)
-    return buffer.getvalue()
+    import Imath  # noqa: PLC0415  a part of OpenEXR
+
+    real, whole = (
+        Imath.Channel(Imath.PixelType(kind)) for kind in (Imath.PixelType.FLOAT, Imath.PixelType.UINT)
+    )
+    channels = dict.fromkeys(RGB, real)
+    for layer in map(LAYERS.__getitem__, names):
+        channels |= dict.fromkeys(_channels(layer), whole if layer.dtype == np.int32 else real)
+    height, width = size
+    header = exr.Header(width, height) | {
+        "channels": channels,
+        "compression": Imath.Compression(Imath.Compression.ZIP_COMPRESSION),
+    }
+    file = exr.OutputFile(path, header)
+    try:
+        for image, sheets in bands:
+            planes = dict(zip(RGB, _planes(image.astype(np.float32, copy=False)), strict=True))
+            for name in names:
+                planes |= dict(zip(_channels(LAYERS[name]), _planes(sheets[name]), strict=True))
+            file.writePixels({name: plane.tobytes() for name, plane in planes.items()}, len(image))
+    finally:
+        file.close()
 
 
 def decode_exr(content: bytes) -> tuple[NDArray[np.float32], Layers]:

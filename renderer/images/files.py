@@ -3,17 +3,17 @@
 import io
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 from PIL import Image
 
 from renderer.errors import ImageFileError
 from renderer.images.colors import srgb_from_linear
-from renderer.images.exr import decode_exr, encode_exr, require_exr
+from renderer.images.exr import decode_exr, encode_exr, require_exr, write_exr
 from schemas.scene import Display
 
 __all__ = [
@@ -25,13 +25,19 @@ __all__ = [
     "encode_layer",
     "encode_npy",
     "encode_png",
-    "encode_thumbnail",
     "require_exr",
+    "write_exr",
     "write_image",
+    "write_npy",
+    "write_png",
 ]
 
 SUFFIXES = (".png", ".npy", ".exr")
 """Endings of picture files that can be written."""
+
+
+BAND_PIXELS = 1 << 15
+"""Pixels whose codes are computed at once: what is computed on the way takes about 150 bytes for each."""
 
 
 def displayed(image: NDArray[np.floating], display: Display) -> NDArray[np.uint8]:
@@ -39,6 +45,14 @@ def displayed(image: NDArray[np.floating], display: Display) -> NDArray[np.uint8
 
     NaN becomes 0, what is out of range is clipped.
     """
+    codes = np.empty(image.shape, np.uint8)
+    rows = max(1, BAND_PIXELS // max(1, image.shape[1]))
+    for top in range(0, image.shape[0], rows):
+        codes[top : top + rows] = _codes(image[top : top + rows], display)
+    return codes
+
+
+def _codes(image: NDArray[np.floating], display: Display) -> NDArray[np.uint8]:
     with np.errstate(over="ignore"):
         exposed = image.astype(np.float64) * 2.0**display.exposure
     # fmax takes the other number where one is NaN; clip would keep it.
@@ -49,23 +63,49 @@ def displayed(image: NDArray[np.floating], display: Display) -> NDArray[np.uint8
 
 def encode_png(image: NDArray[np.floating], display: Display) -> bytes:
     """A PNG file of a linear image (H, W, 3)."""
-    return _png(Image.fromarray(displayed(image, display)))
-
-
-def encode_thumbnail(image: NDArray[np.floating], display: Display, width: int) -> bytes:
-    """A PNG file of a linear image (H, W, 3) with at most so many columns; a smaller image stays as it is.
-
-    Its pixels are means of displayed codes.
-    """
-    small = Image.fromarray(displayed(image, display))
-    small.thumbnail((width, image.shape[0]), Image.Resampling.BOX)
-    return _png(small)
-
-
-def _png(picture: Image.Image) -> bytes:
     buffer = io.BytesIO()
-    picture.save(buffer, format="PNG", compress_level=4)
+    write_png(buffer, image.shape[:2], [image], display)
     return buffer.getvalue()
+
+
+def write_png(
+    file: IO[bytes],
+    size: Sequence[int],
+    bands: Iterable[NDArray[np.floating]],
+    display: Display,
+    width: int | None = None,
+) -> None:
+    """Write a PNG file of a linear image that comes in bands of rows, from top to bottom.
+
+    Besides a band there are 4 bytes of each pixel in memory.
+
+    Parameters
+    ----------
+    size
+        Height and width, pixels.
+    bands : iterable of (h, W, 3)
+    width
+        Most columns of a thumbnail, whose pixels are means of displayed codes; a smaller image stays as it
+        is.
+    """
+    height, columns = size
+    picture = Image.new("RGB", (columns, height))
+    top = 0
+    for band in bands:
+        picture.paste(Image.fromarray(displayed(band, display)), (0, top))
+        top += len(band)
+    if width is not None:
+        picture.thumbnail((width, height), Image.Resampling.BOX)
+    picture.save(file, format="PNG", compress_level=4)
+
+
+def write_npy(file: IO[bytes], shape: Sequence[int], dtype: DTypeLike, bands: Iterable[NDArray[Any]]) -> None:
+    """Write a NumPy file of an array that comes in bands of rows, from top to bottom."""
+    descr = np.lib.format.dtype_to_descr(np.dtype(dtype))
+    head = {"descr": descr, "fortran_order": False, "shape": tuple(shape)}
+    np.lib.format.write_array_header_1_0(file, head)
+    for band in bands:
+        file.write(np.ascontiguousarray(band, dtype).data)
 
 
 def encode_npy(image: NDArray[np.floating]) -> bytes:

@@ -83,7 +83,7 @@ class ConnectionLimits:
     """Counts the connections of a server. Used by one thread, that of the event loop.
 
     Beyond the limits there are a few more, on which only probes are answered. The oldest of them that is idle
-    makes room for the next: whoever holds them keeps no probe out.
+    makes room for the next: a client that holds them keeps no probe out.
 
     Parameters
     ----------

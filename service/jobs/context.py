@@ -15,7 +15,7 @@ from service.access.keys import CredentialCache
 from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
-from service.jobs.limits import BodyMemoryLimit, StreamLimit
+from service.jobs.limits import BodyMemoryLimit, PixelLimit, StreamLimit
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
@@ -49,6 +49,7 @@ class Service:
     readers: CapacityLimiter
     probes: CapacityLimiter
     streams: StreamLimit
+    encoding: PixelLimit
 
     async def read(self, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs) -> Answer:
         """Call a function that reads a document in a thread, few at once: large ones take much memory."""

@@ -167,6 +167,37 @@ class StreamLimit:
             self._count_of[principal.name] -= 1
 
 
+class PixelLimit:
+    """Bounds the pixels of the pictures that are encoded at once. Used by the event loop's thread alone.
+
+    Parameters
+    ----------
+    most : int
+        Pixels of all of them; a larger picture is encoded alone.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self._taken = 0
+        # They are served in the order in which they came: small pictures pass no large one.
+        self._turn, self._freed = asyncio.Lock(), asyncio.Event()
+
+    @asynccontextmanager
+    async def room(self, pixels: int) -> AsyncIterator[None]:
+        """Wait for room, and take it until the block ends."""
+        wanted = min(pixels, self.most)
+        async with self._turn:
+            while self._taken + wanted > self.most:
+                self._freed.clear()
+                await self._freed.wait()
+            self._taken += wanted
+        try:
+            yield
+        finally:
+            self._taken -= wanted
+            self._freed.set()
+
+
 class BodyMemoryLimit:
     """Bounds the bytes of all bodies in memory. Used by one thread, that of the event loop.
 

@@ -5,16 +5,19 @@ Final ones come from their files; before that they are composed of the finished 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import os
+import tempfile
+import time
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
-from typing import Literal
+from typing import IO, Literal
 
 import numpy as np
+import structlog
 from sqlalchemy.orm import Session
 
-from renderer import film
 from renderer.images import files as image_files
+from renderer.layers import LAYERS
 from schemas.api.jobs import JobState, TileEvent
 from schemas.scene import Display
 from schemas.tiles import Tile
@@ -28,17 +31,21 @@ from service.errors import (
     StoreReadOnlyError,
     UnknownLayerError,
 )
+from service.jobs.bands import Finished
 from service.jobs.context import Service
 from service.jobs.lifecycle import find
 from service.lifecycle import progress, rows
 from service.lifecycle.documents import work_of
 from service.storage.database.models import JobRow, RenderRow
+from service.storage.folder import translate_errors
 from service.storage.objects import Stored
-from service.storage.tiles import Layers, Pixels, StoredTile, TileStore
+from service.storage.tiles import Pixels, StoredTile, TileStore
 from service.workers import layers
 from service.workers.tasks import WHOLE
 
 Kind = Literal["png", "npy", "exr"]
+log = structlog.get_logger()
+
 MEDIA_TYPES: dict[Kind, str] = {"png": "image/png", "npy": "application/octet-stream", "exr": "image/x-exr"}
 
 
@@ -66,31 +73,41 @@ class Picture:
     the samples are in it, 0 to 1.
     """
 
-    content: bytes | Stored
+    content: Stored
     etag: str
     share: float
 
 
 @dataclass(frozen=True)
-class _Finished:
-    """What was finished when the database was read."""
+class Look:
+    """What is known of a picture before it is encoded.
 
-    job: str
-    render: RenderRow
-    coarse: StoredTile | None
-    parts: tuple[StoredTile, ...]
-    recorded: tuple[StoredTile, ...]
-    """The finished steps that may have recorded layers."""
+    Attributes
+    ----------
+    etag : str or None
+        The tag that it would have now; None where nothing is finished.
+    encoded : Picture or None
+        The picture, if its file is there.
+    pixels : int
+        How many there are to encode.
+    """
+
+    etag: str | None
+    encoded: Picture | None
+    pixels: int
 
 
-def etag_of(service: Service, job_id: str, requested: ImageRequest) -> str | None:
-    """Return the tag that the file would have now, without making it."""
+def look(service: Service, job_id: str, requested: ImageRequest) -> Look:
+    """Say what is known of a picture without encoding it."""
     with service.database.reading() as session:
         row = _find(session, job_id, requested)
-        render = row.render
-        return (
-            _etag(job_id, render, requested) if render and (render.image_sha256 or render.last_seq) else None
-        )
+    render = row.render
+    if render is None or not (render.image_sha256 or render.last_seq):
+        return Look(None, None, 0)
+    etag, found = _etag(job_id, render, requested), None
+    if render.image_sha256:
+        found = service.store.find(render.id, render.final_prefix + requested.name)
+    return Look(etag, Picture(found, etag, 1.0) if found else None, render.width * render.height)
 
 
 def picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
@@ -116,15 +133,11 @@ def _picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
     with service.database.reading() as session:
         finished = _finished(session, _find(session, job_id, requested))
     job, render = finished.job, finished.render
+    etag = _etag(job, render, requested)
     if render.image_sha256 is not None:
-        return Picture(_final(service.store, render, requested), _etag(job, render, requested), 1.0)
-    if requested.layer:
-        return _layer_so_far(service.store, finished, requested, requested.layer)
-    pixels = _so_far(service, finished)
-    sheets = _layers_so_far(service.store, finished, render.layers if requested.kind == "exr" else ())
-    return Picture(
-        _encode(pixels, sheets, render, requested), _etag(job, render, requested), progress.share(render)
-    )
+        return Picture(_final(service.store, finished, requested), etag, 1.0)
+    share = _layer_share(finished, requested.layer) if requested.layer else progress.share(render)
+    return Picture(_temporary(service.store, finished, requested), etag, share)
 
 
 def _find(session: Session, job_id: str, requested: ImageRequest) -> JobRow:
@@ -136,19 +149,19 @@ def _find(session: Session, job_id: str, requested: ImageRequest) -> JobRow:
     return row
 
 
-def _finished(session: Session, row: JobRow) -> _Finished:
+def _finished(session: Session, row: JobRow) -> Finished:
     render = row.render
     if render is None or row.state in (JobState.FAILED, JobState.CANCELLED):
         raise PictureGoneError(f"There is no picture. The job ended as {row.state.value}.")
     if render.image_sha256 is not None:
-        return _Finished(row.id, render, None, (), ())
+        return Finished(row.id, render)
     if render.last_seq == 0:
         raise PictureNotReadyError("No part of the picture is finished yet. Try again in a moment.")
     if render.target_error is not None:
         fresh, recorded = targets.fresh(session, render), targets.recorded(session, render)
-        return _Finished(row.id, render, None, tuple(fresh), tuple(recorded))
+        return Finished(row.id, render, None, tuple(fresh), tuple(recorded))
     parts = tuple(ledger.sampled(session, render))
-    return _Finished(row.id, render, ledger.coarse(session, render), parts, parts)
+    return Finished(row.id, render, ledger.coarse(session, render), parts, parts)
 
 
 def _etag(job: str, render: RenderRow, requested: ImageRequest) -> str:
@@ -156,80 +169,75 @@ def _etag(job: str, render: RenderRow, requested: ImageRequest) -> str:
     return f'"{render.image_sha256 or f"{job}-{render.last_seq}"}-{requested.name}"'
 
 
-def _final(store: TileStore, render: RenderRow, requested: ImageRequest) -> bytes | Stored:
-    prefix = render.final_prefix
-    found = store.find(render.id, prefix + requested.name)
+def _final(store: TileStore, finished: Finished, requested: ImageRequest) -> Stored:
+    """Find a final picture in the store, or encode it and keep it there."""
+    name = f"{finished.render.id}/{finished.render.final_prefix}{requested.name}"
+    found = store.objects.find(name)
     if found is not None:
         return found
-    pixels = store.get_array(render.id, f"{prefix}image.npy")
-    names = render.layers if requested.kind == "exr" else ()
-    sheets = {name: store.get_array(render.id, prefix + layers.file_name(name)) for name in names}
-    data = _encode(pixels, sheets, render, requested)
     try:
-        store.put_file(render.id, prefix + requested.name, data)
-        return store.find(render.id, prefix + requested.name) or data
+        with store.objects.draft(name) as draft:
+            _write(draft, store, finished, requested)
+            store.objects.keep(draft, name)
+        found = store.objects.find(name)
     except (StoreFullError, StoreReadOnlyError, StoreAwayError):
-        # The next request makes it again.
-        return data
+        # The next request encodes it again.
+        log.warning("encoded picture not kept", render=finished.render.id, name=requested.name)
+    return found or _temporary(store, finished, requested)
 
 
-def _encode(pixels: Pixels, sheets: Layers, render: RenderRow, requested: ImageRequest) -> bytes:
-    display = Display.model_validate(render.display)
-    if requested.width:
-        return image_files.encode_thumbnail(pixels, display, requested.width)
-    return image_files.encode(f".{requested.kind}", pixels, display, sheets)
+class _Unnamed:
+    """A temporary file that goes when nothing reads it any more."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        self.size = os.fstat(descriptor).st_size
+
+    def read(self, begin: int, end: int) -> bytes:
+        return os.pread(self._descriptor, end - begin, begin)
+
+    def __del__(self) -> None:
+        os.close(self._descriptor)
 
 
-def _layer_so_far(store: TileStore, finished: _Finished, requested: ImageRequest, name: str) -> Picture:
+def _temporary(store: TileStore, finished: Finished, requested: ImageRequest) -> Stored:
+    """Encode a picture to a file that is there as long as it is sent."""
+    with translate_errors(), tempfile.NamedTemporaryFile() as file:
+        _write(file, store, finished, requested)
+        unnamed = _Unnamed(os.dup(file.fileno()))
+    return Stored(unnamed.size, time.time(), None, unnamed.read)
+
+
+def _write(file: IO[bytes], store: TileStore, finished: Finished, requested: ImageRequest) -> None:
+    """Encode a picture band by band."""
+    render = finished.render
+    size = render.height, render.width
+    if requested.layer:
+        layer, sheets = LAYERS[requested.layer], finished.layer(store, requested.layer)
+        shape = layer.blank(*size).shape
+        image_files.write_npy(file, shape, layer.dtype, (sheet[layer.name] for sheet in sheets))
+    elif requested.kind == "exr":
+        image_files.write_exr(file.name, size, finished.bands(store, render.layers), render.layers)
+    else:
+        pixels = (pixels for pixels, _ in finished.bands(store, ()))
+        if requested.kind == "npy":
+            image_files.write_npy(file, (*size, 3), np.float32, pixels)
+        else:
+            display = Display.model_validate(render.display)
+            image_files.write_png(file, size, pixels, display, requested.width)
+    file.flush()
+
+
+def _layer_share(finished: Finished, name: str) -> float:
+    """Return the finished share of a layer, 0 to 1; PictureNotReadyError where that is nothing."""
     render, parts = finished.render, layers.recorded(finished.recorded, (name,))
     if render.target_error is not None and not layers.of_centres(name):
         raise PictureNotReadyError("With target quality this layer is there when the picture is finished.")
     if not parts:
         raise PictureNotReadyError("No part of the layer is finished yet. Try again in a moment.")
-    sheet = _layers_so_far(store, finished, (name,))[name]
     passes = [pass_ for pass_ in rows.passes_of(render) if layers.records(pass_, (name,))]
     total = sum(rows.work(pass_, Tile(0, 0, 0, render.width, render.height)) for pass_ in passes)
-    share = sum(rows.work(part.pass_, part.tile) for part in parts) / total
-    return Picture(image_files.encode_layer(sheet), _etag(finished.job, render, requested), share)
-
-
-def _layers_so_far(store: TileStore, finished: _Finished, names: Sequence[str]) -> Layers:
-    render = finished.render
-    return layers.composed(store, render.id, (render.height, render.width), names, finished.recorded)
-
-
-def _so_far(service: Service, finished: _Finished) -> Pixels:
-    render, store = finished.render, service.store
-    if render.target_error is not None:
-        return _target_so_far(service, render, finished.parts)
-    image = np.zeros((render.height, render.width, 3), np.float32)
-    if finished.coarse is not None:
-        stride = finished.coarse.pass_.stride
-        image[:] = film.enlarge(
-            store.get_tile(render.id, finished.coarse), stride, render.height, render.width
-        )
-    for tile, pixels in means(store, render.id, finished.parts):
-        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = pixels
-    return image
-
-
-def means(store: TileStore, job_id: str, parts: Sequence[StoredTile]) -> Iterator[tuple[Tile, Pixels]]:
-    """Yield the mean of all samples of each tile; its finished passes are given in order."""
-    found = zip(parts, store.get_tiles(job_id, parts), strict=True)
-    for _, group in groupby(found, key=lambda one: one[0].tile.index):
-        steps = list(group)
-        yield steps[0][0].tile, film.compose([(part.pass_, pixels) for part, pixels in steps])
-
-
-def _target_so_far(service: Service, render: RenderRow, fresh: Sequence[StoredTile]) -> Pixels:
-    """Paint the finished tiles of the pass that is not merged yet over the newest merged picture."""
-    image = np.zeros((render.height, render.width, 3), np.float32)
-    if render.merges:
-        image[:] = _merged(service, render)
-    for part, found in zip(fresh, service.store.get_tiles(render.id, fresh), strict=True):
-        tile = part.tile
-        image[tile.y0 : tile.y1, tile.x0 : tile.x1] = found
-    return image
+    return sum(rows.work(part.pass_, part.tile) for part in parts) / total
 
 
 def visible_events(events: Sequence[TileEvent]) -> list[TileEvent]:

@@ -14,9 +14,10 @@ from schemas.api.jobs import JobState, TileBatch, TileEvent
 from schemas.scene import Display
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
+from service.jobs.bands import means
 from service.jobs.context import Service
 from service.jobs.lifecycle import find
-from service.jobs.pictures import means, target_pixels, visible_events
+from service.jobs.pictures import target_pixels, visible_events
 from service.lifecycle.documents import failure_of, progress_of
 from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.storage.tiles import Pixels, StoredTile, TileStore

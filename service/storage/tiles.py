@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 import time
 import zipfile
@@ -27,6 +28,8 @@ PassMap = Literal["levels", "pilots", "picture"]
 samples, float32 (7, H, W), and the picture after it."""
 LAYERS_SUFFIX = ".npz"
 TILES = "tiles"
+NPY_HEAD_BYTES = 4096
+"""More than the head of an .npy file has that was written here."""
 UNFINISHED_SECONDS = 3600.0
 """What is younger may be a file that another server is writing."""
 _FINAL = re.compile(r"((?:\d+-)?)(?:image[.-]|layer-)")
@@ -46,6 +49,28 @@ class StoredTile:
     def shape(self) -> tuple[int, int, int]:
         """Shape of its pixels: rows, columns, channels."""
         return _shape(self.tile, self.pass_)
+
+
+class StoredRows:
+    """An .npy file in the store, of which rows are read and no others.
+
+    Attributes
+    ----------
+    shape, dtype
+        Of the whole array.
+    """
+
+    def __init__(self, stored: Stored) -> None:
+        head = io.BytesIO(stored.read(0, min(stored.size, NPY_HEAD_BYTES)))
+        np.lib.format.read_magic(head)
+        self.shape, _, self.dtype = np.lib.format.read_array_header_1_0(head)
+        self._row_bytes = self.dtype.itemsize * math.prod(self.shape[1:])
+        self._stored, self._begin = stored, stored.size - self.shape[0] * self._row_bytes
+
+    def read(self, top: int, bottom: int) -> NDArray[Any]:
+        """Return the rows from the first number up to the second."""
+        places = (self._begin + row * self._row_bytes for row in (top, bottom))
+        return np.frombuffer(self._stored.read(*places), self.dtype).reshape(-1, *self.shape[1:])
 
 
 class TileStore:
@@ -118,6 +143,10 @@ class TileStore:
         """Return a result of a job that is an .npy file, for reading."""
         return self.objects.array(f"{job}/{name}")
 
+    def get_rows(self, job: str, name: str) -> StoredRows:
+        """Open a result of a job that is an .npy file, to read some of its rows."""
+        return self._rows(f"{job}/{name}")
+
     def find(self, job: str, name: str) -> Stored | None:
         """Describe a result of a job; None if there is none."""
         return self.objects.find(f"{job}/{name}")
@@ -149,6 +178,16 @@ class TileStore:
     def get_map(self, job: str, pass_index: int, attempt: int, kind: PassMap) -> NDArray[Any]:
         """Return what ``put_map`` was given, read-only."""
         return self.objects.array(_pass_name(job, pass_index, kind, attempt))
+
+    def get_map_rows(self, job: str, pass_index: int, attempt: int, kind: PassMap) -> StoredRows:
+        """Open what ``put_map`` was given, to read some of its rows."""
+        return self._rows(_pass_name(job, pass_index, kind, attempt))
+
+    def _rows(self, name: str) -> StoredRows:
+        stored = self.objects.find(name)
+        if stored is None:
+            raise FileNotFoundError(name)
+        return StoredRows(stored)
 
     def drop_passes_before(self, job: str, pass_index: int) -> None:
         """Delete the files of all earlier passes with the pixels of their tiles, but not their layers."""

@@ -10,7 +10,7 @@ import pytest
 
 from schemas.api.batches import FLOAT32, unpack
 from tests.integration.conftest import Start
-from tests.integration.support import ON_BOTH, TIMEOUT, finish, image, long_scene, scene, submit, wait
+from tests.integration.support import ON_BOTH, TIMEOUT, finish, image, job_of, long_scene, scene, submit, wait
 
 BINARY = {"Accept": "application/octet-stream"}
 
@@ -93,6 +93,20 @@ def painted(tiles: list, height: int, width: int, canvas: np.ndarray | None = No
         pixels = pixels.repeat(head.stride, 0).repeat(head.stride, 1)
         canvas[head.y0 : head.y1, head.x0 : head.x1] = pixels[: head.y1 - head.y0, : head.x1 - head.x0]
     return canvas
+
+
+def test_a_picture_that_is_being_rendered_shows_its_tiles_in_their_places(client: httpx2.Client) -> None:
+    job = submit(client, long_scene())
+    wait(client, job, lambda found: found["progress"]["done"] >= 40)
+    client.post(f"/v1/jobs/{job}/pause").raise_for_status()
+    news, before = None, None
+    # Tiles that were begun are finished.
+    while news is None or (news[0].next, job_of(client, job)["last_seq"]) != (before, before):
+        before = job_of(client, job)["last_seq"]
+        news, shown = unpack(client.get(f"/v1/jobs/{job}/tiles", headers=BINARY).content), image(client, job)
+    assert job_of(client, job)["state"] == "running"
+    np.testing.assert_array_equal(shown, painted(news[1], 256, 256))
+    client.delete(f"/v1/jobs/{job}")
 
 
 def test_a_batch_in_eight_bits_is_a_quarter_of_the_size(client: httpx2.Client, done: str) -> None:

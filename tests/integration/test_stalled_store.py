@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -68,16 +69,32 @@ def test_every_call_is_given_up(object_store: S3Server) -> None:
 
 @BOTH
 def test_a_server_that_waits_for_its_bucket_as_it_starts_keeps_no_other_from_writing(
-    object_store: S3Server, database: Database
+    object_store: S3Server, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     place = place_of(f"s3://{BUCKET}/started-{next(NUMBERS)}")
-    with ThreadPoolExecutor(1) as pool, stalled(object_store):
+    reached, keep = threading.Event(), place.put
+
+    def put(name: str, data: bytes) -> None:
+        """Let the bucket stall when the place is about to be marked."""
+        object_store.stall()
+        reached.set()
+        keep(name, data)
+
+    with monkeypatch.context() as patch, ThreadPoolExecutor(1) as pool:
+        patch.setattr(place, "put", put)
         starting = pool.submit(ownership.check, database, place)
-        for _ in range(10):
-            with database.writing() as session:
-                session.execute(text("UPDATE leader SET term = term + 1"))
-        assert not starting.done()
-        assert isinstance(starting.exception(), StoreAwayError)
+        try:
+            assert reached.wait(TIMEOUT)
+            for _ in range(10):
+                with database.writing() as session:
+                    session.execute(text("UPDATE leader SET term = term + 1"))
+            assert not starting.done()
+            assert isinstance(starting.exception(), StoreAwayError)
+        finally:
+            object_store.resume()
+    # The next start finds what this one has begun.
+    for _ in range(2):
+        ownership.check(database, place)
 
 
 def test_a_request_that_does_not_need_the_bucket_does_not_wait_for_it(

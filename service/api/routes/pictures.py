@@ -6,6 +6,7 @@ from enum import IntEnum
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Query, Request
+from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 
 from schemas.api.plans import Convergence
@@ -90,7 +91,7 @@ NO_EXR = problem(501, "The service was installed without the extra `exr`.", "ext
     responses=_responses("png") | NO_WIDTH,
     summary="Get the picture as PNG",
 )
-def get_png(
+async def get_png(
     here: Here,
     request: Request,
     job_id: JobId,
@@ -98,7 +99,7 @@ def get_png(
     after: ShownEvent = None,  # noqa: ARG001  (part of the address alone)
 ) -> Response:
     """Get the picture as a PNG file with the scene's `display` applied, as far as it is finished."""
-    return _answer(here, request, job_id, ImageRequest("png", width=width))
+    return await _answer(here, request, job_id, ImageRequest("png", width=width))
 
 
 @router.get(
@@ -107,9 +108,9 @@ def get_png(
     responses=_responses("npy"),
     summary="Get the picture as NumPy file",
 )
-def get_npy(here: Here, request: Request, job_id: JobId) -> Response:
+async def get_npy(here: Here, request: Request, job_id: JobId) -> Response:
     """Get the linear picture as a NumPy file: float32, height x width x 3, row 0 at the top."""
-    return _answer(here, request, job_id, ImageRequest("npy"))
+    return await _answer(here, request, job_id, ImageRequest("npy"))
 
 
 @router.get(
@@ -118,9 +119,9 @@ def get_npy(here: Here, request: Request, job_id: JobId) -> Response:
     responses=_responses("exr") | NO_EXR,
     summary="Get the picture as OpenEXR",
 )
-def get_exr(here: Here, request: Request, job_id: JobId) -> Response:
+async def get_exr(here: Here, request: Request, job_id: JobId) -> Response:
     """Get the linear picture and all layers of the job in one OpenEXR file."""
-    return _answer(here, request, job_id, ImageRequest("exr"))
+    return await _answer(here, request, job_id, ImageRequest("exr"))
 
 
 @router.get(
@@ -129,26 +130,27 @@ def get_exr(here: Here, request: Request, job_id: JobId) -> Response:
     responses=_responses("npy") | NO_LAYER,
     summary="Get a layer",
 )
-def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart) -> Response:
+async def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart) -> Response:
     """Get a layer of the request as a NumPy file: height x width, or height x width x channels.
 
     While the job runs, unfinished pixels look as if their ray hit nothing, and `X-Progress` is the share of
     finished ones. With target quality, `samples` and `error` come at the end.
     """
-    return _answer(here, request, job_id, ImageRequest("npy", name))
+    return await _answer(here, request, job_id, ImageRequest("npy", name))
 
 
-def _answer(service: Service, request: Request, job_id: str, requested: ImageRequest) -> Response:
-    etag = pictures.etag_of(service, job_id, requested)
-    unchanged = not_modified(request, etag) if etag else None
+async def _answer(service: Service, request: Request, job_id: str, requested: ImageRequest) -> Response:
+    look = await run_in_threadpool(pictures.look, service, job_id, requested)
+    unchanged = not_modified(request, look.etag) if look.etag else None
     if unchanged:
         return unchanged
-    picture = pictures.picture(service, job_id, requested)
+    picture = look.encoded
+    if picture is None:
+        async with service.encoding.room(look.pixels):
+            picture = await run_in_threadpool(pictures.picture, service, job_id, requested)
     headers = {"ETag": picture.etag, "X-Progress": f"{picture.share:.4f}", "Cache-Control": "no-cache"}
     media_type = pictures.MEDIA_TYPES[requested.kind]
-    if isinstance(picture.content, bytes):
-        return Response(picture.content, media_type=media_type, headers=headers)
-    return stored_response(request, picture.content, media_type, headers)
+    return await run_in_threadpool(stored_response, request, picture.content, media_type, headers)
 
 
 FormChoice = Annotated[
