@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from accuracy.comparison.shown import names_of
@@ -39,16 +39,24 @@ class Alteration:
         What the hint says about this scene.
     change : callable or None
         A mistake that no scene has, made in its plan.
+    place : int
+        Which of the scene's alterations this is; -1 for none.
     """
 
     cause: str
     scene: LoadedScene
     about: str = ""
     change: Change | None = None
+    place: int = -1
 
 
 def alterations(scene: LoadedScene) -> Iterator[Alteration]:
     """All mistakes that apply to a scene."""
+    for place, alteration in enumerate(_applying(scene)):
+        yield replace(alteration, place=place)
+
+
+def _applying(scene: LoadedScene) -> Iterator[Alteration]:
     document = scene.document
     yield from _without(scene)
     updates = [*_cameras(document), *_shapes(document)]

@@ -146,10 +146,10 @@ def _explained(outcome: Outcome, pardon: str, charged: Sequence[Cause], causes: 
 
 
 def _fingerprint(found: _Found, reference: Wanted) -> Fingerprint | None:
-    """Of the picture that is judged; none if it has a known mistake, which others may have made as well."""
-    if found.whole.causes and not found.pardon:
+    """Of the picture without mistakes of its program; none if it has a known mistake, which others may have made as well."""
+    if found.right.causes and not found.pardon:
         return None
-    return fingerprint(found.judged.image, reference.picture)
+    return fingerprint(found.right.image, reference.picture)
 
 
 def _compared(
@@ -160,7 +160,8 @@ def _compared(
     def without(mistakes: Sequence[ProgramMistake]) -> Comparison:
         if not mistakes:
             return submitted
-        return compared(test.accept, repaired(picture, reference, run.mistakes, mistakes), reference.picture)
+        image = repaired(picture, reference, run.mistakes, mistakes, run.keep)
+        return compared(test.accept, image, reference.picture)
 
     try:
         submitted = compared(test.accept, picture, reference.picture)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 import renderer
 from accuracy.comparison import Picture
@@ -17,6 +20,7 @@ from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
 from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from service.grading.accepting import noiseless
+from service.grading.keeping import kept
 from service.grading.program_mistakes import ProgramMistake, ProgramMistakes
 from service.grading.wanted import Wanted
 
@@ -39,7 +43,11 @@ class DisplacedPinhole(Pinhole):
 
 
 def repaired(
-    picture: Picture, reference: Wanted, mistakes: ProgramMistakes, undone: Sequence[ProgramMistake]
+    picture: Picture,
+    reference: Wanted,
+    mistakes: ProgramMistakes,
+    undone: Sequence[ProgramMistake],
+    keep: Path | None = None,
 ) -> Picture:
     """A picture as it would be without some of its program's mistakes.
 
@@ -47,16 +55,18 @@ def repaired(
     ----------
     undone
         The mistakes to undo.
+    keep
+        A folder of rendered pictures that other submissions share.
     """
     program = mistakes.made(undone)
     ambient = None
     if program.lightless and reference.scene is not None:
-        ambient = ambient_term(reference.scene, SAMPLES, program.offset)
+        ambient = ambient_term(reference.scene, SAMPLES, program.offset, keep)
     wanted = reference.picture.linear
     linear = program.undone(picture.linear, wanted, ambient)
     if program.offset is not None:
         # What an offset changes does not depend on the picture: its noise stays as it is.
-        linear = np.clip(linear + wanted - _displaced(reference, program.offset), 0, 1)
+        linear = np.clip(linear + wanted - _displaced(reference, program.offset, keep), 0, 1)
     if any(each.kind == "antialiasing" for each in undone):
         linear = without_jags(linear, wanted)
     # Undoing a mistake changes the noise.
@@ -71,7 +81,9 @@ def without_jags(image: Floats, reference: Floats) -> Floats:
     return np.asarray(reference + image - np.clip(image, *neighbourhood(reference)))
 
 
-def ambient_term(scene: LoadedScene, samples: int, offset: Displacement | None = None) -> Floats | None:
+def ambient_term(
+    scene: LoadedScene, samples: int, offset: Displacement | None = None, keep: Path | None = None
+) -> Floats | None:
     """The part of a picture that is its ambient term, linear (H, W, 3); None where there is none."""
     document = scene.document
     materials = [document.materials[name] for name in {shape.material for shape in document.shapes}]
@@ -79,18 +91,24 @@ def ambient_term(scene: LoadedScene, samples: int, offset: Displacement | None =
     if not lit or not any(document.ambient):
         return None
     dark = document.model_copy(update={"lights": (), "background": (0.0, 0.0, 0.0)})
-    return _rendered(LoadedScene(dark, scene.assets), samples, offset)
+    return _rendered(LoadedScene(dark, scene.assets), samples, offset, keep)
 
 
-def _displaced(reference: Wanted, offset: Displacement) -> Floats:
+def _displaced(reference: Wanted, offset: Displacement, keep: Path | None) -> Floats:
     """The reference with an offset: rendered where its scene is known and its camera has no lens."""
     scene = reference.scene
     if scene is None or scene.document.camera.lens_radius > 0:
         return offset.of(reference.picture.linear)
-    return np.clip(_rendered(scene, SAMPLES, offset), 0, 1)
+    return np.clip(_rendered(scene, SAMPLES, offset, keep), 0, 1)
 
 
-def _rendered(scene: LoadedScene, samples: int, offset: Displacement | None) -> Floats:
+def _rendered(scene: LoadedScene, samples: int, offset: Displacement | None, keep: Path | None) -> Floats:
+    cause = "" if offset is None else offset.cause
+    key = f"offset {cause} {samples} {scene.document.model_dump_json()}"
+    return kept(keep, key, partial(_image, scene, samples, offset)).astype(np.float64)
+
+
+def _image(scene: LoadedScene, samples: int, offset: Displacement | None) -> NDArray[np.float32]:
     light = scene.document.sampling.light
     # A scene with a single light sample keeps it: its hard shadows are intended.
     single = (light.pattern, light.samples) == ("uniform", 1)
@@ -103,7 +121,7 @@ def _rendered(scene: LoadedScene, samples: int, offset: Displacement | None) -> 
     if offset is not None:
         parts = {field.name: getattr(plan.camera, field.name) for field in fields(Pinhole)}
         plan = replace(plan, camera=DisplacedPinhole(**parts, displacement=offset))
-    return renderer.render(plan).image.astype(np.float64)
+    return renderer.render(plan).image
 
 
 def _rounding(picture: Picture, program: Program) -> Floats:

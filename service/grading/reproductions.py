@@ -101,7 +101,7 @@ class Reproductions:
     def draw(self, alteration: Alteration, detail: Detail) -> Floats:
         """The picture of a mistake, linear, clipped to 0..1, (H, W, 3) with the size of trials."""
         scene = self.reduced(alteration.scene, detail)
-        key = f"{alteration.cause} {alteration.about} {detail} {scene.document.model_dump_json()}"
+        key = f"{alteration.place} {detail} {scene.document.model_dump_json()}"
         picture = kept(self.keep, key, partial(self._rendered, alteration, scene, detail))
         return np.clip(picture.astype(np.float64), 0, 1)
 

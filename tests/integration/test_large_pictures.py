@@ -1,4 +1,4 @@
-"""Pictures as large as the service takes them: whoever asks for them does not take its memory."""
+"""Pictures as large as the service takes them: a client that asks for them does not take its memory."""
 
 from __future__ import annotations
 
