@@ -146,7 +146,7 @@ def _explained(outcome: Outcome, pardon: str, charged: Sequence[Cause], causes: 
 
 
 def _fingerprint(found: _Found, reference: Wanted) -> Fingerprint | None:
-    """Of the picture without mistakes of its program; none if it has a known mistake, which others may have made as well."""
+    """Of the picture without mistakes of its program; none if it has another: others may have made it as well."""
     if found.right.causes and not found.pardon:
         return None
     return fingerprint(found.right.image, reference.picture)
