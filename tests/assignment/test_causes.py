@@ -56,9 +56,8 @@ def test_a_mistake_that_another_explains_as_well_is_not_named(tmp_path: Path) ->
 
 
 def test_the_last_shape_hit_is_named_where_it_is_not_the_nearest() -> None:
-    """The shapes of the room in reverse order: floor and wall come last and cover the others."""
+    """Floor and wall of the room come last and cover the others."""
     document = program.read(FOLDER, "shadow_hard")
-    document["shapes"].reverse()
     scene = renderer.load_scene(document)
     pictures = (
         Tracer(document, FOLDER, frozenset(["last_shape_wins"])).picture(SAMPLES),

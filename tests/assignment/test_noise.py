@@ -40,11 +40,6 @@ def test_noise_buys_no_points(bench: Bench, kind: str) -> None:
     assert "noise_without_samples" in {signal.code for signal in outcome.signals}
 
 
-def test_jagged_edges_that_are_forgiven_are_not_called_noise(bench: Bench) -> None:
-    jagged = tracer("phong_matte", "one_sample").picture()
-    assert graded(bench, "phong_matte", jagged).share == 1
-
-
 def test_a_blur_is_no_antialiasing(bench: Bench) -> None:
     blurred = smoothed(tracer("antialiasing", "one_sample").picture(), 0.8)
     outcome = graded(bench, "antialiasing", blurred)
