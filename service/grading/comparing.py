@@ -146,7 +146,7 @@ def _explained(outcome: Outcome, pardon: str, charged: Sequence[Cause], causes: 
 
 
 def _fingerprint(found: _Found, reference: Wanted) -> Fingerprint | None:
-    """Of the picture without mistakes of its program; none if it has another: others may have made it as well."""
+    """Of the picture without mistakes of its program; none if another remains, which others may share."""
     if found.right.causes and not found.pardon:
         return None
     return fingerprint(found.right.image, reference.picture)
@@ -160,8 +160,7 @@ def _compared(
     def without(mistakes: Sequence[ProgramMistake]) -> Comparison:
         if not mistakes:
             return submitted
-        image = repaired(picture, reference, run.mistakes, mistakes, run.keep)
-        return compared(test.accept, image, reference.picture)
+        return compared(test.accept, *repaired(picture, reference, run.mistakes, mistakes, run.keep))
 
     try:
         submitted = compared(test.accept, picture, reference.picture)
@@ -169,7 +168,7 @@ def _compared(
         judged, pardon = forgiven(test.accept, whole)
         part = whole
         if pardon or test.region is not None or test.mask is not None:
-            pair = selection.pair(judged, reference.picture)
+            pair = selection.pair(judged, whole.reference)
             part = compared(test.accept, *pair, selection.blocks)
         right = without((*undone, *charged)) if charged else whole
         return _Found(submitted, whole, part, right, pardon)

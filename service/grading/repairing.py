@@ -14,6 +14,7 @@ import renderer
 from accuracy.comparison import Picture
 from accuracy.comparison.diagnosis import neighbourhood
 from accuracy.comparison.displacing import Displacement
+from accuracy.comparison.noise import sample_variances
 from accuracy.comparison.programs import UNDO, Program
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats
@@ -48,8 +49,8 @@ def repaired(
     mistakes: ProgramMistakes,
     undone: Sequence[ProgramMistake],
     keep: Path | None = None,
-) -> Picture:
-    """A picture as it would be without some of its program's mistakes.
+) -> tuple[Picture, Picture]:
+    """A picture as it would be without some of its program's mistakes, and what to compare it with.
 
     Parameters
     ----------
@@ -70,7 +71,18 @@ def repaired(
     if any(each.kind == "antialiasing" for each in undone):
         linear = without_jags(linear, wanted)
     # Undoing a mistake changes the noise.
-    return replace(noiseless(picture), linear=linear, rounding=_rounding(picture, program))
+    right = replace(noiseless(picture), linear=linear, rounding=_rounding(picture, program))
+    return right, reference.picture if program.offset is None else _with_noise_around(reference.picture)
+
+
+def _with_noise_around(reference: Picture) -> Picture:
+    """A reference with the noise of the noisiest neighbour: an offset puts noise up to a pixel elsewhere."""
+    single = sample_variances(reference)
+    if single is None:
+        return reference
+    samples = reference.layers["samples"].astype(np.float64)[:, :, None]
+    error = np.sqrt(neighbourhood(single)[1] / samples)
+    return replace(reference, layers={**reference.layers, "error": error})
 
 
 def without_jags(image: Floats, reference: Floats) -> Floats:

@@ -157,7 +157,7 @@ MISTAKES = (
         "one_sample",
         "one sample in the middle of a pixel",
         PICTURES,
-        of("antialiasing_missing", "antialiasing", "antialiasing_advanced") | of("", "shadow_soft"),
+        of("antialiasing_missing", "antialiasing", "antialiasing_advanced"),
     ),
     Mistake("texture_upside_down", "row 0 is v = 0", ("texture",), of("texture_upside_down", "texture")),
     Mistake("texture_mirrored", "column 0 is u = 1", ("texture",), of("texture_mirrored", "texture")),
