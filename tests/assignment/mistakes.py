@@ -134,7 +134,10 @@ MISTAKES = (
     Mistake("no_highlight", "no specular term", LIT, of("highlights_missing", "phong_highlights")),
     Mistake("blinn", "(n . h) for (r . v)", LIT, of("halfway_vector", "phong_highlights")),
     Mistake(
-        "no_max", "n . l in place of max(0, n . l)", LIT, of("cosine_not_clamped", "phong_matte", *SHADOWS)
+        "no_max",
+        "n . l in place of max(0, n . l)",
+        LIT,
+        of("cosine_not_clamped", "phong_matte", "shadow_hard") | of("", "shadow_soft"),
     ),
     Mistake("no_ambient", "no ambient term", LIT, of("ambient_missing", "phong_matte", "phong_highlights")),
     Mistake(
