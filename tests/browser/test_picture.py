@@ -83,7 +83,8 @@ def test_every_number_gets_the_code_that_the_service_gives_it(
     got = bare_page.evaluate(ENCODE, [base64.b64encode(values.tobytes()).decode(), exposure, transfer])
     display = Display(transfer=transfer, exposure=exposure)
     codes = np.frombuffer(base64.b64decode(got), np.uint8)
-    np.testing.assert_array_equal(codes, image_files.displayed(values, display))
+    served = image_files.displayed(values.reshape(1, -1, 3), display)
+    np.testing.assert_array_equal(codes, served.ravel())
 
 
 @pytest.mark.parametrize("display", [{}, {"transfer": "linear", "exposure": 0.6}])
