@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from schemas.errors import Problem
 
 _FIRM = "\N{NO-BREAK SPACE}"
-_QUOTED = re.compile(r"(?<!\w)'[^']*'(?!\w)")
+_QUOTED = re.compile(r"(?:\bpip install )?(?<!\w)'[^']*'(?!\w)")
 
 LONGEST_LINE = 100
 SHORTEST_LINE = 20

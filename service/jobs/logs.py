@@ -14,6 +14,7 @@ from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
 from service.lifecycle import progress
 from service.storage.database.models import JobRow, RenderRow, TileRow
+from service.workers.tasks import WHOLE
 
 MOST_STEPS = 50
 """Most repeated steps that are listed, as many as problems of a request."""
@@ -39,6 +40,9 @@ def _repeated(session: Session, render: RenderRow | None) -> list[TileRow]:
     if render is None:
         return []
     query = select(TileRow).where(TileRow.render == render.number)
+    if render.target_error is not None:
+        # Merging numbers its attempts on from pass to pass.
+        query = query.where(TileRow.tile != WHOLE)
     unusual = query.where(or_(TileRow.attempt > 1, TileRow.deaths > 0))
     return list(session.scalars(unusual.order_by(TileRow.pass_index, TileRow.tile)))
 

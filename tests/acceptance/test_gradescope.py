@@ -106,7 +106,7 @@ def test_what_is_packed_is_what_setup_and_the_manifest_name(tmp_path: Path) -> N
     (installed,) = [line for line in (source / "setup.sh").read_text().splitlines() if "pip install" in line]
     assert "--constraint constraints.txt" in installed
     assert (source / "constraints.txt").read_bytes() == CONSTRAINTS.read_bytes()
-    assert (source / "references" / "shadow_soft.npy").is_file()
+    assert (source / "references" / "shadow_soft.npz").is_file()
     assert not (source / "gradescope").exists()
 
 

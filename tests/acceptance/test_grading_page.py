@@ -24,6 +24,7 @@ PAGE = page("how-to/grading.md")
 
 def test_an_assistant_who_follows_the_page_has_an_autograder_and_a_gradebook(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
+    shutil.copy(ROOT / "constraints.txt", tmp_path)
     (tmp_path / "dist").mkdir()
     (tmp_path / "dist" / "penumbra_render-1-py3-none-any.whl").touch()
     shell("\n".join(blocks(PAGE, "sh")), tmp_path, timeout=550)

@@ -30,7 +30,7 @@ ELSEWHERE = (
 
 
 def exceptions() -> Iterator[type[Exception]]:
-    """All exception classes that the project defines."""
+    """All exception classes that the project defines, but those that are caught in their own module."""
     for package in (schemas, renderer, service):
         for found in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
             if found.name.startswith(ELSEWHERE) or found.name.endswith((".env", "__main__")):
@@ -41,6 +41,7 @@ def exceptions() -> Iterator[type[Exception]]:
                     isinstance(value, type)
                     and issubclass(value, Exception)
                     and value.__module__ == found.name
+                    and not value.__name__.startswith("_")
                 ):
                     yield value
 
