@@ -137,7 +137,7 @@ def compare(
         equal=equal,
         bias=biased,
         scores=scores,
-        cause=causes[0].cause if causes else None,
+        explained=bool(causes),
         policy=policy,
         noise=noisy,
     )

@@ -73,7 +73,7 @@ def judge(
     equal: bool,
     bias: Bias,
     scores: Scores | None,
-    cause: str | None,
+    explained: bool,
     policy: Policy,
     noise: Noise | None = None,
 ) -> Judgement:
@@ -85,8 +85,8 @@ def judge(
         They differ by no more than rounding.
     scores
         Of the noise that both pictures state; it decides in place of `bias` where it is known.
-    cause
-        The mistake that explains the difference, if there is one.
+    explained
+        Undoing one mistake makes the pictures agree.
     noise
         How noisy blocks are; None where any noise is allowed.
     """
@@ -94,9 +94,9 @@ def judge(
         return Judgement("match", "No pixel differs by more than rounding.", "rounding", None, None)
     found = _by_blocks(bias, noise, policy) if scores is None else _by_variances(scores)
     # A mistake says more than the noise that it looks like.
-    if cause is None or (found.verdict == "mismatch" and found.test != "noise"):
+    if not explained or (found.verdict == "mismatch" and found.test != "noise"):
         return found
-    reason = f"Undoing one mistake makes the pictures agree: {cause}."
+    reason = "Undoing one mistake makes the pictures agree."
     return Judgement("mismatch", reason, "diagnosis", None, found.samples_factor)
 
 

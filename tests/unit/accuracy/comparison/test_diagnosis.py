@@ -52,7 +52,7 @@ def test_a_moved_picture_has_each_pixel_where_it_was_moved_to(right: int, down: 
 def verdict(ratios: list[float], most_bias: float = 0.25) -> str:
     policy = Policy(most_bias=most_bias)
     found = Bias(np.array([ratios]), np.zeros((1, len(ratios))))
-    return judge(equal=False, bias=found, scores=None, cause=None, policy=policy).verdict
+    return judge(equal=False, bias=found, scores=None, explained=False, policy=policy).verdict
 
 
 def test_pictures_differ_when_more_blocks_are_biased_than_may_be() -> None:
@@ -67,7 +67,7 @@ def test_the_margin_is_the_share_of_the_limit_that_is_left() -> None:
         equal=False,
         bias=Bias(np.array([[2.0, 0.0, 0.0, 0.0, 0.0]]), np.zeros((1, 5))),
         scores=None,
-        cause=None,
+        explained=False,
         policy=Policy(most_bias=0.4),
     )
     assert found.margin == pytest.approx(0.5)
@@ -80,7 +80,11 @@ def test_so_many_times_the_samples_do_settle_it() -> None:
     ordered = np.sort(noise.reshape(64, 3), axis=0)
     shift = 0.02 - ordered[6:58].mean(axis=0)
     found = judge(
-        equal=False, bias=bias(noise + shift, nothing), scores=None, cause=None, policy=Policy(most_bias=0.0)
+        equal=False,
+        bias=bias(noise + shift, nothing),
+        scores=None,
+        explained=False,
+        policy=Policy(most_bias=0.0),
     )
     assert found.verdict == "noisy_match"
     factor = found.samples_factor
@@ -95,7 +99,7 @@ def test_a_mistake_makes_a_mismatch_of_what_blocks_do_not_see() -> None:
         equal=False,
         bias=Bias(np.zeros((1, 1)), np.zeros((1, 1))),
         scores=None,
-        cause="one_pixel_left",
+        explained=True,
         policy=Policy(),
     )
     assert (found.verdict, found.test, found.samples_factor) == ("mismatch", "diagnosis", None)
