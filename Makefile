@@ -4,6 +4,8 @@ PYTHON ?= python3
 # The versions to install; `make test CONSTRAINTS=` takes the newest instead.
 CONSTRAINTS ?= --constraint constraints.txt
 BIN := .venv/bin
+# What checks the page: Node and npm are for this alone, and nothing of it is shipped.
+WEB := tools/web
 # Scenes of docs/explanation/accuracy-costs-time.md, and the most seconds for each.
 STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery/lens gallery/glass
 STUDY_SECONDS ?= 250
@@ -27,13 +29,15 @@ test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed-test  ## run all tests, the fast ones first
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 
-check: .venv/installed-check  ## lint, format, types, which package may import which, images, known advisories, documentation
+check: .venv/installed-check $(WEB)/node_modules/installed  ## lint, format, types, which package may import which, images, known advisories, documentation
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/check_words.py
 	$(BIN)/hadolint Dockerfile scenes/assignment/gradescope/Dockerfile
+	$(WEB)/node_modules/.bin/prettier --config $(WEB)/prettier.json --check service/web tools/web
+	$(WEB)/node_modules/.bin/eslint --config $(WEB)/eslint.config.js service/web
 	$(BIN)/python -m benchmarks.audit
 	$(BIN)/mkdocs build
 
@@ -72,7 +76,7 @@ study: .venv/installed  ## measure what accuracy costs in time, into out/study; 
 	  $(BIN)/penumbra study scenes/$$scene.json --out out/study/$${scene#*/} --budget $(STUDY_SECONDS); done
 
 clean:  ## remove .venv and everything made
-	rm -rf .venv out build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf .venv $(WEB)/node_modules out build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
 
 # A stamp is as old as what it installed: pip runs again only when the dependencies change.
 .venv/created:
@@ -85,4 +89,8 @@ clean:  ## remove .venv and everything made
 
 .venv/installed-%: .venv/installed
 	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[$*]'
+	touch $@
+
+$(WEB)/node_modules/installed: $(WEB)/package-lock.json
+	npm ci --prefix $(WEB) --no-audit --no-fund
 	touch $@

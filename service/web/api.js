@@ -88,7 +88,8 @@ const TILE_HEAD = 32;
 export function decodeBatch(buffer) {
   const view = new DataView(buffer);
   const word = (offset) => view.getUint32(offset, true);
-  if (word(0) !== 0x424d4e50 || view.getUint16(4, true) !== 1) throw new Error("This is not a batch of tiles.");
+  if (word(0) !== 0x424d4e50 || view.getUint16(4, true) !== 1)
+    throw new Error("This is not a batch of tiles.");
   const linear = view.getUint16(6, true) === 0;
   const tiles = [];
   let offset = HEAD;

@@ -18,7 +18,8 @@ export function requestText(scene, rest = {}) {
 export function problemInScene(problem) {
   const isOfScene =
     problem.pointer === "" || problem.pointer === "/scene" || problem.pointer.startsWith("/scene/");
-  if (!isOfScene) return { ...problem, pointer: problem.pointer.slice(1), line: undefined, column: undefined };
+  if (!isOfScene)
+    return { ...problem, pointer: problem.pointer.slice(1), line: undefined, column: undefined };
   const column = problem.line === 1 ? Math.max(1, problem.column - HEAD.length) : problem.column;
   return { ...problem, pointer: inScene(problem.pointer), column };
 }

@@ -26,13 +26,24 @@ export function mount(root, { a, b }) {
   function fail(error) {
     if (signal.aborted) return;
     place.removeAttribute("aria-busy");
-    place.append(h("p", { className: "problem", role: "alert" }, [error.message, ...(error.errors ?? []).map((one) => one.detail)].filter((text, i, all) => all.indexOf(text) === i).join(" ")));
+    place.append(
+      h(
+        "p",
+        { className: "problem", role: "alert" },
+        [error.message, ...(error.errors ?? []).map((one) => one.detail)]
+          .filter((text, i, all) => all.indexOf(text) === i)
+          .join(" "),
+      ),
+    );
   }
 
   async function compare(reference, other) {
     place.replaceChildren(h("p", { className: "soft", role: "status" }, "Comparing …"));
     const body = { image: { job: a }, reference, pictures: true };
-    const [answer, film] = await Promise.all([post("/v1/comparisons", body, { signal }), filmOfJob(a, signal)]);
+    const [answer, film] = await Promise.all([
+      post("/v1/comparisons", body, { signal }),
+      filmOfJob(a, signal),
+    ]);
     const films = [film, await (other ?? referenceIn(answer.images.side_by_side, film.width, film.height))];
     const { scene } = await get(`${jobPath(a)}/request`, { signal });
     screen = show(place, films, answer, await bitmapOf(answer.images.heat_map), displayOf(scene), signal);
@@ -63,7 +74,11 @@ function picker(chosen) {
   const encoding = h(
     "select",
     { id: "reference-encoding" },
-    [["", "the default of its format"], ["srgb", "sRGB"], ["linear", "linear"]].map(([value, name]) => h("option", { value }, name)),
+    [
+      ["", "the default of its format"],
+      ["srgb", "sRGB"],
+      ["linear", "linear"],
+    ].map(([value, name]) => h("option", { value }, name)),
   );
   const submit = async (event) => {
     event.preventDefault();
@@ -72,7 +87,12 @@ function picker(chosen) {
   return h(
     "form",
     { className: "panel row reference", onsubmit: submit },
-    h("div", { className: "field" }, h("label", { htmlFor: file.id }, "Reference: a PNG, NPY or EXR file"), file),
+    h(
+      "div",
+      { className: "field" },
+      h("label", { htmlFor: file.id }, "Reference: a PNG, NPY or EXR file"),
+      file,
+    ),
     h("div", { className: "field" }, h("label", { htmlFor: encoding.id }, "Its values are"), encoding),
     h("button", { type: "submit", className: "primary" }, "Compare"),
   );
@@ -81,14 +101,36 @@ function picker(chosen) {
 function show(place, films, answer, heat, asked, signal) {
   const [{ width, height }] = films;
   let region = null;
-  const screen = new Screen({ width, height, label: `Pictures A and B, ${width} by ${height} pixels`, overlay });
+  const screen = new Screen({
+    width,
+    height,
+    label: `Pictures A and B, ${width} by ${height} pixels`,
+    overlay,
+  });
   const blending = new Blending(screen, films, heat);
   const display = makeDisplay(() => blending.expose(display.exposure, display.transfer), "compare");
   const legend = h("div");
   const readout = h("p", { className: "readout number" });
-  const keys = h("p", { className: "soft small", id: "compare-keys" }, `F switches between A and B. ${KEYS.split(" Enter")[0]}`);
-  const line = h("input", { id: "split-line", type: "range", min: 0, max: 100, step: 0.5, value: 50, oninput: () => blending.split(line.value / 100) });
-  const lineField = h("div", { className: "field split-line" }, h("label", { htmlFor: line.id }, "Line between A and B"), line);
+  const keys = h(
+    "p",
+    { className: "soft small", id: "compare-keys" },
+    `F switches between A and B. ${KEYS.split(" Enter")[0]}`,
+  );
+  const line = h("input", {
+    id: "split-line",
+    type: "range",
+    min: 0,
+    max: 100,
+    step: 0.5,
+    value: 50,
+    oninput: () => blending.split(line.value / 100),
+  });
+  const lineField = h(
+    "div",
+    { className: "field split-line" },
+    h("label", { htmlFor: line.id }, "Line between A and B"),
+    line,
+  );
   const modes = makeModes(change);
 
   function overlay(context) {
@@ -100,7 +142,14 @@ function show(place, films, answer, heat, asked, signal) {
     blending.show(mode);
     lineField.hidden = mode !== "split";
     const scale = { name: "difference", kind: "scale", low: 0, high: HOTTEST };
-    const legends = { difference: makeLegend(scale), heat: h("p", { className: "soft small legend" }, `The displayed difference, from black to white at ${HOTTEST}.`) };
+    const legends = {
+      difference: makeLegend(scale),
+      heat: h(
+        "p",
+        { className: "soft small legend" },
+        `The displayed difference, from black to white at ${HOTTEST}.`,
+      ),
+    };
     legend.replaceChildren(legends[mode] ?? "");
   }
 
@@ -116,19 +165,43 @@ function show(place, films, answer, heat, asked, signal) {
     readout.textContent = pixel ? `${pixel.x}, ${pixel.y}   ${blending.describe(pixel.x, pixel.y)}` : "";
     if (pixel && document.activeElement === screen.element) announce(readout.textContent);
   });
-  addEventListener("keydown", (event) => {
-    if (event.key.toLowerCase() !== "f" || event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input:not([type=range], [type=radio]), textarea")) return;
-    modes.choose(blending.mode === "a" ? "b" : "a");
-    announce(`Picture ${blending.mode.toUpperCase()}`);
-  }, { signal });
+  addEventListener(
+    "keydown",
+    (event) => {
+      if (
+        event.key.toLowerCase() !== "f" ||
+        event.ctrlKey ||
+        event.metaKey ||
+        event.altKey ||
+        event.target.closest("input:not([type=range], [type=radio]), textarea")
+      )
+        return;
+      modes.choose(blending.mode === "a" ? "b" : "a");
+      announce(`Picture ${blending.mode.toUpperCase()}`);
+    },
+    { signal },
+  );
 
   place.removeAttribute("aria-busy");
   place.replaceChildren(
     h(
       "div",
       { className: "compared" },
-      h("section", { className: "compared-pictures", "aria-label": "Pictures" }, h("div", { className: "row tools" }, modes.element, display.element, makeZoom(screen)), screen.element, lineField, readout, legend, keys),
-      h("section", { className: "panel compared-verdict", "aria-label": "Verdict" }, makeVerdict(answer, showRegion)),
+      h(
+        "section",
+        { className: "compared-pictures", "aria-label": "Pictures" },
+        h("div", { className: "row tools" }, modes.element, display.element, makeZoom(screen)),
+        screen.element,
+        lineField,
+        readout,
+        legend,
+        keys,
+      ),
+      h(
+        "section",
+        { className: "panel compared-verdict", "aria-label": "Verdict" },
+        makeVerdict(answer, showRegion),
+      ),
     ),
   );
   screen.fit();
@@ -139,9 +212,28 @@ function show(place, films, answer, heat, asked, signal) {
 }
 
 function makeModes(changed) {
-  const inputs = Object.entries(MODES).map(([mode, name]) => [mode, name, h("input", { type: "radio", name: "compare-mode", value: mode, checked: mode === "split", onchange: () => changed(mode) })]);
+  const inputs = Object.entries(MODES).map(([mode, name]) => [
+    mode,
+    name,
+    h("input", {
+      type: "radio",
+      name: "compare-mode",
+      value: mode,
+      checked: mode === "split",
+      onchange: () => changed(mode),
+    }),
+  ]);
   return {
-    element: h("fieldset", { className: "modes" }, h("legend", {}, "Shown"), h("div", { className: "row" }, inputs.map(([, name, input]) => h("label", {}, input, ` ${name}`)))),
+    element: h(
+      "fieldset",
+      { className: "modes" },
+      h("legend", {}, "Shown"),
+      h(
+        "div",
+        { className: "row" },
+        inputs.map(([, name, input]) => h("label", {}, input, ` ${name}`)),
+      ),
+    ),
     choose(wanted) {
       for (const [mode, , input] of inputs) input.checked = mode === wanted;
       changed(wanted);

@@ -4,7 +4,13 @@ import { drawNumbers, short } from "../picture/numbers.js";
 import { viridis } from "../picture/colormaps.js";
 import { Encoder, code } from "../picture/transfer.js";
 
-export const MODES = { split: "Split", a: "A alone", b: "B alone", difference: "Difference", heat: "Heat map" };
+export const MODES = {
+  split: "Split",
+  a: "A alone",
+  b: "B alone",
+  difference: "Difference",
+  heat: "Heat map",
+};
 
 // The linear difference at the end of the scale, as in the heat map; the same for all pictures.
 export const HOTTEST = 0.25;
@@ -64,14 +70,26 @@ export class Blending {
   /** Draw the line between A and B, and the numbers of pixels. */
   overlay(context) {
     const { screen } = this;
-    drawNumbers(context, screen, (x, y) => this.#lines(x, y), (x, y) => this.#shown(x, y));
+    drawNumbers(
+      context,
+      screen,
+      (x, y) => this.#lines(x, y),
+      (x, y) => this.#shown(x, y),
+    );
     if (this.mode !== "split") return;
     const x = screen.left + screen.scale * this.column;
-    for (const [style, width] of [["#000", 3], ["#fff", 1]]) {
+    for (const [style, width] of [
+      ["#000", 3],
+      ["#fff", 1],
+    ]) {
       context.fillStyle = style;
       context.fillRect(x - width / 2, 0, width, screen.element.clientHeight);
     }
-    for (const [letter, side, align] of [["A", -1, "right"], ["B", 1, "left"]]) label(context, letter, x + side * LABEL_GAP, align);
+    for (const [letter, side, align] of [
+      ["A", -1, "right"],
+      ["B", 1, "left"],
+    ])
+      label(context, letter, x + side * LABEL_GAP, align);
   }
 
   describe(x, y) {
@@ -100,7 +118,14 @@ export class Blending {
 }
 
 function label(context, letter, x, align) {
-  Object.assign(context, { font: "600 16px sans-serif", textAlign: align, textBaseline: "top", lineWidth: 3, strokeStyle: "#000", fillStyle: "#fff" });
+  Object.assign(context, {
+    font: "600 16px sans-serif",
+    textAlign: align,
+    textBaseline: "top",
+    lineWidth: 3,
+    strokeStyle: "#000",
+    fillStyle: "#fff",
+  });
   context.strokeText(letter, x, LABEL_GAP);
   context.fillText(letter, x, LABEL_GAP);
 }
@@ -110,7 +135,8 @@ function differenceOf([a, b]) {
   const image = new ImageData(a.width, a.height);
   for (let pixel = 0; pixel < a.width * a.height; pixel++) {
     let worst = 0;
-    for (let i = 3 * pixel; i < 3 * pixel + 3; i++) worst = Math.max(worst, Math.abs(a.values[i] - b.values[i]));
+    for (let i = 3 * pixel; i < 3 * pixel + 3; i++)
+      worst = Math.max(worst, Math.abs(a.values[i] - b.values[i]));
     image.data.set([...viridis[Math.round(255 * Math.min(1, worst / HOTTEST))], 255], 4 * pixel);
   }
   return image;

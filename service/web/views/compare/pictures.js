@@ -31,7 +31,8 @@ export async function referenceIn(png, width, height) {
   const { data } = pixelsOf(await bitmapOf(png, width + GAP, 0, width, height));
   const values = new Float32Array(3 * width * height);
   for (let pixel = 0; pixel < width * height; pixel++) {
-    for (let channel = 0; channel < 3; channel++) values[3 * pixel + channel] = LINEAR[data[4 * pixel + channel]];
+    for (let channel = 0; channel < 3; channel++)
+      values[3 * pixel + channel] = LINEAR[data[4 * pixel + channel]];
   }
   return exposed(width, height, values);
 }
@@ -46,7 +47,9 @@ function pixelsOf(bitmap) {
 
 /** A picture, or a piece of it. @param {string} png - In Base64. */
 export function bitmapOf(png, ...piece) {
-  const blob = new Blob([Uint8Array.from(atob(png), (letter) => letter.charCodeAt(0))], { type: "image/png" });
+  const blob = new Blob([Uint8Array.from(atob(png), (letter) => letter.charCodeAt(0))], {
+    type: "image/png",
+  });
   return createImageBitmap(blob, ...piece);
 }
 

@@ -33,7 +33,17 @@ export function makeVerdict(answer, showRegion) {
 
 function diagnosis(causes) {
   const entry = ({ cause, hint, rmse_before: before, rmse_after: after }) =>
-    h("li", {}, h("strong", {}, cause.replaceAll("_", " ")), h("p", {}, hint), h("p", { className: "soft small" }, `With it undone, the RMSE falls from ${short(before)} to ${short(after)}.`));
+    h(
+      "li",
+      {},
+      h("strong", {}, cause.replaceAll("_", " ")),
+      h("p", {}, hint),
+      h(
+        "p",
+        { className: "soft small" },
+        `With it undone, the RMSE falls from ${short(before)} to ${short(after)}.`,
+      ),
+    );
   return h("div", {}, h("h3", {}, "Probable mistake"), h("ul", { className: "causes" }, causes.map(entry)));
 }
 
@@ -41,15 +51,38 @@ function regions(worst, showRegion) {
   const entry = (region, i) => {
     const { x0, y0, x1, y1, share, rmse, brightness, name } = region;
     const place = `columns ${x0} to ${x1 - 1}, rows ${y0} to ${y1 - 1}`;
-    const button = h("button", { type: "button", onclick: () => showRegion(region) }, `Region ${i + 1}${name ? `: ${name}` : ""}`);
+    const button = h(
+      "button",
+      { type: "button", onclick: () => showRegion(region) },
+      `Region ${i + 1}${name ? `: ${name}` : ""}`,
+    );
     const kind = brightness > 0 ? "too bright" : "too dark";
-    return h("li", {}, button, h("p", { className: "soft small" }, `${place}; ${Math.round(100 * share)} % of the squared difference; RMSE ${short(rmse)}; ${kind} by ${short(Math.abs(brightness))}`));
+    return h(
+      "li",
+      {},
+      button,
+      h(
+        "p",
+        { className: "soft small" },
+        `${place}; ${Math.round(100 * share)} % of the squared difference; RMSE ${short(rmse)}; ${kind} by ${short(Math.abs(brightness))}`,
+      ),
+    );
   };
   return h("div", {}, h("h3", {}, "Worst regions"), h("ol", { className: "regions" }, worst.map(entry)));
 }
 
 function metrics(values) {
   const row = ([key, name, what]) =>
-    h("tr", {}, h("th", { scope: "row" }, name, h("span", { className: "soft small" }, ` ${what}`)), h("td", { className: "number" }, values[key] === null ? "–" : short(values[key])));
-  return h("div", {}, h("h3", {}, "Numbers"), h("table", { className: "metrics" }, h("tbody", {}, METRICS.map(row))));
+    h(
+      "tr",
+      {},
+      h("th", { scope: "row" }, name, h("span", { className: "soft small" }, ` ${what}`)),
+      h("td", { className: "number" }, values[key] === null ? "–" : short(values[key])),
+    );
+  return h(
+    "div",
+    {},
+    h("h3", {}, "Numbers"),
+    h("table", { className: "metrics" }, h("tbody", {}, METRICS.map(row))),
+  );
 }

@@ -111,7 +111,9 @@ function omission({ effect, reason, pointers }, lines) {
 
 /** Make a function that turns pointers into buttons that show their lines. */
 function makeLines(scene, plan, editor) {
-  const all = [...plan.stages, ...plan.pilot_samples, ...plan.left_out].flatMap(({ pointers }) => pointers.map(inScene));
+  const all = [...plan.stages, ...plan.pilot_samples, ...plan.left_out].flatMap(({ pointers }) =>
+    pointers.map(inScene),
+  );
   const where = places(scene, all);
   const document = JSON.parse(scene);
 

@@ -40,7 +40,8 @@ export function mount(root, watch) {
 }
 
 function remark(job) {
-  if (job.state === "queued" && !job.paused) return job.queue_position ? `${job.queue_position} ahead of it` : "next";
+  if (job.state === "queued" && !job.paused)
+    return job.queue_position ? `${job.queue_position} ahead of it` : "next";
   if (job.state === "running" && job.progress.total > 1)
     return [stepsOf(job), left(job)].filter(Boolean).join(", ");
   return "";
@@ -49,11 +50,15 @@ function remark(job) {
 // With a target error each pass depends on the one before, so the number of steps is not known in advance.
 function stepsOf(job) {
   const { done, total } = job.progress;
-  return job.quality.mode === "target" ? `${plural(done, "step")} done` : `${count(done)} of ${count(total)} steps`;
+  return job.quality.mode === "target"
+    ? `${plural(done, "step")} done`
+    : `${count(done)} of ${count(total)} steps`;
 }
 
 function left(job) {
-  return job.progress.remaining_seconds === null ? "" : `about ${seconds(job.progress.remaining_seconds)} left`;
+  return job.progress.remaining_seconds === null
+    ? ""
+    : `about ${seconds(job.progress.remaining_seconds)} left`;
 }
 
 function figures(job) {

@@ -12,7 +12,11 @@ export function makeComparing(watch) {
   const button = h("button", { type: "submit" }, "Compare");
   const form = h(
     "form",
-    { className: "row comparing", hidden: true, onsubmit: (event) => (event.preventDefault(), navigate(`/compare/${watch.id}/${select.value}`)) },
+    {
+      className: "row comparing",
+      hidden: true,
+      onsubmit: (event) => (event.preventDefault(), navigate(`/compare/${watch.id}/${select.value}`)),
+    },
     h("label", { htmlFor: select.id }, "Compare with"),
     select,
     button,
@@ -21,9 +25,18 @@ export function makeComparing(watch) {
   async function fill() {
     const { jobs } = await get(`/v1/jobs?limit=${MOST}`, { signal: watch.signal });
     const { width, height } = watch.job;
-    const others = jobs.filter((job) => job.id !== watch.id && job.state === "succeeded" && job.width === width && job.height === height);
+    const others = jobs.filter(
+      (job) =>
+        job.id !== watch.id && job.state === "succeeded" && job.width === width && job.height === height,
+    );
     select.replaceChildren(
-      ...others.map((job) => h("option", { value: job.id }, `${job.name ?? "untitled"}, ${new Date(job.created_at).toLocaleTimeString()}`)),
+      ...others.map((job) =>
+        h(
+          "option",
+          { value: job.id },
+          `${job.name ?? "untitled"}, ${new Date(job.created_at).toLocaleTimeString()}`,
+        ),
+      ),
       h("option", { value: "file" }, "a file of yours …"),
     );
     form.hidden = false;

@@ -6,14 +6,23 @@ import { TRANSFERS } from "./transfer.js";
 const WORDS = { srgb: "sRGB", linear: "Linear", "gamma 2.2": "Gamma 2.2" };
 const MOST_STOPS = 10;
 
-const field = (label, control, ...more) => h("div", { className: "field" }, h("label", { htmlFor: control.id }, label), control, ...more);
+const field = (label, control, ...more) =>
+  h("div", { className: "field" }, h("label", { htmlFor: control.id }, label), control, ...more);
 
 /** The display settings of a scene. */
 export const displayOf = (scene) => ({ exposure: 0, transfer: "srgb", ...scene.display });
 
 /** Controls of exposure and transfer function. @param {() => void} changed */
 export function makeDisplay(changed, prefix = "display") {
-  const exposure = h("input", { id: `${prefix}-exposure`, type: "range", min: -MOST_STOPS, max: MOST_STOPS, step: 0.25, value: 0, oninput: update });
+  const exposure = h("input", {
+    id: `${prefix}-exposure`,
+    type: "range",
+    min: -MOST_STOPS,
+    max: MOST_STOPS,
+    step: 0.25,
+    value: 0,
+    oninput: update,
+  });
   const stops = h("output", { htmlFor: exposure.id });
   const transfer = h(
     "select",
@@ -21,11 +30,16 @@ export function makeDisplay(changed, prefix = "display") {
     Object.keys(TRANSFERS).map((name) => h("option", { value: name }, WORDS[name])),
   );
   const scene = { exposure: 0, transfer: "srgb" };
-  const reset = h("button", { type: "button", className: "plain", title: "Use the settings of the scene", onclick: () => set(scene) }, "Reset");
+  const reset = h(
+    "button",
+    { type: "button", className: "plain", title: "Use the settings of the scene", onclick: () => set(scene) },
+    "Reset",
+  );
 
   function update() {
     const value = Number(exposure.value);
-    stops.textContent = `${value > 0 ? "+" : ""}${value}`.replace("-", "−") + (Math.abs(value) === 1 ? " stop" : " stops");
+    stops.textContent =
+      `${value > 0 ? "+" : ""}${value}`.replace("-", "−") + (Math.abs(value) === 1 ? " stop" : " stops");
     exposure.setAttribute("aria-valuetext", stops.textContent);
     changed();
   }
@@ -41,7 +55,13 @@ export function makeDisplay(changed, prefix = "display") {
   }
 
   return {
-    element: h("div", { className: "row display" }, field("Exposure", exposure, stops), field("Transfer", transfer), reset),
+    element: h(
+      "div",
+      { className: "row display" },
+      field("Exposure", exposure, stops),
+      field("Transfer", transfer),
+      reset,
+    ),
     get exposure() {
       return Number(exposure.value);
     },
@@ -69,7 +89,8 @@ export function makeLayerChoice(names, changed) {
 
 /** Buttons that zoom a screen. */
 export function makeZoom(screen) {
-  const button = (name, label, action) => h("button", { type: "button", "aria-label": name, title: name, onclick: action }, label);
+  const button = (name, label, action) =>
+    h("button", { type: "button", "aria-label": name, title: name, onclick: action }, label);
   return h(
     "div",
     { className: "row zoom", role: "group", "aria-label": "Zoom" },

@@ -51,12 +51,20 @@ export class Developer {
   describe(x, y) {
     if (this.layer) return `${this.layer.name} ${this.layer.at(x, y).map(short).join("  ")}`;
     const values = this.film.at(x, y);
-    return values ? `linear ${values.map(short).join("  ")}   shown ${this.codes(x, y).join("  ")}` : "not rendered yet";
+    return values
+      ? `linear ${values.map(short).join("  ")}   shown ${this.codes(x, y).join("  ")}`
+      : "not rendered yet";
   }
 
   drawNumbers(context) {
     const { screen, layer } = this;
-    if (layer) return drawNumbers(context, screen, (x, y) => layer.at(x, y).map(short), (x, y) => this.#shown(x, y));
+    if (layer)
+      return drawNumbers(
+        context,
+        screen,
+        (x, y) => layer.at(x, y).map(short),
+        (x, y) => this.#shown(x, y),
+      );
     const lines = (x, y) => {
       const codes = this.codes(x, y);
       return codes && this.film.at(x, y).map((value, i) => `${short(value)} ${String(codes[i]).padStart(4)}`);
@@ -81,7 +89,8 @@ export class Developer {
   }
 
   #put(place) {
-    if (place.x1 > place.x0 && place.y1 > place.y0) this.screen.context.putImageData(this.film.develop(place), place.x0, place.y0);
+    if (place.x1 > place.x0 && place.y1 > place.y0)
+      this.screen.context.putImageData(this.film.develop(place), place.x0, place.y0);
   }
 }
 
@@ -90,7 +99,12 @@ const area = ({ x0, y0, x1, y1 }) => (x1 - x0) * (y1 - y0);
 function around(places) {
   const box = { x0: Infinity, y0: Infinity, x1: 0, y1: 0 };
   for (const { x0, y0, x1, y1 } of places) {
-    Object.assign(box, { x0: Math.min(box.x0, x0), y0: Math.min(box.y0, y0), x1: Math.max(box.x1, x1), y1: Math.max(box.y1, y1) });
+    Object.assign(box, {
+      x0: Math.min(box.x0, x0),
+      y0: Math.min(box.y0, y0),
+      x1: Math.max(box.x1, x1),
+      y1: Math.max(box.y1, y1),
+    });
   }
   return box;
 }

@@ -26,7 +26,12 @@ export function makeFirst(watch, screen, chosen) {
     const region = wanted();
     try {
       const body = JSON.stringify(region);
-      await request(`${jobPath(watch.id)}/focus`, { method: "POST", type: "application/json", body, signal: watch.signal });
+      await request(`${jobPath(watch.id)}/focus`, {
+        method: "POST",
+        type: "application/json",
+        body,
+        signal: watch.signal,
+      });
       self.region = region;
       screen.redraw();
       announce("This part is now rendered first.");
@@ -39,7 +44,9 @@ export function makeFirst(watch, screen, chosen) {
     button.hidden = watch.final;
     const region = wanted();
     button.disabled = !region;
-    button.title = region ? "Render the visible part before the rest of each pass" : "Click a pixel of that part, or zoom in on it";
+    button.title = region
+      ? "Render the visible part before the rest of each pass"
+      : "Click a pixel of that part, or zoom in on it";
     if (watch.final) self.region = null;
   }
 
@@ -49,5 +56,10 @@ export function makeFirst(watch, screen, chosen) {
 
 function around({ x, y }, width, height) {
   const [across, along] = [width, height].map((side) => Math.ceil((side * SHARE) / 2));
-  return { x0: Math.max(0, x - across), y0: Math.max(0, y - along), x1: Math.min(width, x + across), y1: Math.min(height, y + along) };
+  return {
+    x0: Math.max(0, x - across),
+    y0: Math.max(0, y - along),
+    x1: Math.min(width, x + across),
+    y1: Math.min(height, y + along),
+  };
 }

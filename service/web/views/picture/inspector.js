@@ -11,10 +11,23 @@ import { makeSource } from "./source.js";
  * @param {(x: number, y: number) => number[] | null} pictured - The pixel of the picture.
  */
 export function makeInspector(id, pictured, signal) {
-  const body = h("div", {}, h("p", { className: "soft" }, "Click a pixel, or press Enter on it, to see what its ray hits and where its colour comes from."));
+  const body = h(
+    "div",
+    {},
+    h(
+      "p",
+      { className: "soft" },
+      "Click a pixel, or press Enter on it, to see what its ray hits and where its colour comes from.",
+    ),
+  );
   const heading = h("h2", { id: "inspector-title" }, "Why this colour?");
   const source = makeSource(id, signal);
-  const element = h("aside", { className: "inspector panel", "aria-labelledby": heading.id, tabIndex: -1 }, heading, body);
+  const element = h(
+    "aside",
+    { className: "inspector panel", "aria-labelledby": heading.id, tabIndex: -1 },
+    heading,
+    body,
+  );
   const self = { element, pixel: null, show };
 
   async function show(pixel) {
@@ -24,19 +37,28 @@ export function makeInspector(id, pictured, signal) {
       const found = await post(`${jobPath(id)}/inspections`, pixel, { signal });
       if (self.pixel === pixel) fill(found);
     } catch (error) {
-      if (!signal.aborted) body.replaceChildren(h("p", { className: "problem", role: "alert" }, error.message));
+      if (!signal.aborted)
+        body.replaceChildren(h("p", { className: "problem", role: "alert" }, error.message));
     }
     body.removeAttribute("aria-busy");
   }
 
   function fill(found) {
     heading.textContent = `Pixel ${found.x}, ${found.y}`;
-    const reasons = found.reasons.map(({ text, pointers }) => h("li", {}, h("p", {}, quoted(text)), links(pointers)));
+    const reasons = found.reasons.map(({ text, pointers }) =>
+      h("li", {}, h("p", {}, quoted(text)), links(pointers)),
+    );
     body.replaceChildren(
       h(
         "div",
         { className: "explained" },
-        h("div", {}, h("ul", { className: "reasons" }, reasons), colours(found, pictured(found.x, found.y)), source.element),
+        h(
+          "div",
+          {},
+          h("ul", { className: "reasons" }, reasons),
+          colours(found, pictured(found.x, found.y)),
+          source.element,
+        ),
         h(
           "div",
           {},
@@ -52,7 +74,15 @@ export function makeInspector(id, pictured, signal) {
   }
 
   function links(pointers) {
-    const buttons = pointers.filter(Boolean).map((pointer) => h("button", { type: "button", className: "plain pointer", onclick: () => source.show(pointer) }, pointer));
+    const buttons = pointers
+      .filter(Boolean)
+      .map((pointer) =>
+        h(
+          "button",
+          { type: "button", className: "plain pointer", onclick: () => source.show(pointer) },
+          pointer,
+        ),
+      );
     return buttons.length ? h("span", { className: "pointers" }, buttons) : "";
   }
 
@@ -63,12 +93,36 @@ export function makeInspector(id, pictured, signal) {
 const quoted = (text) => text.split("`").map((part, i) => (i % 2 ? h("code", {}, part) : part));
 
 function colours(found, mean) {
-  const rows = [["One ray through the centre", found.color], ["The picture, the mean of all samples", mean]];
+  const rows = [
+    ["One ray through the centre", found.color],
+    ["The picture, the mean of all samples", mean],
+  ];
   return h(
     "table",
     { className: "colours" },
     h("caption", { className: "unseen" }, "Linear colours"),
-    h("thead", {}, h("tr", {}, ["Linear", "red", "green", "blue"].map((name) => h("th", { scope: "col" }, name)))),
-    h("tbody", {}, rows.map(([name, values]) => h("tr", {}, h("th", { scope: "row" }, name), (values ?? [NaN, NaN, NaN]).map((value) => h("td", { className: "number" }, values ? short(value) : "–"))))),
+    h(
+      "thead",
+      {},
+      h(
+        "tr",
+        {},
+        ["Linear", "red", "green", "blue"].map((name) => h("th", { scope: "col" }, name)),
+      ),
+    ),
+    h(
+      "tbody",
+      {},
+      rows.map(([name, values]) =>
+        h(
+          "tr",
+          {},
+          h("th", { scope: "row" }, name),
+          (values ?? [NaN, NaN, NaN]).map((value) =>
+            h("td", { className: "number" }, values ? short(value) : "–"),
+          ),
+        ),
+      ),
+    ),
   );
 }

@@ -4,7 +4,8 @@ const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowD
 const FAR = 10;
 const STEP = Math.SQRT2;
 
-export const KEYS = "Arrow keys move from pixel to pixel, with Shift by ten. Plus and minus zoom, 0 shows all. Enter explains the pixel.";
+export const KEYS =
+  "Arrow keys move from pixel to pixel, with Shift by ten. Plus and minus zoom, 0 shows all. Enter explains the pixel.";
 
 export function hearKeys(screen) {
   const middle = () => ({ x: Math.floor(screen.width / 2), y: Math.floor(screen.height / 2) });

@@ -18,7 +18,13 @@ export async function fetchLayer(id, name, signal) {
 export class Layer {
   constructor(name, [height, width, channels = 1], values) {
     Object.assign(this, { name, height, width, channels, values });
-    this.kind = UNIT.has(name) ? "directions" : NAMES.has(name) ? "names" : channels === 1 || name === "error" ? "scale" : "colours";
+    this.kind = UNIT.has(name)
+      ? "directions"
+      : NAMES.has(name)
+        ? "names"
+        : channels === 1 || name === "error"
+          ? "scale"
+          : "colours";
     [this.low, this.high] = this.kind === "scale" || this.kind === "colours" ? this.#range() : [0, 0];
   }
 
@@ -43,10 +49,14 @@ export class Layer {
     const grey = [128, 128, 128];
     if (this.kind === "names") return (at) => named(values[at]);
     if (this.kind === "directions") {
-      return (at) => (Number.isNaN(values[at]) ? grey : [0, 1, 2].map((i) => Math.round(127.5 * (values[at + i] + 1))));
+      return (at) =>
+        Number.isNaN(values[at]) ? grey : [0, 1, 2].map((i) => Math.round(127.5 * (values[at + i] + 1)));
     }
     if (this.kind === "colours") {
-      return (at) => (Number.isNaN(values[at]) ? grey : [0, 1, 2].map((i) => (i < channels ? Math.round(255 * share(values[at + i])) : 0)));
+      return (at) =>
+        Number.isNaN(values[at])
+          ? grey
+          : [0, 1, 2].map((i) => (i < channels ? Math.round(255 * share(values[at + i])) : 0));
     }
     return (at) => {
       const value = this.#worst(at);

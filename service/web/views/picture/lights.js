@@ -19,23 +19,50 @@ export function makeLights(ray, surface, links) {
   return h(
     "div",
     {},
-    h("table", { className: "parts" },
+    h(
+      "table",
+      { className: "parts" },
       h("caption", {}, "Light from this point"),
-      h("thead", {}, h("tr", {}, ["From", "Share of brightness", "Linear"].map((name) => h("th", { scope: "col" }, name)))),
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          ["From", "Share of brightness", "Linear"].map((name) => h("th", { scope: "col" }, name)),
+        ),
+      ),
       h("tbody", {}, rows),
     ),
-    surface.lights.length ? h("ul", { className: "shadows" }, surface.lights.map((light) => shadow(light, links))) : "",
+    surface.lights.length
+      ? h(
+          "ul",
+          { className: "shadows" },
+          surface.lights.map((light) => shadow(light, links)),
+        )
+      : "",
   );
 }
 
 function part(name, color, share) {
-  return h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, bar(share)), h("td", { className: "number" }, color.map(short).join("  ")));
+  return h(
+    "tr",
+    {},
+    h("th", { scope: "row" }, name),
+    h("td", {}, bar(share)),
+    h("td", { className: "number" }, color.map(short).join("  ")),
+  );
 }
 
 function bar(share) {
   const fill = h("span", { className: "amount-fill" });
   fill.style.inlineSize = `${100 * share}%`;
-  return h("span", { className: "amount-row" }, h("span", { className: "amount", "aria-hidden": "true" }, fill), h("span", { className: "number" }, `${(100 * share).toFixed(1)} %`));
+  return h(
+    "span",
+    { className: "amount-row" },
+    h("span", { className: "amount", "aria-hidden": "true" }, fill),
+    h("span", { className: "number" }, `${(100 * share).toFixed(1)} %`),
+  );
 }
 
 function shadow(light, links) {
@@ -47,7 +74,18 @@ function shadow(light, links) {
     {},
     h("p", {}, `To light ${light.light}, ${rays}: ${facts.join(", ")}`, " ", links([light.pointer])),
     light.blockers.length
-      ? h("ul", {}, light.blockers.map((one) => h("li", {}, `${one.points} blocked by ${one.name ? `${one.name}, ` : ""}shape ${one.shape} `, links([one.pointer]))))
+      ? h(
+          "ul",
+          {},
+          light.blockers.map((one) =>
+            h(
+              "li",
+              {},
+              `${one.points} blocked by ${one.name ? `${one.name}, ` : ""}shape ${one.shape} `,
+              links([one.pointer]),
+            ),
+          ),
+        )
       : "",
   );
 }

@@ -10,11 +10,18 @@ const KINDS = { "<f4": Float32Array, "<i4": Int32Array };
  */
 export function decodeNpy(buffer) {
   const view = new DataView(buffer);
-  if (view.getUint32(0) !== 0x934e554d || view.getUint8(6) !== 1) throw new Error("This is not an .npy file of version 1.");
+  if (view.getUint32(0) !== 0x934e554d || view.getUint8(6) !== 1)
+    throw new Error("This is not an .npy file of version 1.");
   const start = 10 + view.getUint16(8, true);
-  const [, kind, fortran, sides] = HEADER.exec(new TextDecoder("latin1").decode(buffer.slice(10, start))) ?? [];
-  if (!KINDS[kind] || fortran !== "False") throw new Error("This .npy file has an unsupported order or type of numbers.");
-  const shape = sides.split(",").map((side) => side.trim()).filter(Boolean).map(Number);
+  const [, kind, fortran, sides] =
+    HEADER.exec(new TextDecoder("latin1").decode(buffer.slice(10, start))) ?? [];
+  if (!KINDS[kind] || fortran !== "False")
+    throw new Error("This .npy file has an unsupported order or type of numbers.");
+  const shape = sides
+    .split(",")
+    .map((side) => side.trim())
+    .filter(Boolean)
+    .map(Number);
   const size = shape.reduce((a, b) => a * b, 1);
   return { shape, values: new KINDS[kind](buffer.slice(start, start + 4 * size)) };
 }

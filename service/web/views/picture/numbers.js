@@ -29,7 +29,9 @@ export function drawNumbers(context, screen, lines, shown) {
       const luma = shown(x, y).reduce((sum, code, i) => sum + LUMA[i] * code, 0);
       context.fillStyle = luma > BRIGHT ? "#000" : "#fff";
       const middle = top + scale * (y + 0.5) - ((texts.length - 1) * size * 1.25) / 2;
-      texts.forEach((text, i) => context.fillText(text, left + scale * (x + 0.5), middle + i * size * 1.25, scale - 4));
+      texts.forEach((text, i) =>
+        context.fillText(text, left + scale * (x + 0.5), middle + i * size * 1.25, scale - 4),
+      );
     }
   }
 }
@@ -41,5 +43,8 @@ export function short(value) {
   if (Number.isInteger(value) && Math.abs(value) < 1e6) return String(value).replace("-", "−");
   const size = Math.abs(value);
   const text = size >= 1e5 || size < 1e-4 ? value.toExponential(2) : value.toPrecision(4);
-  return text.replace("-", "−").replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+  return text
+    .replace("-", "−")
+    .replace(/(\.\d*?)0+$/, "$1")
+    .replace(/\.$/, "");
 }

@@ -35,14 +35,33 @@ export function mount(root, watch) {
 
   screen.element.setAttribute("aria-describedby", keys.id);
   const layers = Object.keys(links.layers ?? {});
-  const tools = h("div", { className: "row tools" }, layers.length ? makeLayerChoice(layers, chooseLayer) : null, display.element, makeZoom(screen), first.element);
-  const viewer = h("div", {}, tools, refusal, screen.element, readout, legend, keys, inspector.element, makeComparing(watch));
+  const tools = h(
+    "div",
+    { className: "row tools" },
+    layers.length ? makeLayerChoice(layers, chooseLayer) : null,
+    display.element,
+    makeZoom(screen),
+    first.element,
+  );
+  const viewer = h(
+    "div",
+    {},
+    tools,
+    refusal,
+    screen.element,
+    readout,
+    legend,
+    keys,
+    inspector.element,
+    makeComparing(watch),
+  );
   const nothing = h("p", { className: "soft" });
   root.append(h("h2", { className: "unseen" }, "Picture"), viewer, nothing);
 
   function overlay(context) {
     developer.drawNumbers(context);
-    for (const tile of watch.job.rendering) if (!isWhole(tile)) screen.outline(context, tile, AT_WORK, WITHIN);
+    for (const tile of watch.job.rendering)
+      if (!isWhole(tile)) screen.outline(context, tile, AT_WORK, WITHIN);
     if (first.region) screen.outline(context, first.region);
     if (inspector.pixel) screen.outline(context, square(inspector.pixel), CHOSEN);
   }

@@ -13,9 +13,13 @@ export function hearPointers(screen) {
   let dragged = false;
   const place = (event) => {
     const box = element.getBoundingClientRect();
-    return { x: event.clientX - box.left - element.clientLeft, y: event.clientY - box.top - element.clientTop };
+    return {
+      x: event.clientX - box.left - element.clientLeft,
+      y: event.clientY - box.top - element.clientTop,
+    };
   };
-  const on = (type, listener, options = {}) => element.addEventListener(type, listener, { signal: life.signal, ...options });
+  const on = (type, listener, options = {}) =>
+    element.addEventListener(type, listener, { signal: life.signal, ...options });
 
   on("pointerdown", (event) => {
     if (event.button !== 0) return;
@@ -70,5 +74,10 @@ function grip(down) {
 
 function follow(screen, before, after) {
   if (before.span && after.span) screen.zoom((screen.scale * after.span) / before.span, before.x, before.y);
-  if (!screen.fitted) screen.show({ scale: screen.scale, left: screen.left + after.x - before.x, top: screen.top + after.y - before.y });
+  if (!screen.fitted)
+    screen.show({
+      scale: screen.scale,
+      left: screen.left + after.x - before.x,
+      top: screen.top + after.y - before.y,
+    });
 }

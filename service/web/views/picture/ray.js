@@ -4,7 +4,12 @@ import { h } from "../../dom.js";
 import { makeLights } from "./lights.js";
 import { short } from "./numbers.js";
 
-const KINDS = { camera: "Camera ray", mirror: "Mirrored ray", reflection: "Reflected ray", refraction: "Refracted ray" };
+const KINDS = {
+  camera: "Camera ray",
+  mirror: "Mirrored ray",
+  reflection: "Reflected ray",
+  refraction: "Refracted ray",
+};
 // Deeper rays are collapsed: they usually add little.
 const OPEN = 2;
 
@@ -14,7 +19,11 @@ const triple = (values) => values.map(short).join("  ");
 export function makeRay(ray, links, depth) {
   const { surface } = ray;
   const kind = KINDS[ray.kind];
-  const hit = surface ? `hits ${surface.part.name ? `${surface.part.name}, ` : ""}shape ${surface.shape}` : ray.light ? `hits light ${ray.light.pointer.split("/").at(-1)}` : "hits only the background";
+  const hit = surface
+    ? `hits ${surface.part.name ? `${surface.part.name}, ` : ""}shape ${surface.shape}`
+    : ray.light
+      ? `hits light ${ray.light.pointer.split("/").at(-1)}`
+      : "hits only the background";
   const weight = ray.kind === "camera" ? "" : `, ${short(100 * ray.weight)} % of it reaches the camera`;
   return h(
     "li",
@@ -23,9 +32,17 @@ export function makeRay(ray, links, depth) {
       "details",
       { open: depth <= OPEN },
       h("summary", {}, `${kind} ${hit}${weight}`),
-      surface ? facts(ray, surface, links) : h("p", { className: "number" }, `linear ${triple(ray.radiance)}`),
+      surface
+        ? facts(ray, surface, links)
+        : h("p", { className: "number" }, `linear ${triple(ray.radiance)}`),
       surface ? makeLights(ray, surface, links) : "",
-      ray.rays.length ? h("ol", { className: "rays" }, ray.rays.map((next) => makeRay(next, links, depth + 1))) : "",
+      ray.rays.length
+        ? h(
+            "ol",
+            { className: "rays" },
+            ray.rays.map((next) => makeRay(next, links, depth + 1)),
+          )
+        : "",
     ),
   );
 }
@@ -33,7 +50,13 @@ export function makeRay(ray, links, depth) {
 function facts(ray, surface, links) {
   const bent = surface.normal.some((value, i) => value !== surface.shading_normal[i]);
   const rows = [
-    ["shape", [`${surface.shape}${surface.primitive ? `, triangle ${surface.primitive}` : ""}`, links([surface.part.pointer])]],
+    [
+      "shape",
+      [
+        `${surface.shape}${surface.primitive ? `, triangle ${surface.primitive}` : ""}`,
+        links([surface.part.pointer]),
+      ],
+    ],
     ["distance", short(surface.t)],
     ["position", triple(surface.position)],
     ["u, v", triple(surface.uv)],
@@ -43,5 +66,11 @@ function facts(ray, surface, links) {
     surface.texture && ["texture", [surface.texture.name, links([surface.texture.pointer])]],
     [surface.texture ? "texture value" : "colour", triple(surface.color)],
   ];
-  return h("dl", { className: "facts" }, rows.filter(Boolean).map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", { className: "number" }, value))));
+  return h(
+    "dl",
+    { className: "facts" },
+    rows
+      .filter(Boolean)
+      .map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", { className: "number" }, value))),
+  );
 }

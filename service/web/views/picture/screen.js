@@ -28,7 +28,12 @@ export class Screen extends EventTarget {
     this.context = this.canvas.getContext("2d", { willReadFrequently: true });
     this.over = h("canvas", { className: "over" });
     this.cursor = null;
-    this.element = h("div", { className: "screen", tabIndex: 0, role: "application", "aria-label": label }, this.canvas, this.over);
+    this.element = h(
+      "div",
+      { className: "screen", tabIndex: 0, role: "application", "aria-label": label },
+      this.canvas,
+      this.over,
+    );
     this.element.style.aspectRatio = `${width} / ${height}`;
     this.scale = 1;
     this.left = 0;
@@ -37,7 +42,8 @@ export class Screen extends EventTarget {
     this.life = new AbortController();
     hearPointers(this);
     hearKeys(this);
-    for (const type of ["focus", "blur"]) this.element.addEventListener(type, () => this.redraw(), { signal: this.life.signal });
+    for (const type of ["focus", "blur"])
+      this.element.addEventListener(type, () => this.redraw(), { signal: this.life.signal });
     this.#resize = new ResizeObserver(() => (this.fitted ? this.fit() : this.#moved()));
     this.#resize.observe(this.element);
   }
@@ -83,13 +89,20 @@ export class Screen extends EventTarget {
     const { clientWidth, clientHeight } = this.element;
     const fitting = 0.6 * Math.min(clientWidth / (x1 - x0), clientHeight / (y1 - y0));
     const scale = Math.min(LARGEST / 2, Math.max(this.smallest, fitting));
-    this.show({ scale, left: clientWidth / 2 - (scale * (x0 + x1)) / 2, top: clientHeight / 2 - (scale * (y0 + y1)) / 2 });
+    this.show({
+      scale,
+      left: clientWidth / 2 - (scale * (x0 + x1)) / 2,
+      top: clientHeight / 2 - (scale * (y0 + y1)) / 2,
+    });
   }
 
   /** The visible rectangle, including pixels that are visible in part. */
   visible() {
     const { clientWidth, clientHeight } = this.element;
-    const ends = (start, room, count) => [Math.max(0, Math.floor(-start / this.scale)), Math.min(count, Math.ceil((room - start) / this.scale))];
+    const ends = (start, room, count) => [
+      Math.max(0, Math.floor(-start / this.scale)),
+      Math.min(count, Math.ceil((room - start) / this.scale)),
+    ];
     const [x0, x1] = ends(this.left, clientWidth, this.width);
     const [y0, y1] = ends(this.top, clientHeight, this.height);
     return { x0, y0, x1, y1 };
@@ -144,7 +157,8 @@ export class Screen extends EventTarget {
     context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
     context.clearRect(0, 0, clientWidth, clientHeight);
     this.overlay(context, this);
-    if (this.cursor && (this.scale >= CURSOR_FROM || document.activeElement === this.element)) this.outline(context, square(this.cursor));
+    if (this.cursor && (this.scale >= CURSOR_FROM || document.activeElement === this.element))
+      this.outline(context, square(this.cursor));
   }
 
   /** Draw a frame around a rectangle, visible on light and dark pixels; inside it if `grown` is below 0. */
@@ -155,7 +169,10 @@ export class Screen extends EventTarget {
       this.scale * (x1 - x0) + 2 * grown,
       this.scale * (y1 - y0) + 2 * grown,
     ];
-    for (const [style, width] of [["#000", 3], [color, 1.25]]) {
+    for (const [style, width] of [
+      ["#000", 3],
+      [color, 1.25],
+    ]) {
       context.strokeStyle = style;
       context.lineWidth = width;
       context.strokeRect(...sides);

@@ -11,7 +11,12 @@ const MOST_LINES = 24;
 export function makeSource(id, signal) {
   const title = h("h3", { id: "source-title" });
   const lines = h("pre", { tabIndex: 0, "aria-labelledby": title.id });
-  const element = h("section", { className: "source", hidden: true, "aria-labelledby": title.id }, title, lines);
+  const element = h(
+    "section",
+    { className: "source", hidden: true, "aria-labelledby": title.id },
+    title,
+    lines,
+  );
   let scene = null;
 
   async function show(inRequest) {
@@ -31,7 +36,15 @@ export function makeSource(id, signal) {
 function excerpt(text, { start, end, line }) {
   const begin = lineStarts(text)[line - 1];
   const found = text.slice(begin, end).split("\n");
-  const indent = Math.min(start - begin, ...found.slice(1).filter((one) => one.trim()).map((one) => one.search(/\S/)));
-  const shown = found.slice(0, MOST_LINES).map((one, i) => `${String(line + i).padStart(4)}  ${one.slice(indent)}`);
+  const indent = Math.min(
+    start - begin,
+    ...found
+      .slice(1)
+      .filter((one) => one.trim())
+      .map((one) => one.search(/\S/)),
+  );
+  const shown = found
+    .slice(0, MOST_LINES)
+    .map((one, i) => `${String(line + i).padStart(4)}  ${one.slice(indent)}`);
   return shown.join("\n") + (found.length > MOST_LINES ? "\n      …" : "");
 }

@@ -87,14 +87,18 @@ export function makeQuality(onChange) {
     return h("label", { className: "field" }, h("span", { className: "label" }, label), select);
   }
 
-  const confidence = () =>
-    number("percent", "Confidence, %", { min: 50, max: 99.999, step: "any" });
+  const confidence = () => number("percent", "Confidence, %", { min: 50, max: 99.999, step: "any" });
   const arithmetic = () => list("precision", "Arithmetic", PRECISIONS);
 
   /** Fields that are collapsed while they have their default values. */
   function more(...inner) {
     const open = Object.entries(USUAL).some(([key, value]) => state[key] !== value);
-    return h("details", { className: "more", open }, h("summary", {}, "More"), h("div", { className: "quality-fields" }, inner));
+    return h(
+      "details",
+      { className: "more", open },
+      h("summary", {}, "More"),
+      h("div", { className: "quality-fields" }, inner),
+    );
   }
 
   const FIELDS = {

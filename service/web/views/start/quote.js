@@ -145,7 +145,13 @@ function alternative(text, { quality, seconds: time, error }, onUse) {
   return h(
     "li",
     {},
-    h("span", {}, h("strong", {}, text), `: ${cost}`, h("span", { className: "soft small" }, qualityName(quality))),
+    h(
+      "span",
+      {},
+      h("strong", {}, text),
+      `: ${cost}`,
+      h("span", { className: "soft small" }, qualityName(quality)),
+    ),
     h(
       "button",
       { type: "button", "aria-label": `Use: ${text}, ${cost}`, onclick: () => onUse(quality) },
@@ -173,4 +179,3 @@ function alternatives(quote, offer) {
   const sooner = same && same !== half && same.seconds.estimate < WORTH * offer.seconds.estimate;
   return [sooner && ["The same error, sooner", same], half && ["Half the error", half]].filter(Boolean);
 }
-
