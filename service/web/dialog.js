@@ -19,7 +19,7 @@ export async function confirmed(question, verb) {
 }
 
 /** Say something that is to be read before going on. */
-export async function told(text) {
+export async function notified(text) {
   await asked(text, h("button", { value: "", autofocus: true }, "OK"));
 }
 

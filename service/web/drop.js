@@ -1,6 +1,6 @@
 // Files and folders dropped anywhere on the page. No view loses its work to one that is dropped by mistake.
 
-import { told } from "./dialog.js";
+import { notified } from "./dialog.js";
 import { navigate } from "./navigation.js";
 
 const DROPPED = "penumbra:dropped";
@@ -34,7 +34,7 @@ function hand(files) {
   // A view that takes the files says so by preventing the default.
   if (!dispatchEvent(new CustomEvent(DROPPED, { detail: files, cancelable: true }))) return;
   if (![...files.keys()].some(isScene))
-    return told("To render a scene, drop its JSON file, with its textures and meshes if it has any.");
+    return notified("To render a scene, drop its JSON file, with its textures and meshes if it has any.");
   waiting = files;
   navigate("/");
 }

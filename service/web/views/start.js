@@ -30,7 +30,7 @@ export function mount(root, { query }) {
   const files = new Map();
   const job = query.get("job");
   let ready = null;
-  // What was opened, to tell whether it was edited since.
+  // What was opened: the scene is edited if its text differs from this.
   let origin = null;
 
   const editor = makeEditor({ label: "Scene, as JSON", describedBy: "scene-problems", onInput: changed });
