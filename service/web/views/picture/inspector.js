@@ -24,7 +24,7 @@ export function makeInspector(id, pictured, signal) {
   const source = makeSource(id, signal);
   const element = h(
     "aside",
-    { className: "inspector panel", "aria-labelledby": heading.id, tabIndex: -1 },
+    { className: "inspector", "aria-labelledby": heading.id, tabIndex: -1 },
     heading,
     body,
   );
