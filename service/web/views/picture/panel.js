@@ -2,9 +2,10 @@
 
 import { get, jobPath } from "../../api.js";
 import { announce, h } from "../../dom.js";
-import { makeBackground, makeFullscreen } from "./surroundings.js";
+import { makeArrivals } from "./arrivals.js";
 import { makeComparing } from "./comparing.js";
 import { displayOf, makeDisplay, makeLayerChoice, makeZoom } from "./controls.js";
+import { copied } from "./copying.js";
 import { Developer } from "./develop.js";
 import { Film } from "./film.js";
 import { makeFirst } from "./first.js";
@@ -12,10 +13,12 @@ import { makeInspector } from "./inspector.js";
 import { KEYS } from "./keys.js";
 import { fetchLayer } from "./layers.js";
 import { makeLegend } from "./legend.js";
+import { makePath } from "./path.js";
 import { keepPlace } from "./place.js";
 import { makePopover } from "./popover.js";
 import { makeReadout } from "./readout.js";
 import { Screen, square } from "./screen.js";
+import { makeBackground, makeFullscreen } from "./surroundings.js";
 import { drawTiles } from "./tiles.js";
 
 const CHOSEN = "#ffb43c";
@@ -29,7 +32,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   const screen = new Screen({ width, height, label, overlay });
   const developer = new Developer(screen, film);
   const display = makeDisplay(() => developer.expose(display.exposure, display.transfer));
-  const inspector = makeInspector(watch.id, (x, y) => film.at(x, y), watch.signal);
+  const inspector = makeInspector(watch.id, (x, y) => film.at(x, y), copy, watch.signal);
   const readout = makeReadout(film, developer);
   const keys = h("p", { className: "soft small", id: "picture-keys" }, KEYS);
   const legend = h("div", { className: "stage-legend" });
@@ -45,7 +48,9 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     pixel: [inspector.element, keys],
     compare: [makeComparing(watch, screen)],
   };
+  const arrivals = makeArrivals(screen);
   let wanted = null;
+  let drawPath = null;
 
   const settings = makePopover("Display", "display-settings", tools.display);
   screen.element.setAttribute("aria-describedby", keys.id);
@@ -65,9 +70,11 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   }
 
   function overlay(context) {
+    arrivals.draw(context);
     developer.drawNumbers(context);
     drawTiles(context, screen, watch.job.rendering);
     if (first.region) screen.outline(context, first.region);
+    if (inspector.found) drawPath?.(context, screen, inspector.found);
     if (inspector.pixel) screen.outline(context, square(inspector.pixel), CHOSEN);
   }
 
@@ -85,9 +92,17 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     screen.redraw();
   });
   screen.addEventListener("view", first.show);
+  screen.addEventListener("copy", ({ detail: pixel }) => copy(pixel));
+
+  async function copy({ x, y }) {
+    const values = developer.layer?.at(x, y) ?? film.at(x, y);
+    const done = values && (await copied(values.join(" ")));
+    announce(done ? `The values of pixel ${x}, ${y} are copied.` : "Nothing was copied.");
+  }
 
   watch.on("tiles", (batch) => {
     if (!batch.tiles.length) return;
+    if (!developer.layer) arrivals.before(batch.tiles);
     developer.take(batch.tiles);
     read();
   });
@@ -129,7 +144,10 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   }
 
   get(`${jobPath(watch.id)}/request`, { signal: watch.signal }).then(
-    ({ scene }) => display.begin(displayOf(scene)),
+    ({ scene }) => {
+      drawPath = makePath(scene);
+      display.begin(displayOf(scene));
+    },
     () => display.begin(displayOf({})),
   );
   return () => screen.close();

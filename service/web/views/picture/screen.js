@@ -9,8 +9,8 @@ const LARGEST = 128;
 const CURSOR_FROM = 3;
 
 /**
- * Events: `cursor` (detail: the pixel under the cursor, or null), `choose` (detail: the pixel clicked), `view` (the visible part
- * changed).
+ * Events: `cursor` (detail: the pixel under the cursor, or null), `choose` (detail: the pixel clicked), `copy` (detail: the
+ * pixel whose values are wanted), `view` (the visible part changed).
  */
 export class Screen extends EventTarget {
   #resize;
