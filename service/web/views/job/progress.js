@@ -13,7 +13,7 @@ export function mount({ drawer }, watch) {
   const trouble = h("div", { className: "problem", role: "alert", hidden: true });
   drawer.panels.render.append(
     h("h2", { className: "unseen" }, "Progress"),
-    h("div", { className: "hero" }, h("div", {}, large, small)),
+    h("div", { className: "hero" }, large, small),
     trouble,
     list,
   );
