@@ -119,7 +119,7 @@ def test_zooming_into_a_tiny_picture_enlarges_it(open_page: Open, client: httpx2
 
 def test_one_to_one_shows_a_pixel_as_one_of_the_display(open_page: Open, job: str) -> None:
     page = opened(open_page, job)
-    page.get_by_role("button", name="One to one").click()
+    page.get_by_role("button", name="1:1").click()
     assert box(page.locator("canvas.pixels"))["width"] == 80
     expect(page.get_by_label("Zoom", exact=True).locator("output")).to_have_text("100 %")
     page.get_by_role("button", name="Fit").click()
