@@ -33,7 +33,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   const developer = new Developer(screen, film);
   const display = makeDisplay(() => developer.expose(display.exposure, display.transfer));
   const inspector = makeInspector(watch.id, (x, y) => film.at(x, y), copy, watch.signal);
-  const readout = makeReadout(film, developer);
+  const readout = makeReadout(screen, developer);
   const keys = h("p", { className: "soft small", id: "picture-keys" }, KEYS);
   const legend = h("div", { className: "stage-legend" });
   const refusal = h("p", { className: "problem stage-notice", role: "alert", hidden: true });
@@ -52,7 +52,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   let wanted = null;
   let drawPath = null;
 
-  const settings = makePopover("Display", "display-settings", tools.display);
+  const settings = makePopover("Display", "display-settings", ...tools.display);
   screen.element.setAttribute("aria-describedby", keys.id);
   const choices = [layers.length ? makeLayerChoice(layers, chooseLayer) : null, display.element].filter(
     Boolean,
