@@ -11,6 +11,7 @@ import typer
 from service.cli import output, scene_files
 from service.cli.options import JsonOption, SceneArgument, WorkersOption
 from service.cli.quality_options import SampleOptions, spread_quality
+from service.cli.wording import counted
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -140,7 +141,7 @@ def options(quality: FixedQuality | TargetQuality) -> str:
 
 def _show(found: Quote, target_error: float | None, time: float | None) -> None:
     if found.offers:
-        seconds = f"Seconds on {found.workers} processes. "
+        seconds = f"Seconds on {counted(found.workers, 'worker')}. "
         output.show(offers(found), seconds + "The quality of the scene or of the options is bold.")
     for reason in _unknown(found):
         output.show(f"Error not known (?): {reason}")
@@ -220,6 +221,7 @@ def _effect_cells(effect: EffectShare) -> tuple[str, ...]:
 def _pilot(found: Quote) -> str:
     pilot = found.pilot
     return (
-        f"Tried for {pilot.seconds:.1f} s: {pilot.blocks} blocks, {pilot.pixels:,} pixels, "
-        f"{pilot.target_errors} target errors. Intervals are 95 % intervals."
+        f"Tried for {pilot.seconds:.1f} s: {counted(pilot.blocks, 'block')}, "
+        f"{counted(pilot.pixels, 'pixel')}, {counted(pilot.target_errors, 'target error')}. "
+        "Intervals are 95 % intervals."
     )
