@@ -83,14 +83,14 @@ def _plain(found: Quote, target_error: float | None, time: float | None) -> Iter
     ):
         if requested is not None:
             yield _line(name, best)
-    for reason in _unknown(found):
+    for reason in unknown_errors(found):
         yield f"error unknown\t{reason}"
     for effect in found.effects:
         pointers = " ".join(map(output.harmless, effect.pointers))
         yield f"effect\t{effect.effect}\t{effect.share:.0%}\t{effect.cpu_seconds:.3g}\t{pointers}"
 
 
-def _unknown(found: Quote) -> list[str]:
+def unknown_errors(found: Quote) -> list[str]:
     """Why errors are not known, each reason once."""
     offers = (*found.offers, found.asked, found.for_seconds)
     return list(dict.fromkeys(offer.error_unknown for offer in offers if offer and offer.error_unknown))
@@ -143,7 +143,7 @@ def _show(found: Quote, target_error: float | None, time: float | None) -> None:
     if found.offers:
         seconds = f"Seconds on {counted(found.workers, 'worker')}. "
         output.show(offers(found), seconds + "The quality of the scene or of the options is bold.")
-    for reason in _unknown(found):
+    for reason in unknown_errors(found):
         output.show(f"Error not known (?): {reason}")
     if target_error is not None:
         _advise(f"For an error of {target_error:.2g}", found.for_error)
