@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from schemas.api.jobs import JobState
 from service.dispatch import adaptive_passes as targets
 from service.lifecycle import fairness, progress, rows
+from service.lifecycle.damage import using
 from service.storage.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
 from service.storage.tiles import StoredTile, final_prefix
 from service.workers.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
@@ -102,12 +103,15 @@ def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
         share, until = fairness.next_share(session, resting)
         if share is None:
             return
-        claimed = list(_turn(session, share, until, room, begun))
+        claimed = 0
+        # One by one: those before a damaged render are handed out.
+        for task in _turn(session, share, until, room, begun):
+            claimed += 1
+            yield task
         if not claimed:
             resting.add(share.owner)
             share.active = bool(begun) and _waits(session, share.owner)
-        yield from claimed
-        room -= len(claimed)
+        room -= claimed
 
 
 def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set[int]) -> Iterator[TileTask]:
@@ -118,13 +122,16 @@ def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set
     """
     wanted = {"owner": share.owner, "room": room, "begun": list(begun)}
     for render in session.scalars(_CLAIMABLE, wanted).unique().all():
-        last_pass = len(render.passes)
+        with using(render):
+            last_pass = len(render.passes)
         if render.state == JobState.QUEUED:
             last_pass = 0
             begun.add(render.number)
         for step in _waiting(session, render, last_pass, room):
-            fairness.charge(share, step, rows.expected_cpu_seconds(render, step))
-            yield _hand_out(session, render, step)
+            with using(render):
+                fairness.charge(share, step, rows.expected_cpu_seconds(render, step))
+                task = _hand_out(session, render, step)
+            yield task
             room -= 1
             if not room or share.served > until:
                 return
@@ -204,7 +211,9 @@ def compose_claims(session: Session, composing: Collection[str]) -> Iterator[Job
         if render.id not in composing:
             # Never reset: a worker of a former leader may still write files of the numbers before.
             render.compose_attempt += 1
-            yield _compose_task(session, render)
+            with using(render):
+                task = _compose_task(session, render)
+            yield task
 
 
 def _compose_task(session: Session, render: RenderRow) -> JobTask:

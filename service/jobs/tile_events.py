@@ -18,6 +18,7 @@ from service.jobs.bands import means
 from service.jobs.context import Service
 from service.jobs.lifecycle import find
 from service.jobs.pictures import target_pixels, visible_events
+from service.lifecycle import damage
 from service.lifecycle.documents import failure_of, progress_of
 from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.storage.tiles import Pixels, StoredTile, TileStore
@@ -33,6 +34,11 @@ def batch(service: Service, job_id: str, after: int) -> TileBatch:
 
 
 def _batch(session: Session, row: JobRow, after: int, limit: int) -> TileBatch:
+    with damage.reading(row.id):
+        return _events_of(session, row, after, limit)
+
+
+def _events_of(session: Session, row: JobRow, after: int, limit: int) -> TileBatch:
     events = _events(session, row.render, after, limit) if row.render else ()
     following = events[-1].seq if events else after
     newest = row.render.last_seq if row.render else 0

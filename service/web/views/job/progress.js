@@ -26,8 +26,8 @@ export function mount(root, watch) {
     bar.value = job.progress.share;
     share.textContent = percent(job.progress.share);
     list.replaceChildren(...figures(job));
-    trouble.hidden = !job.failure;
-    trouble.textContent = job.failure?.message ?? "";
+    trouble.textContent = job.damage ?? job.failure?.message ?? "";
+    trouble.hidden = !trouble.textContent;
     if (state !== null && state !== standing(job)) announce(`The job is ${stateName(standing(job))}.`);
     state = standing(job);
   }
@@ -62,6 +62,7 @@ function left(job) {
 }
 
 function figures(job) {
+  if (job.damage) return [];
   const rays = Object.entries(job.cost.rays).filter(([, number]) => number > 0);
   const all = rays.reduce((sum, [, number]) => sum + number, 0);
   const took = elapsed(job);
