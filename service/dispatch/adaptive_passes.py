@@ -123,7 +123,8 @@ def expire(session: Session) -> float | None:
     return min(upcoming, default=None)
 
 
-def _spent(render: RenderRow) -> bool:
+def is_spent(render: RenderRow) -> bool:
+    """Whether no time is left for tiles of a render."""
     left = tile_time_left(render)
     return left is not None and left <= 0
 
@@ -137,7 +138,7 @@ def advance_task(session: Session, render: RenderRow) -> AdvanceTask:
         parts=tuple(fresh(session, render)),
         merged=merged_by(render),
         tile_size=render.tile_size,
-        last=_spent(render),
+        last=is_spent(render),
         attempt=render.compose_attempt,
         layers=tuple(render.layers),
         recorded=tuple(recorded(session, render)) if render.layers else (),

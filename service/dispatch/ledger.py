@@ -6,7 +6,6 @@ are one write.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Collection, Iterator, Sequence
 
 from sqlalchemy import and_, bindparam, case, exists, literal_column, select, update
@@ -165,9 +164,8 @@ def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
     if render.target_error is None:
         return TileTask(*place)
     left = targets.tile_time_left(render) if render.merges else None
-    until = None if left is None else time.time() + left
     ray_seconds = render.merges[-1]["ray_seconds"] if render.merges else 0.0
-    return SampleTask(*place, merged=targets.merged_by(render), until=until, ray_seconds=ray_seconds)
+    return SampleTask(*place, merged=targets.merged_by(render), seconds_left=left, ray_seconds=ray_seconds)
 
 
 def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) -> bool:

@@ -83,6 +83,8 @@ class Round:
     """Seconds until the time limit of some render is spent, and a decision is due."""
     store_closed: bool = False
     """Whether a task could not write to the disk, so that trying again at once is useless."""
+    early: list[TileTask] = field(default_factory=list)
+    """Tasks that were given up as late while their job had time left: they are held back for a while."""
     retries: Counter[Cause] = field(default_factory=Counter)
     """How many tasks are to be tried again, by what was in the way."""
 
@@ -158,6 +160,8 @@ class Round:
                 ledger.land(session, render, task, outcome)
             case TaskFailed(code=code, message=message, passes=False):
                 _fail(session, render, code, message, retryable=False)
+            case Interrupted(late=True) if not targets.is_spent(render):
+                self.early.append(task)
             case _:
                 self._take_back(session, render, task, outcome)
 
