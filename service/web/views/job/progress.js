@@ -24,8 +24,8 @@ export function mount({ drawer }, watch) {
     large.textContent = time;
     small.replaceChildren(...rest.map((line) => h("span", {}, line || "\u00a0")));
     list.replaceChildren(...figures(job));
-    trouble.hidden = !job.failure;
-    trouble.textContent = job.failure?.message ?? "";
+    trouble.textContent = job.damage ?? job.failure?.message ?? "";
+    trouble.hidden = !trouble.textContent;
     if (state !== null && state !== standing(job)) announce(`The job is ${stateName(standing(job))}.`);
     state = standing(job);
   }
@@ -71,6 +71,7 @@ function stepsOf(job) {
 }
 
 function figures(job) {
+  if (job.damage) return [];
   const rays = Object.entries(job.cost.rays).filter(([, number]) => number > 0);
   const all = rays.reduce((sum, [, number]) => sum + number, 0);
   // All of them from the start, so that nothing moves when one becomes known.
