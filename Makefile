@@ -9,10 +9,11 @@ WEB := tools/web
 # Scenes of docs/explanation/accuracy-costs-time.md, and the most seconds for each.
 STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery/lens gallery/glass
 STUDY_SECONDS ?= 250
+# How long `make soak` takes.
 MINUTES ?= 30
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test check docs audit fuzz gallery bench chaos soak load bench-peers bench-references study clean
+.PHONY: help install demo serve test check docs audit fuzz gallery bench chaos soak load bench-grading bench-peers bench-references study clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -68,6 +69,13 @@ soak: .venv/installed-test  ## have random faults among mixed jobs for MINUTES, 
 
 load: .venv/installed  ## measure the service's guarantees under load, into out/load.json; 5 minutes
 	$(BIN)/python -m benchmarks.load
+
+bench-grading: .venv/installed-test  ## measure the grader: honest and wrong programs, noise, copies, a class of 200; on an idle machine
+	$(BIN)/python -m tools.docs.generate_assignment_page --measure
+	$(BIN)/python -m tools.docs.measure_programs
+	$(BIN)/python -m tools.docs.measure_noise
+	$(BIN)/python -m tools.docs.measure_likeness
+	$(BIN)/python -m tools.docs.measure_class
 
 bench-peers: .venv/installed-bench  ## compare CPU seconds at equal error with other renderers, into out/peers.json; half an hour
 	$(BIN)/python -m benchmarks.peers

@@ -13,17 +13,23 @@ from typing import Any
 
 import httpx2
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, Request, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
 
 from service.server import RunningServer, running
 from service.settings import Settings
+from tests.browser.scenes import TIMEOUT
+
+# The default of 5 seconds is too short for a machine with other work.
+expect.set_options(timeout=TIMEOUT)
 
 ROOT = Path(__file__).parents[2]
 SCREENSHOTS = ROOT / "out" / "screenshots"
 # Set by the build, where a missing browser is an error and no reason to skip tests.
 REQUIRED = "BROWSER_TESTS_REQUIRED"
-# Expected refusals, such as the problems of a scene.
-REFUSED = re.compile(r"Failed to load resource: the server responded with a status of 4\d\d")
+# Expected: refusals, such as the problems of a scene, and requests of a page without a network.
+REFUSED = re.compile(
+    r"Failed to load resource: (the server responded with a status of 4\d\d|net::ERR_INTERNET_DISCONNECTED)"
+)
 
 Open = Callable[..., Page]
 Shoot = Callable[[Page, str], Path]
@@ -104,6 +110,7 @@ def opening(chromium: Browser, url: str) -> Iterator[Open]:
             reduced_motion="reduce",
             **options,
         )
+        context.set_default_timeout(TIMEOUT)
         contexts.append(context)
         page = context.new_page()
         page.on("console", heard)
