@@ -9,9 +9,11 @@ WEB := tools/web
 # Scenes of docs/explanation/accuracy-costs-time.md, and the most seconds for each.
 STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery/lens gallery/glass
 STUDY_SECONDS ?= 250
+# How long `make soak` takes.
+MINUTES ?= 30
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test check docs audit fuzz gallery bench chaos load bench-grading bench-peers bench-references study clean
+.PHONY: help install demo serve test check docs audit fuzz gallery bench chaos soak load bench-grading bench-peers bench-references study clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -59,8 +61,11 @@ gallery: .venv/installed  ## render the gallery and the hard scenes into out, an
 bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
 	$(BIN)/python -m benchmarks
 
-chaos: .venv/installed  ## kill, stop and starve the service and check its guarantees, into out/chaos.json; up to half an hour
+chaos: .venv/installed-test  ## kill, stop and starve the service and check its guarantees, into out/chaos.json; up to an hour
 	$(BIN)/python -m benchmarks.chaos
+
+soak: .venv/installed-test  ## have random faults among mixed jobs for MINUTES, 30 by default, into out/soak.json
+	$(BIN)/python -m benchmarks.chaos --soak --minutes $(MINUTES) --out out/soak.json
 
 load: .venv/installed  ## measure the service's guarantees under load, into out/load.json; 5 minutes
 	$(BIN)/python -m benchmarks.load
