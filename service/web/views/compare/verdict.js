@@ -27,7 +27,7 @@ export function makeVerdict(answer, showRegion) {
     h("p", {}, answer.reason),
     answer.diagnosis.length ? diagnosis(answer.diagnosis) : "",
     answer.worst_regions.length ? regions(answer.worst_regions, showRegion) : "",
-    metrics(answer.metrics),
+    makeNumbers(answer.metrics),
   );
 }
 
@@ -71,7 +71,8 @@ function regions(worst, showRegion) {
   return h("div", {}, h("h3", {}, "Worst regions"), h("ol", { className: "regions" }, worst.map(entry)));
 }
 
-function metrics(values) {
+/** A table of those metrics that are there. @param {Record<string, number | null>} values */
+export function makeNumbers(values) {
   const row = ([key, name, what]) =>
     h(
       "tr",
@@ -83,6 +84,6 @@ function metrics(values) {
     "div",
     {},
     h("h3", {}, "Numbers"),
-    h("table", { className: "metrics" }, h("tbody", {}, METRICS.map(row))),
+    h("table", { className: "metrics" }, h("tbody", {}, METRICS.filter(([key]) => key in values).map(row))),
   );
 }

@@ -1,16 +1,13 @@
 // The contribution of each light to a point, and its shadow rays, as bars with numbers.
 
 import { h } from "../../dom.js";
+import { luma } from "./colors.js";
 import { short } from "./numbers.js";
-
-// Luminance weights of BT.709.
-const LUMA = [0.2126, 0.7152, 0.0722];
-const luma = (color) => color.reduce((sum, value, i) => sum + LUMA[i] * value, 0);
 
 /** @param {object} ray @param {object} surface - What it hits. @param {(pointers: string[]) => Node} links */
 export function makeLights(ray, surface, links) {
-  const total = luma(ray.radiance);
-  const share = (color) => (total > 0 ? luma(color) / total : 0);
+  const total = luma(...ray.radiance);
+  const share = (color) => (total > 0 ? luma(...color) / total : 0);
   const rows = [part("Ambient light", surface.ambient, share(surface.ambient))];
   for (const light of surface.lights) {
     rows.push(part(`Light ${light.light}, diffuse`, light.diffuse, share(light.diffuse)));

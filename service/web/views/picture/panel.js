@@ -9,7 +9,7 @@ import { Film } from "./film.js";
 import { makeFirst } from "./first.js";
 import { makeInspector } from "./inspector.js";
 import { KEYS } from "./keys.js";
-import { fetchLayer } from "./layers.js";
+import { fetchLayer } from "./layer_files.js";
 import { makeLegend } from "./legend.js";
 import { Screen, square } from "./screen.js";
 
@@ -97,7 +97,7 @@ export function mount(root, watch) {
   function ended() {
     if (!watch.final) return;
     first.show();
-    const empty = watch.job.state !== "succeeded" && !film.known.includes(1);
+    const empty = watch.job.state !== "succeeded" && film.empty;
     viewer.hidden = empty;
     nothing.textContent = empty ? `There is no picture: the job ended as ${watch.job.state}.` : "";
     screen.redraw();
@@ -122,7 +122,7 @@ export function mount(root, watch) {
 
   function show(layer) {
     developer.show(layer);
-    legend.replaceChildren(layer ? makeLegend(layer) : "");
+    legend.replaceChildren(layer ? makeLegend(layer, () => developer.show(layer)) : "");
     display.element.hidden = layer !== null;
     read();
   }
@@ -131,5 +131,5 @@ export function mount(root, watch) {
     ({ scene }) => display.begin(displayOf(scene)),
     () => display.begin(displayOf({})),
   );
-  return () => screen.close();
+  return () => (screen.close(), developer.close());
 }
