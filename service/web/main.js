@@ -2,7 +2,7 @@
 
 import { announce, h } from "./dom.js";
 import { acceptDrops } from "./drop.js";
-import { MOVED, navigate } from "./navigation.js";
+import { AMENDED, MOVED, navigate } from "./navigation.js";
 import { showSession } from "./session.js";
 
 // For each view: the pattern of its path, the names of the pattern's groups, the module, and the style sheets to wait for.
@@ -13,7 +13,15 @@ const ROUTES = [
     /^\/jobs\/([^/]+)$/,
     ["id"],
     () => import("./views/job.js"),
-    ["editor.css", "views/job.css", "views/picture/picture.css", "vendor/uplot/uPlot.min.css"],
+    [
+      "editor.css",
+      "views/job.css",
+      "views/picture/picture.css",
+      "views/picture/stage.css",
+      "views/job/viewer.css",
+      "views/job/drawer.css",
+      "vendor/uplot/uPlot.min.css",
+    ],
   ],
   [
     /^\/compare\/([^/]+)\/([^/]+)$/,
@@ -95,6 +103,7 @@ addEventListener("popstate", () => {
   // Jumps to an anchor fire this event too.
   if (location.pathname + location.search !== shown) show({ focus: true });
 });
+addEventListener(AMENDED, () => (shown = location.pathname + location.search));
 addEventListener(MOVED, () => show({ focus: true }));
 
 acceptDrops();

@@ -9,8 +9,10 @@ import { makeNumbers, makeVerdict } from "./compare/verdict.js";
 import { displayOf, makeDisplay, makeZoom } from "./picture/controls.js";
 import { KEYS } from "./picture/keys.js";
 import { makeScale } from "./picture/legend.js";
+import { keepPlace } from "./picture/place.js";
 import { leastPositive } from "./picture/scales.js";
 import { Screen } from "./picture/screen.js";
+import { catchLine, hearSpace } from "./picture/split.js";
 
 export const title = "Compare";
 
@@ -156,7 +158,7 @@ function show(place, films, note, asked, signal) {
   const keys = h(
     "p",
     { className: "soft small", id: "compare-keys" },
-    `F switches between A and B. ${KEYS.split(" Enter")[0]}`,
+    `Hold Space for B; F switches between A and B. ${KEYS.split(" Enter")[0]}`,
   );
   const line = h("input", {
     id: "split-line",
@@ -167,6 +169,15 @@ function show(place, films, note, asked, signal) {
     value: 50,
     oninput: () => blending.split(line.value / 100),
   });
+  catchLine(screen, {
+    at: () => (blending.mode === "split" ? blending.at : null),
+    move: (share) => {
+      line.value = 100 * share;
+      blending.split(share);
+    },
+  });
+  // Space shows B as long as it is held; the choice of what is shown stays as it is.
+  hearSpace((held) => blending.show(held ? "b" : modes.chosen), signal);
   const lineField = h(
     "div",
     { className: "field split-line" },
@@ -255,6 +266,7 @@ function show(place, films, note, asked, signal) {
     ),
   );
   screen.fit();
+  keepPlace(screen, signal);
   display.begin(asked);
   change("split");
   return { conclude, close: () => (screen.close(), blending.close()) };
@@ -283,6 +295,9 @@ function makeModes(changed) {
         inputs.map(([, name, input]) => h("label", {}, input, ` ${name}`)),
       ),
     ),
+    get chosen() {
+      return inputs.find(([, , input]) => input.checked)[0];
+    },
     choose(wanted) {
       for (const [mode, , input] of inputs) input.checked = mode === wanted;
       changed(wanted);

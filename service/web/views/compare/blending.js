@@ -5,6 +5,7 @@ import { measured } from "../picture/develop.js";
 import { writeScale } from "../picture/layers.js";
 import { plainLook } from "../picture/look.js";
 import { drawNumbers, short } from "../picture/numbers.js";
+import { drawHandle } from "../picture/split.js";
 import { Encoder } from "../picture/transfer.js";
 import { HOTTEST, absolute, drawHeat, relative } from "./differences.js";
 
@@ -134,6 +135,7 @@ export class Blending {
       context.fillStyle = style;
       context.fillRect(x - width / 2, 0, width, screen.element.clientHeight);
     }
+    drawHandle(context, x, screen.element.clientHeight);
     label(context, "A", x - LABEL_GAP, "right");
     label(context, "B", x + LABEL_GAP, "left");
   }
