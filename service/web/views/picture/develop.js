@@ -77,6 +77,11 @@ export class Developer {
     this.screen.redraw();
   }
 
+  /** The values on the screen. @returns {{values: ArrayLike<number>, channels: number}} */
+  get shown() {
+    return this.layer ?? { values: this.film.values, channels: 3 };
+  }
+
   /** The codes of a pixel, or null while it is not known. @param {number} x @param {number} y */
   codes(x, y) {
     return this.film.at(x, y)?.map((value) => this.look.encoder.code(value)) ?? null;

@@ -3,12 +3,15 @@
 import { get, jobPath } from "../../api.js";
 import { announce, h } from "../../dom.js";
 import { makeArrivals } from "./arrivals.js";
+import { makeAutoExposure, makeChannels, makeZebra } from "./channels.js";
 import { makeComparing } from "./comparing.js";
 import { displayOf, makeDisplay, makeLayerChoice, makeZoom } from "./controls.js";
 import { copied } from "./copying.js";
 import { Developer } from "./develop.js";
 import { Film } from "./film.js";
 import { makeFirst } from "./first.js";
+import { drawGrid } from "./grid.js";
+import { makeHistogram } from "./histogram_view.js";
 import { makeInspector } from "./inspector.js";
 import { KEYS } from "./keys.js";
 import { fetchLayer } from "./layer_files.js";
@@ -18,6 +21,7 @@ import { keepPlace } from "./place.js";
 import { makePopover } from "./popover.js";
 import { makeReadout } from "./readout.js";
 import { Screen, square } from "./screen.js";
+import { makeStatistics } from "./statistics_view.js";
 import { makeBackground, makeFullscreen } from "./surroundings.js";
 import { drawTiles } from "./tiles.js";
 
@@ -31,7 +35,12 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   const label = `Picture of ${watch.job.name ?? "the job"}, ${width} by ${height} pixels`;
   const screen = new Screen({ width, height, label, overlay });
   const developer = new Developer(screen, film);
-  const display = makeDisplay(() => developer.expose(display.exposure, display.transfer));
+  const display = makeDisplay(() => {
+    developer.expose(display.exposure, display.transfer);
+    histogram.expose(display.exposure);
+  });
+  const histogram = makeHistogram(film);
+  const statistics = makeStatistics(screen, () => developer.shown);
   const inspector = makeInspector(watch.id, (x, y) => film.at(x, y), copy, watch.signal);
   const readout = makeReadout(film, developer);
   const keys = h("p", { className: "soft small", id: "picture-keys" }, KEYS);
@@ -43,16 +52,21 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   // What else looks at the picture: elements by the place where they stand.
   const tools = {
     bar: [makeZoom(screen)],
-    display: [makeBackground(stage)],
+    display: [
+      makeAutoExposure(film, (exposure) => display.set({ exposure })).element,
+      makeChannels(developer).element,
+      makeZebra(developer).element,
+      makeBackground(stage),
+    ],
     render: [],
-    pixel: [inspector.element, keys],
+    pixel: [inspector.element, histogram.element, statistics.element, keys],
     compare: [makeComparing(watch, screen)],
   };
   const arrivals = makeArrivals(screen);
   let wanted = null;
   let drawPath = null;
 
-  const settings = makePopover("Display", "display-settings", tools.display);
+  const settings = makePopover("Display", "display-settings", ...tools.display);
   screen.element.setAttribute("aria-describedby", keys.id);
   const choices = [layers.length ? makeLayerChoice(layers, chooseLayer) : null, display.element].filter(
     Boolean,
@@ -71,9 +85,11 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
 
   function overlay(context) {
     arrivals.draw(context);
+    drawGrid(context, screen);
     developer.drawNumbers(context);
     drawTiles(context, screen, watch.job.rendering);
     if (first.region) screen.outline(context, first.region);
+    statistics.draw(context);
     if (inspector.found) drawPath?.(context, screen, inspector.found);
     if (inspector.pixel) screen.outline(context, square(inspector.pixel), CHOSEN);
   }
@@ -104,6 +120,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     if (!batch.tiles.length) return;
     if (!developer.layer) arrivals.before(batch.tiles);
     developer.take(batch.tiles);
+    histogram.changed();
     read();
   });
   watch.on("job", () => (screen.redraw(), ended()));
@@ -138,6 +155,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
 
   function show(layer) {
     developer.show(layer);
+    statistics.changed();
     legend.replaceChildren(layer ? makeLegend(layer, () => developer.show(layer)) : "");
     display.element.inert = layer !== null;
     read();
@@ -150,5 +168,5 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     },
     () => display.begin(displayOf({})),
   );
-  return () => (screen.close(), developer.close());
+  return () => (screen.close(), developer.close(), histogram.close());
 }

@@ -10,8 +10,8 @@ export const TRANSFERS = {
 const float = new Float32Array(1);
 const word = new Uint32Array(float.buffer);
 
-/** @param {number} bits @returns {number} */
-function valueOf(bits) {
+/** @param {number} bits @returns {number} The float that has them. */
+export function valueOf(bits) {
   word[0] = bits;
   return float[0];
 }
