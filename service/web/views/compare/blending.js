@@ -31,7 +31,7 @@ export class Blending {
   /** @type {ImageData | null} */
   #image = null;
 
-  /** @param {import("../picture/screen.js").Screen} screen @param {import("../picture/film.js").Film[]} films - A and B. */
+  /** @param {PictureScreen} screen @param {import("../picture/film.js").Film[]} films - A and B. */
   constructor(screen, films) {
     this.screen = screen;
     this.films = films;

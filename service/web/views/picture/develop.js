@@ -30,7 +30,7 @@ export class Developer {
   /** @type {Darkroom} */
   #darkroom;
 
-  /** @param {import("./screen.js").Screen} screen @param {Film} film */
+  /** @param {PictureScreen} screen @param {Film} film */
   constructor(screen, film) {
     this.screen = screen;
     this.film = film;

@@ -3,7 +3,7 @@
 // CSS pixels a side from which lines hide little.
 const VISIBLE = 16;
 
-/** @param {CanvasRenderingContext2D} context @param {import("./screen.js").Screen} screen */
+/** @param {CanvasRenderingContext2D} context @param {PictureScreen} screen */
 export function drawGrid(context, screen) {
   const { scale, left, top } = screen;
   if (scale < VISIBLE) return;

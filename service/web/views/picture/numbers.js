@@ -11,7 +11,7 @@ const BRIGHT = 118;
 
 /**
  * @param {CanvasRenderingContext2D} context
- * @param {import("./screen.js").Screen} screen
+ * @param {PictureScreen} screen
  * @param {(x: number, y: number) => string[] | null} lines - The text in a pixel.
  * @param {(x: number, y: number) => number[]} shown - Its codes.
  * @returns {void}

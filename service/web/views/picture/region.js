@@ -3,7 +3,7 @@
 /**
  * Call back with the rectangle that is dragged over with Shift held, while it grows and when it is done.
  *
- * @param {import("./screen.js").Screen} screen
+ * @param {PictureScreen} screen
  * @param {(region: import("./film.js").Rectangle) => void} chosen
  */
 export function hearRegion(screen, chosen) {

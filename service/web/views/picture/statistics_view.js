@@ -11,7 +11,7 @@ const COLUMNS = /** @type {const} */ (["mean", "least", "greatest", "variance"])
 const NAMES = ["Red", "Green", "Blue"];
 
 /**
- * @param {import("./screen.js").Screen} screen
+ * @param {PictureScreen} screen
  * @param {() => {values: ArrayLike<number>, channels: number}} shown - What is on the screen.
  */
 export function makeStatistics(screen, shown) {
