@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import base64
+from pathlib import Path
 from typing import Any
 
+import httpx2
 import numpy as np
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Page, Route
 
 from renderer.images import files as image_files
 from schemas.scene import Display
+from tests.browser.conftest import Open
+from tests.browser.pictures import COVERED, codes_of, finished, served
 from tests.browser.test_picture import awkward_numbers
+from tests.integration.support import image
 
 SIDE = 160
 # On a renderer without a card, so that the shader runs on every machine.
@@ -37,6 +42,11 @@ DEVELOPED = """async ([text, side, exposure, transfer, channel, stripe]) => {
     develop(film, look, film.whole, expected);
     const kinds = new Set(expected);
     return { differ: drawn.reduce((sum, word, i) => sum + (word !== expected[i]), 0), kinds: kinds.size };
+}"""
+WEB = Path(__file__).parents[2] / "service" / "web"
+READS_BACK = """() => {
+    const context = document.querySelector("canvas.pixels").getContext("2d");
+    return context.getContextAttributes().willReadFrequently;
 }"""
 ENCODED = """async ([text, exposure]) => {
     const { Film } = await import("/web/views/picture/film.js");
@@ -86,3 +96,34 @@ def test_luminance_is_shown_with_the_code_of_the_weighted_mean(bare_page: Page) 
     expected = image_files.displayed(luminance, Display(exposure=0.5))
     codes = np.array(got, np.uint8).reshape(1, 500, 4)
     assert (codes[..., :3] == expected[..., None]).all()
+
+
+def test_a_renderer_without_a_card_is_not_used(bare_page: Page) -> None:
+    asks = """async () => (await import("/web/views/picture/gpu.js")).hasGpuFor(4e6)"""
+    assert bare_page.evaluate(asks) is False
+
+
+def test_a_page_with_a_card_holds_the_very_picture_that_the_service_serves(
+    open_page: Open, client: httpx2.Client
+) -> None:
+    job = finished(client)
+    page = open_page("/jobs")
+    page.route("**/views/picture/gpu.js", with_card)
+    page.goto(f"/jobs/{job}")
+    page.wait_for_function(COVERED)
+    assert page.evaluate(READS_BACK) is False
+    np.testing.assert_array_equal(codes_of(page), served(client, job))
+    page.get_by_label("Exposure", exact=True).fill("1")
+    np.testing.assert_array_equal(
+        codes_of(page), image_files.displayed(image(client, job), Display(exposure=1))
+    )
+
+
+def with_card(route: Route) -> None:
+    """Take any renderer for a card, and any picture for a large one: here is none."""
+    script = (WEB / "views" / "picture" / "gpu.js").read_text()
+    changes = {"WORTHWHILE = 512 * 512": "WORTHWHILE = 0", "return !SOFTWARE.test(name)": "return true"}
+    for old, new in changes.items():
+        assert script.count(old) == 1
+        script = script.replace(old, new)
+    route.fulfill(body=script, content_type="text/javascript")

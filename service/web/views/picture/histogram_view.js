@@ -6,7 +6,7 @@ import { STOPS, countClipped, histogramOf } from "./histogram.js";
 const WIDTH = 320;
 const HEIGHT = 96;
 const COLORS = ["#f33", "#2c2", "#46f"];
-// Milliseconds without new tiles before the values are counted again.
+// Milliseconds without new tiles or another exposure before values are counted again.
 const CALM = 300;
 
 /**
@@ -53,7 +53,9 @@ export function makeHistogram(film) {
     },
     expose(stops) {
       exposure = stops;
-      if (seen.isVisible && histogram) show();
+      if (!seen.isVisible || !histogram) return;
+      draw(canvas, histogram.counts, exposure);
+      soon();
     },
     close() {
       clearTimeout(timer);

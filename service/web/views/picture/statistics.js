@@ -31,25 +31,25 @@ export function statisticsOf(values, channels, width, place) {
  * @returns {Statistics}
  */
 function one(values, channels, channel, width, { x0, y0, x1, y1 }) {
+  const from = (/** @type {number} */ y) => channels * (y * width + x0) + channel;
+  const row = channels * (x1 - x0);
   let count = 0;
   let sum = 0;
   let least = Infinity;
   let greatest = -Infinity;
-  const each = (/** @type {(value: number) => void} */ visit) => {
-    for (let y = y0; y < y1; y++)
-      for (let x = x0; x < x1; x++) {
-        const value = values[channels * (y * width + x) + channel];
-        if (Number.isFinite(value)) visit(value);
-      }
-  };
-  each((value) => {
-    count++;
-    sum += value;
-    if (value < least) least = value;
-    if (value > greatest) greatest = value;
-  });
+  for (let y = y0; y < y1; y++)
+    for (let i = from(y); i < from(y) + row; i += channels) {
+      const value = values[i];
+      if (!Number.isFinite(value)) continue;
+      count++;
+      sum += value;
+      if (value < least) least = value;
+      if (value > greatest) greatest = value;
+    }
   const mean = sum / count;
   let squares = 0;
-  each((value) => (squares += (value - mean) ** 2));
+  for (let y = y0; y < y1; y++)
+    for (let i = from(y); i < from(y) + row; i += channels)
+      if (Number.isFinite(values[i])) squares += (values[i] - mean) ** 2;
   return { mean, least, greatest, variance: squares / count, count };
 }
