@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import socket
 import subprocess
@@ -140,6 +141,9 @@ def _serve(settings: Settings) -> None:
         access_log=False,
         server_header=False,
         http=connection_type(settings),
+        # The timer of `service.api.connections` ends earlier, so it alone decides. Uvicorn's default is the 5
+        # seconds for which httpx keeps an idle connection too: it would send on one that is being closed.
+        timeout_keep_alive=math.ceil(settings.client_timeout_seconds) + 1,
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )
     _Server(config, app).run()

@@ -173,7 +173,7 @@ def logs(job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: Js
     lines = _log_by_day if output.on_terminal() else _log_lines
     output.report(found, lines(found.entries), as_json=as_json)
     if found.more and not as_json:
-        output.say(f"{found.more} more tiles were retried.")
+        output.say(f"Retried tiles that are not listed: {found.more:,}.")
 
 
 def _log_lines(entries: Iterable[LogEntry]) -> Iterator[str]:

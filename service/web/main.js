@@ -4,6 +4,7 @@ import { announce, h } from "./dom.js";
 import { acceptDrops } from "./drop.js";
 import { AMENDED, MOVED, navigate } from "./navigation.js";
 import { showSession } from "./session.js";
+import { skeleton } from "./skeleton.js";
 
 // For each view: the pattern of its path, the names of the pattern's groups, the module, and the style sheets to wait for.
 const ROUTES = [
@@ -77,6 +78,8 @@ async function show({ focus }) {
   main.replaceChildren();
   document.title = `${view.title ?? "Penumbra"} · Penumbra`;
   unmount = view.mount(main, { ...params, query: new URLSearchParams(location.search) });
+  // A view that waits for the service has nothing to show yet; it replaces all that is here.
+  if (!main.childElementCount) main.append(skeleton(3));
   for (const link of document.querySelectorAll("nav a")) {
     const here =
       link.pathname === location.pathname ||

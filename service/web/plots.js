@@ -31,9 +31,12 @@ export function ticks(low, high) {
       .filter((tick) => tick >= low && tick <= high);
     if (found.length >= FEWEST) return found;
   }
-  const step = 10 ** Math.floor(Math.log10((high - low) / FEWEST));
-  const count = Math.floor(high / step) - Math.ceil(low / step) + 1;
-  return Array.from({ length: count }, (_, i) => Number(((Math.ceil(low / step) + i) * step).toPrecision(6)));
+  const power = 10 ** Math.floor(Math.log10(high - low));
+  const steps = [5, 2, 1, 0.5, 0.2, 0.1].map((factor) => factor * power);
+  const count = (step) => Math.floor(high / step) - Math.ceil(low / step) + 1;
+  const step = steps.find((one) => count(one) >= FEWEST);
+  const least = Math.ceil(low / step);
+  return Array.from({ length: count(step) }, (_, i) => Number(((least + i) * step).toPrecision(6)));
 }
 
 function colours() {

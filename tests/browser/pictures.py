@@ -41,8 +41,8 @@ OUTLINED = """(rectangles) => {
     return rectangles.filter(([x0, y0, x1, y1]) => {
         const [left, top] = place(x0, y0);
         const [right, bottom] = place(x1, y1);
-        // An arm of each corner, of the length of a third of a side at most.
-        const arm = Math.min(right - left, bottom - top) / 6;
+        // On an arm of each corner: they are 16 dots long, or a third of a side.
+        const arm = Math.min(8, Math.min(right - left, bottom - top) / 6);
         return [
             [left + arm, top + 2], [right - 2, top + arm],
             [right - arm, bottom - 2], [left + 2, bottom - arm],

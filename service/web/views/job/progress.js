@@ -1,7 +1,7 @@
 // Progress of a job: the remaining time, rays, and the error with its interval.
 
 import { announce, h } from "../../dom.js";
-import { ago, codeValues, count, cpuSeconds, percent, plural, qualityName, seconds } from "../../format.js";
+import { ago, codeValues, count, cpuSeconds, plural, qualityName, seconds } from "../../format.js";
 import { standing, stateName } from "./state.js";
 
 const TICK_MS = 1000;
@@ -13,16 +13,16 @@ export function mount({ drawer }, watch) {
   const trouble = h("div", { className: "problem", role: "alert", hidden: true });
   drawer.panels.render.append(
     h("h2", { className: "unseen" }, "Progress"),
-    h("div", { className: "hero" }, h("div", {}, large, small)),
+    h("div", { className: "hero" }, large, small),
     trouble,
     list,
   );
   let state = null;
 
   function show(job) {
-    const [time, rest] = headline(job);
+    const [time, ...rest] = headline(job);
     large.textContent = time;
-    small.textContent = rest;
+    small.replaceChildren(...rest.map((line) => h("span", {}, line || "\u00a0")));
     list.replaceChildren(...figures(job));
     trouble.hidden = !job.failure;
     trouble.textContent = job.failure?.message ?? "";
@@ -37,24 +37,26 @@ export function mount({ drawer }, watch) {
   return () => clearInterval(timer);
 }
 
-/** The large line, and the small one below it. */
+/** The large line, and two small ones below it. */
 function headline(job) {
   const left = job.progress.remaining_seconds;
   const took = elapsed(job);
+  const spent = took === null ? "" : seconds(took);
   switch (standing(job)) {
     case "queued":
-      return ["Queued", job.queue_position ? `${job.queue_position} ahead of it` : "next"];
+      return ["Queued", job.queue_position ? `${job.queue_position} ahead of it` : "next", ""];
     case "running":
       return [
         left === null ? "Rendering" : `${seconds(left)} left`,
-        [stepsOf(job), took !== null && `${seconds(took)} so far`].filter(Boolean).join(", "),
+        stepsOf(job),
+        spent && `${spent} so far`,
       ];
     case "paused":
-      return ["Paused", `at ${percent(job.progress.share)}`];
+      return ["Paused", stepsOf(job), spent && `${spent} so far`];
     case "succeeded":
-      return [`Done in ${seconds(took)}`, "from start to finish"];
+      return [`Done in ${spent}`, "from start to finish", stepsOf(job)];
     default:
-      return [sentence(stateName(job.state)), took === null ? "before it began" : `after ${seconds(took)}`];
+      return [sentence(stateName(job.state)), spent ? `after ${spent}` : "before it began", stepsOf(job)];
   }
 }
 
@@ -62,12 +64,10 @@ const sentence = (word) => word[0].toUpperCase() + word.slice(1);
 
 // With a target error each pass depends on the one before, so the number of steps is not known in advance.
 function stepsOf(job) {
-  const { done, total, share } = job.progress;
-  const steps =
-    job.quality.mode === "target"
-      ? `${plural(done, "step")} done`
-      : `${count(done)} of ${count(total)} steps`;
-  return total > 1 ? `${percent(share)}, ${steps}` : percent(share);
+  const { done, total } = job.progress;
+  return job.quality.mode === "target" || done === total
+    ? `${plural(done, "step")} done`
+    : `${count(done)} of ${count(total)} steps`;
 }
 
 function figures(job) {

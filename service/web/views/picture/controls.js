@@ -91,19 +91,20 @@ export function makeLayerChoice(names, changed) {
 
 /** Buttons that zoom a screen, around the zoom itself: 100 % shows a pixel of the picture as one of the display. */
 export function makeZoom(screen) {
-  const button = (name, label, action) =>
+  const sign = (name, label, action) =>
     h("button", { type: "button", "aria-label": name, title: name, onclick: action }, label);
+  const button = (label, title, action) => h("button", { type: "button", title, onclick: action }, label);
   const zoom = h("output", { className: "number", title: "Zoom", "aria-label": "Zoom" });
   const show = () => (zoom.textContent = `${short(100 * screen.zoomed)} %`);
   screen.addEventListener("view", show);
   return h(
     "div",
     { className: "zoom", role: "group", "aria-label": "Zoom" },
-    button("Zoom out", "−", () => screen.zoom(screen.scale / 2)),
+    sign("Zoom out", "−", () => screen.zoom(screen.scale / 2)),
     zoom,
-    button("Zoom in", "+", () => screen.zoom(screen.scale * 2)),
-    button("One to one", "1:1", () => screen.zoom(1 / devicePixelRatio)),
-    button("Fit", "Fit", () => screen.fit()),
+    sign("Zoom in", "+", () => screen.zoom(screen.scale * 2)),
+    button("1:1", "A pixel of the picture as one of the display", () => screen.zoom(1 / devicePixelRatio)),
+    button("Fit", "Show the whole picture", () => screen.fit()),
   );
 }
 

@@ -3,8 +3,8 @@
 import { add, cross, unit } from "./projection.js";
 
 // Points on a circle of a sphere, and circles from pole to pole.
-const AROUND = 24;
-const RINGS = 12;
+const AROUND = 64;
+const RINGS = 32;
 
 /** The corners of a rectangle of the scene. */
 function corners({ center, normal, tangent, size, corner, edges }) {

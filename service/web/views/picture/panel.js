@@ -42,7 +42,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   const histogram = makeHistogram(film);
   const statistics = makeStatistics(screen, () => developer.shown);
   const inspector = makeInspector(watch.id, (x, y) => film.at(x, y), copy, watch.signal);
-  const readout = makeReadout(film, developer);
+  const readout = makeReadout(screen, developer);
   const keys = h("p", { className: "soft small", id: "picture-keys" }, KEYS);
   const legend = h("div", { className: "stage-legend" });
   const refusal = h("p", { className: "problem stage-notice", role: "alert", hidden: true });

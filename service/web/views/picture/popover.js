@@ -9,7 +9,7 @@ const MARGIN = 8;
 /** @returns {{button: HTMLButtonElement, panel: HTMLElement}} Both are to be put on the page. */
 export function makePopover(label, id, ...content) {
   const button = h("button", { type: "button", className: "opens", popovertarget: id }, label);
-  const panel = h("div", { id, className: "popover", popover: "auto", "aria-label": label }, content);
+  const panel = h("div", { id, className: "popover", popover: "auto", "aria-label": label }, ...content);
   panel.addEventListener("beforetoggle", () => {
     const { bottom, right } = button.getBoundingClientRect();
     const most = innerWidth - WIDTH - MARGIN;

@@ -2,8 +2,8 @@
 
 import { h } from "../../dom.js";
 
-/** @param {import("./film.js").Film} film @param {import("./develop.js").Developer} developer */
-export function makeReadout(film, developer) {
+/** @param {import("./screen.js").Screen} screen @param {import("./develop.js").Developer} developer */
+export function makeReadout(screen, developer) {
   const swatch = h("span", { className: "swatch", "aria-hidden": "true" });
   const line = h("p", { className: "readout number" });
   const element = h("div", { className: "stage-readout", hidden: true }, swatch, line);
@@ -17,8 +17,8 @@ export function makeReadout(film, developer) {
       element.hidden = !pixel;
       if (!pixel) return (line.textContent = "");
       line.textContent = `${pixel.x}, ${pixel.y}   ${developer.describe(pixel.x, pixel.y)}`;
-      const codes = developer.codes(pixel.x, pixel.y);
-      swatch.style.backgroundColor = codes ? `rgb(${codes.join(" ")})` : "transparent";
+      const [r, g, b, alpha] = screen.context.getImageData(pixel.x, pixel.y, 1, 1).data;
+      swatch.style.backgroundColor = `rgb(${r} ${g} ${b} / ${alpha / 255})`;
     },
   };
 }

@@ -16,6 +16,7 @@ const CURSOR_FROM = 3;
 export class Screen extends EventTarget {
   #resize;
   #frame = 0;
+  // Of the element, when the place of the picture was last set.
   #size = [0, 0];
 
   /**
@@ -175,7 +176,6 @@ export class Screen extends EventTarget {
   #resized() {
     const { clientWidth, clientHeight } = this.element;
     const [width, height] = this.#size;
-    this.#size = [clientWidth, clientHeight];
     if (this.fitted) return this.fit();
     this.show({
       scale: this.scale,
@@ -185,6 +185,7 @@ export class Screen extends EventTarget {
   }
 
   #moved() {
+    this.#size = [this.element.clientWidth, this.element.clientHeight];
     const density = this.scale * devicePixelRatio;
     this.canvas.style.transform = `translate(${this.left}px, ${this.top}px) scale(${this.scale})`;
     this.canvas.classList.toggle("crisp", density >= 2);
