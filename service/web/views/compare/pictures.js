@@ -3,7 +3,7 @@
 import { jobPath, request } from "../../api.js";
 import { Film } from "../picture/film.js";
 import { decodeNpy } from "../picture/npy.js";
-import { LINEAR, colorsOf } from "./references.js";
+import { EIGHT_BITS, LINEAR, colorsOf } from "./references.js";
 
 /** A film that holds a whole picture. @param {ArrayLike<number>} values - Linear RGB by pixel. */
 export function exposed(width, height, values) {
@@ -39,8 +39,6 @@ export async function filmOfFile(file, encoding) {
     return null;
   }
 }
-
-export const EIGHT_BITS = "B has 8 bits a channel and nothing outside 0 to 1.";
 
 async function filmOfPng(file, encoding) {
   const bitmap = await createImageBitmap(file, {

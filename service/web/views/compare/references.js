@@ -6,6 +6,8 @@ const linearOf = (x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4
 /** Linear values of sRGB codes of 8 bits. */
 export const LINEAR = Float32Array.from({ length: 256 }, (_, code) => linearOf(code / 255));
 
+export const EIGHT_BITS = "B is shown with 8 bits a channel and nothing outside 0 to 1.";
+
 /** @type {Record<string, number>} The greatest whole number of a type. */
 const LARGEST = { u1: 255, u2: 65535 };
 
@@ -35,7 +37,7 @@ export function colorsOf({ shape, values: numbers, type }, encoding) {
 
 /** @param {string} type */
 function noteOn(type) {
-  if (type === "u1") return "B has 8 bits a channel and nothing outside 0 to 1.";
-  if (type === "u2") return "B has nothing outside 0 to 1.";
+  if (type === "u1") return EIGHT_BITS;
+  if (type === "u2") return "B is shown with nothing outside 0 to 1.";
   return type === "f8" ? "B has float64 values, shown as float32." : "";
 }
