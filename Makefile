@@ -31,15 +31,17 @@ test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed-test  ## run all tests, the fast ones first
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 
-check: .venv/installed-check $(WEB)/node_modules/installed  ## lint, format, types, which package may import which, images, known advisories, documentation
+check: .venv/installed-check $(WEB)/node_modules/installed  ## lint, format, types, the page's own modules, which package may import which, images, known advisories, documentation
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/check_words.py
 	$(BIN)/hadolint Dockerfile scenes/assignment/gradescope/Dockerfile
-	$(WEB)/node_modules/.bin/prettier --config $(WEB)/prettier.json --check service/web tools/web
-	$(WEB)/node_modules/.bin/eslint --config $(WEB)/eslint.config.js service/web
+	$(WEB)/node_modules/.bin/prettier --config $(WEB)/prettier.json --check service/web tests/web tools/web
+	$(WEB)/node_modules/.bin/eslint --config $(WEB)/eslint.config.js service/web tests/web
+	$(WEB)/node_modules/.bin/tsc --project $(WEB)
+	node --test tests/web/*.test.js
 	$(BIN)/python -m benchmarks.audit
 	$(BIN)/mkdocs build
 
