@@ -37,6 +37,7 @@ check: .venv/installed-check $(WEB)/node_modules/installed  ## lint, format, typ
 	$(BIN)/python tools/check_words.py
 	$(BIN)/hadolint Dockerfile scenes/assignment/gradescope/Dockerfile
 	$(WEB)/node_modules/.bin/prettier --config $(WEB)/prettier.json --check service/web tools/web
+	node $(WEB)/build_editor.js --check
 	$(WEB)/node_modules/.bin/eslint --config $(WEB)/eslint.config.js service/web
 	$(BIN)/python -m benchmarks.audit
 	$(BIN)/mkdocs build

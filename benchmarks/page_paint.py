@@ -1,8 +1,9 @@
 """How soon the live page shows something, and how fast it paints and exposes, in Chromium on this machine.
 
 ``python -m benchmarks.page_paint`` starts a service, opens its views again and again with an empty cache,
-paints 256 tiles at once, and changes the exposure of 512 x 512 pixels. It prints milliseconds, and keeps them
-as JSON. It needs chromium and playwright; on a machine with other work the times are too long.
+paints 256 tiles at once, changes the exposure of 512 x 512 pixels, and types into a scene of 33,500 lines. It
+prints milliseconds, and keeps them as JSON. It needs chromium and playwright; on a machine with other work the
+times are too long.
 """
 
 from __future__ import annotations
@@ -76,6 +77,21 @@ PAINT = """async ([side, tiles]) => {
     developer.take(made);
     return performance.getEntriesByName("penumbra:paint").at(-1).duration;
 }"""
+WRITE = """async (text) => {
+    const { EditorView } = await import("/web/vendor/codemirror/codemirror.js");
+    const view = EditorView.findFromDOM(document.querySelector(".editor"));
+    view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: text } });
+    view.focus();
+    return view.state.doc.lines;
+}"""
+# From the key until the next frame is painted.
+KEY = """async () => {
+    const start = performance.now();
+    document.execCommand("insertText", false, " ");
+    await new Promise(requestAnimationFrame);
+    await new Promise((done) => setTimeout(done));
+    return performance.now() - start;
+}"""
 EXPOSED = """() => performance.getEntriesByName("penumbra:expose").at(-1).duration"""
 
 
@@ -124,8 +140,20 @@ def _measured(runs: int) -> dict[str, list[float]]:
         times[f"exposure of {SIDE} x {SIDE} pixels changed"] = _repeated(
             runs, lambda run: _exposed(page, run)
         )
+        times["a key typed in a scene of 33,500 lines"] = _typed(page, server.url, runs)
         browser.close()
     return times
+
+
+def _typed(page: Page, url: str, runs: int) -> list[float]:
+    page.goto(url)
+    page.get_by_role("button", name="Render", exact=True).and_(page.locator(":enabled")).wait_for()
+    # Each shape takes ten lines.
+    long = SCENE | {"shapes": SCENE["shapes"] * 3345}
+    lines = page.evaluate(WRITE, json.dumps(long, indent=2))
+    if not 33_000 < lines < 34_000:
+        raise SystemExit(f"The long scene has {lines} lines.")
+    return _repeated(runs, lambda _: page.evaluate(KEY))
 
 
 def _first_paints(browser: Browser, address: str, runs: int) -> Iterator[float]:

@@ -9,7 +9,7 @@ import { plural } from "../format.js";
 import { lineStarts, readable } from "../json_text.js";
 import { navigate } from "../navigation.js";
 import { requestText, takenApart } from "../requests.js";
-import { draftOf, keepDraft } from "./start/draft.js";
+import { draftOf, makeKeeper } from "./start/draft.js";
 import { makeFiles } from "./start/files.js";
 import { makeGallery } from "./start/gallery.js";
 import { makeProblems } from "./start/problems.js";
@@ -33,7 +33,13 @@ export function mount(root, { query }) {
   // What was opened: the scene is edited if its text differs from this.
   let origin = null;
 
-  const editor = makeEditor({ label: "Scene, as JSON", describedBy: "scene-problems", onInput: changed });
+  const keep = makeKeeper(draft, signal);
+  const editor = makeEditor({
+    label: "Scene, as JSON",
+    describedBy: "scene-problems",
+    onInput: changed,
+    signal,
+  });
   const problems = makeProblems("scene-problems", (problem) => pointAt(editor, problem));
   const fileList = makeFiles(addFiles);
   const quality = makeQuality(changed);
@@ -42,10 +48,10 @@ export function mount(root, { query }) {
   const gallery = makeGallery(replace, signal);
   const heading = h("h2", { id: "scene-title" }, "Scene");
   const notice = h("p", { className: "soft notice" });
-  const layers = h("input", { type: "checkbox", checked: true, onchange: () => keepDraft(draft()) });
+  const layers = h("input", { type: "checkbox", checked: true, onchange: keepLater });
   const labels = h("input", {
     type: "text",
-    oninput: () => keepDraft(draft()),
+    oninput: keepLater,
     placeholder: "course:graphics, week:3",
     autocomplete: "off",
     spellcheck: false,
@@ -90,8 +96,8 @@ export function mount(root, { query }) {
     refusal.hidden = true;
     problems.wait();
     quote.clear("A quote follows when the scene is valid.");
-    if (origin !== null) keepDraft(draft());
-    validation.want(editor.text, files, quality.value);
+    keepLater();
+    validation.want(() => editor.text, files, quality.value);
   }
 
   function checked(found) {
@@ -118,15 +124,21 @@ export function mount(root, { query }) {
     announce(`${plural(added.size + (scene ? 1 : 0), "file")} added`);
   }
 
-  const draft = () => ({
-    title: heading.textContent,
-    text: editor.text,
-    entry: origin?.entry ?? "",
-    job,
-    quality: quality.value,
-    labels: labels.value,
-    layers: layers.checked,
-  });
+  function draft() {
+    return {
+      title: heading.textContent,
+      text: editor.text,
+      entry: origin?.entry ?? "",
+      job,
+      quality: quality.value,
+      labels: labels.value,
+      layers: layers.checked,
+    };
+  }
+
+  function keepLater() {
+    if (origin !== null) keep();
+  }
 
   async function submit(event) {
     event.preventDefault();

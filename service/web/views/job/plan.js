@@ -11,7 +11,7 @@ import { inScene, takenApart } from "../../requests.js";
 const SHOWN = 3;
 
 export function mount(root, watch) {
-  const editor = makeEditor({ label: "The scene of this job", readOnly: true });
+  const editor = makeEditor({ label: "The scene of this job", readOnly: true, signal: watch.signal });
   const stages = h("ol", { className: "stages" });
   const others = h("div");
   root.append(
