@@ -2,8 +2,8 @@
 
 ``python -m benchmarks.page_paint`` starts a service, opens its views again and again with an empty cache,
 paints 256 tiles at once, changes the exposure of 512 x 512 pixels, and types into a scene of 33,500 lines. It
-prints milliseconds, and keeps them as JSON. It needs chromium and playwright; on a machine with other work the
-times are too long.
+prints milliseconds, and keeps them as JSON. It needs chromium and playwright; on a machine with other work
+the times are too long.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 import httpx2
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from tests.browser.conftest import Open, Shoot
 from tests.browser.scenes import (
@@ -36,7 +36,7 @@ def finished(page: Page) -> None:
 def ask_for_samples(page: Page, camera: int, light: int) -> None:
     page.get_by_role("radio", name="Samples").check()
     page.get_by_label("Samples per pixel").fill(str(camera))
-    page.get_by_label("Points per light").fill(str(light))
+    page.get_by_label("Samples per light").fill(str(light))
 
 
 def test_a_scene_of_the_gallery_is_rendered_with_the_quality_asked_for(
@@ -224,6 +224,90 @@ def test_while_the_service_is_away_the_page_says_so_and_goes_on_after(page: Page
     expect(quote).to_have_text("A quote follows when the service answers again.")
     page.context.set_offline(False)
     opened(page)
+
+
+def test_render_is_in_sight_on_a_low_screen(open_page: Open) -> None:
+    page = open_page("/", height=420)
+    opened(page)
+    expect(render_button(page)).to_be_in_viewport(ratio=1)
+
+
+def test_long_names_stay_on_a_narrow_screen(open_page: Open) -> None:
+    page = open_page("/", width=390, height=844)
+    opened(page)
+    name = "a_name_without_spaces" * 5
+    text = small().replace("textures/tiles.png", f"textures/{name}.png")
+    drop(page, **{f"{name}__json": text.encode()})
+    for wide in (
+        page.get_by_role("heading", level=2, name=f"{name}.json"),
+        page.get_by_role("listitem").filter(has_text=f"textures/{name}.png").locator("code"),
+        page.get_by_text(f"Choose {name}.png"),
+    ):
+        expect(wide).to_be_visible(timeout=TIMEOUT)
+        box = wide.bounding_box()
+        assert box is not None
+        assert box["x"] + box["width"] <= 390
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_a_skeleton_is_shown_until_the_view_has_arrived(page: Page) -> None:
+    opened(page)
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route("**/web/views/start.js", hold)
+    page.reload(wait_until="commit")
+    skeleton = page.locator(".skeleton")
+    expect(skeleton).to_be_visible(timeout=TIMEOUT)
+    while not held:
+        page.wait_for_timeout(50)
+    held[0].continue_()
+    opened(page)
+    expect(skeleton).to_have_count(0)
+
+
+def previewed(page: Page) -> str:
+    """Wait for a preview, and return the address of its picture."""
+    picture = page.get_by_role("img", name="Preview of the scene")
+    expect(page.locator(".preview")).to_have_attribute("data-state", "current", timeout=TIMEOUT)
+    return str(picture.get_attribute("src"))
+
+
+def test_a_preview_follows_the_scene_and_leaves_no_job(page: Page, client: httpx2.Client) -> None:
+    opened(page)
+    jobs = client.get("/v1/jobs").json()["jobs"]
+    first = previewed(page)
+    wide = page.get_by_role("img", name="Preview of the scene").evaluate("(image) => image.naturalWidth")
+    assert wide == 128
+    write(page, small("falloff"))
+    opened(page)
+    assert previewed(page) != first
+    assert client.get("/v1/jobs").json()["jobs"] == jobs
+
+
+def test_a_scene_with_mistakes_keeps_the_last_preview_and_says_so(page: Page) -> None:
+    opened(page)
+    before = previewed(page)
+    write(page, small("basic").replace('"version": 1', '"version": 2'))
+    preview = page.locator(".preview")
+    expect(preview).to_contain_text("of the last valid scene", timeout=TIMEOUT)
+    assert page.get_by_role("img", name="Preview of the scene").get_attribute("src") == before
+
+
+def test_no_preview_is_rendered_where_it_is_turned_off(page: Page) -> None:
+    opened(page)
+    page.get_by_label("Live preview").uncheck()
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.reload()
+    expect(page.get_by_label("Live preview")).not_to_be_checked(timeout=TIMEOUT)
+    with page.expect_response(lambda response: response.url.endswith("/v1/quotes"), timeout=TIMEOUT):
+        opened(page)
+    assert not [url for url in asked if url.endswith("/v1/previews")]
+    page.get_by_label("Live preview").check()
+    previewed(page)
 
 
 def two_textures() -> str:

@@ -12,12 +12,16 @@ import { requestText, takenApart } from "../requests.js";
 import { draftOf, makeKeeper } from "./start/draft.js";
 import { makeFiles } from "./start/files.js";
 import { makeGallery } from "./start/gallery.js";
+import { makePreview } from "./start/preview.js";
 import { makeProblems } from "./start/problems.js";
 import { makeQuality } from "./start/quality.js";
 import { makeQuote } from "./start/quote.js";
 import { makeValidation } from "./start/validation.js";
 
 export const title = "Start";
+
+const KEYS =
+  "Ctrl + Enter renders, Ctrl + F searches, Ctrl + I explains the field at the cursor, F8 goes to the next problem, Tab leaves the editor.";
 
 // Layers that the page of the job can show.
 const LAYERS = ["depth", "normal", "shape", "samples", "error"];
@@ -44,6 +48,7 @@ export function mount(root, { query }) {
   const fileList = makeFiles(addFiles);
   const quality = makeQuality(changed);
   const quote = makeQuote((chosen) => (quality.value = quality.kept(chosen)), signal);
+  const preview = makePreview(signal);
   const validation = makeValidation(checked, signal);
   const gallery = makeGallery(replace, signal);
   const heading = h("h2", { id: "scene-title" }, "Scene");
@@ -104,10 +109,12 @@ export function mount(root, { query }) {
     editor.mark(found.problems);
     problems.show(found);
     if (found.names) fileList.show(found.names, found.lacking, files);
+    if (found.failure || !found.plan) preview.wait();
     if (found.failure) return quote.clear("A quote follows when the service answers again.");
     if (!found.plan) return quote.clear("There is no quote for a scene with errors.");
     ready = found.text;
     button.disabled = false;
+    preview.want(ready);
     quote.want(ready, quality.value, quality.limit);
   }
 
@@ -163,13 +170,13 @@ export function mount(root, { query }) {
   const form = h(
     "form",
     { className: "order", onsubmit: submit },
+    preview.element,
     quality.element,
     layersChoice(layers),
     labelsField(labels),
     quote.element,
     refusal,
     button,
-    h("p", { className: "soft small keys" }, "Ctrl + Enter also renders."),
   );
   const picker = h("input", {
     type: "file",
@@ -188,13 +195,14 @@ export function mount(root, { query }) {
     ),
     notice,
     editor.element,
+    h("p", { className: "soft small keys" }, KEYS),
     problems.element,
     fileList.element,
   );
   const lead = h(
     "p",
     { className: "lead" },
-    "Choose one, drop your own with its textures anywhere on this page, or write it here.",
+    "Choose an example, drop your own scene with its textures and meshes on this page, or write one here.",
   );
   root.append(
     h(
@@ -203,7 +211,7 @@ export function mount(root, { query }) {
       h("div", {}, h("h1", {}, "Render a scene"), lead, gallery.element, writing),
       form,
     ),
-    h("div", { className: "drop-hint", "aria-hidden": "true" }, "Drop the scene and its files"),
+    h("div", { className: "drop-hint", "aria-hidden": "true" }, "Drop a scene and its files"),
   );
   const dropped = takeDrops(addFiles, signal);
   root.addEventListener(
@@ -270,7 +278,7 @@ function labelsField(input) {
   return h(
     "label",
     { className: "field" },
-    h("span", { className: "label" }, "Labels, for finding the job later"),
+    h("span", { className: "label" }, "Labels to find the job by"),
     input,
   );
 }
