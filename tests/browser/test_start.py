@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 import httpx2
-from playwright.sync_api import Page, Route, expect
+from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Shoot
 from tests.browser.scenes import (
@@ -248,24 +248,6 @@ def test_long_names_stay_on_a_narrow_screen(open_page: Open) -> None:
         assert box is not None
         assert box["x"] + box["width"] <= 390
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
-
-
-def test_a_skeleton_is_shown_until_the_view_has_arrived(page: Page) -> None:
-    opened(page)
-    held: list[Route] = []
-
-    def hold(route: Route) -> None:
-        held.append(route)
-
-    page.route("**/web/views/start.js", hold)
-    page.reload(wait_until="commit")
-    skeleton = page.locator(".skeleton")
-    expect(skeleton).to_be_visible(timeout=TIMEOUT)
-    while not held:
-        page.wait_for_timeout(50)
-    held[0].continue_()
-    opened(page)
-    expect(skeleton).to_have_count(0)
 
 
 def previewed(page: Page) -> str:
