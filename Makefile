@@ -41,6 +41,7 @@ check: .venv/installed-check $(WEB)/node_modules/installed  ## lint, format, typ
 	$(WEB)/node_modules/.bin/prettier --config $(WEB)/prettier.json --check service/web tests/web tools/web
 	$(WEB)/node_modules/.bin/eslint --config $(WEB)/eslint.config.js service/web tests/web
 	$(WEB)/node_modules/.bin/tsc --project $(WEB)
+	node $(WEB)/build_editor.js --check
 	node --test tests/web/*.test.js
 	$(BIN)/python -m benchmarks.audit
 	$(BIN)/mkdocs build

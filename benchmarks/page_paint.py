@@ -1,9 +1,9 @@
 """How soon the live page shows something, and how fast it paints and exposes, in Chromium on this machine.
 
 ``python -m benchmarks.page_paint`` starts a service, opens its views again and again with an empty cache,
-paints 256 tiles at once, and changes the exposure of 512 x 512 and of 2000 x 2000 pixels; of the latter it
-also draws layers, differences and a histogram. It prints milliseconds, and keeps them as JSON. It needs
-chromium and playwright; on a machine with other work the times are too long.
+paints 256 tiles at once, changes the exposure of 512 x 512 and of 2000 x 2000 pixels, of the latter draws
+layers, differences and a histogram, and types into a scene of 33,500 lines. It prints milliseconds, and
+keeps them as JSON. It needs chromium and playwright; on a machine with other work the times are too long.
 """
 
 from __future__ import annotations
@@ -79,6 +79,21 @@ PAINT = """async ([side, tiles]) => {
     });
     developer.take(made);
     return performance.getEntriesByName("penumbra:paint").at(-1).duration;
+}"""
+WRITE = """async (text) => {
+    const { EditorView } = await import("/web/vendor/codemirror/codemirror.js");
+    const view = EditorView.findFromDOM(document.querySelector(".editor"));
+    view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: text } });
+    view.focus();
+    return view.state.doc.lines;
+}"""
+# From the key until the next frame is painted.
+KEY = """async () => {
+    const start = performance.now();
+    document.execCommand("insertText", false, " ");
+    await new Promise(requestAnimationFrame);
+    await new Promise((done) => setTimeout(done));
+    return performance.now() - start;
 }"""
 EXPOSED = """() => performance.getEntriesByName("penumbra:expose").at(-1).duration"""
 # Each step ends by reading a pixel: a graphics card has finished then.
@@ -172,8 +187,20 @@ def _measured(runs: int) -> dict[str, list[float]]:
         developed = "with a graphics card" if large["gpu"] else "without a graphics card"
         size = f"{LARGE_SIDE} x {LARGE_SIDE} pixels"
         times |= {f"{name}, {size} {developed}": found for name, found in large["times"].items()}
+        times["a key typed in a scene of 33,500 lines"] = _typed(page, server.url, runs)
         browser.close()
     return times
+
+
+def _typed(page: Page, url: str, runs: int) -> list[float]:
+    page.goto(url)
+    page.get_by_role("button", name="Render", exact=True).and_(page.locator(":enabled")).wait_for()
+    # Each shape takes ten lines.
+    long = SCENE | {"shapes": SCENE["shapes"] * 3345}
+    lines = page.evaluate(WRITE, json.dumps(long, indent=2))
+    if not 33_000 < lines < 34_000:
+        raise SystemExit(f"The long scene has {lines} lines.")
+    return _repeated(runs, lambda _: page.evaluate(KEY))
 
 
 def _first_paints(browser: Browser, address: str, runs: int) -> Iterator[float]:

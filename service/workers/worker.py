@@ -25,6 +25,7 @@ from accuracy.quotes import quote
 from renderer import film, progressive
 from renderer.images import files as image_files
 from schemas.api.jobs import JobRequest
+from schemas.api.previews import PREVIEW_QUALITY
 from schemas.limits import Limits
 from service import logs
 from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
@@ -51,6 +52,8 @@ from service.workers.tasks import (
     InspectTask,
     Interrupted,
     Outcome,
+    PreviewDone,
+    PreviewTask,
     QuoteDone,
     QuoteTask,
     SampleTask,
@@ -166,6 +169,11 @@ class Worker:
             workers=task.workers,
         )
         return QuoteDone(quoted)
+
+    @execute.register
+    def _(self, task: PreviewTask) -> PreviewDone:
+        plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets), PREVIEW_QUALITY)
+        return PreviewDone(image_files.encode_png(renderer.render(plan).image, task.scene.display))
 
     @execute.register
     def _(self, task: CompareTask) -> CompareDone | CompareRefused:
