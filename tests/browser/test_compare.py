@@ -104,7 +104,9 @@ def test_a_picture_brighter_than_white_does_not_differ_from_its_own_file(
     else:
         # Eight bits hold no more than white, so the page says that.
         assert max(float(word) for word in b.split()) == 1
-        expect(page.get_by_text("B is shown with 8 bits a channel and nothing outside 0 to 1.")).to_be_visible()
+        expect(
+            page.get_by_text("B is shown with 8 bits a channel and nothing outside 0 to 1.")
+        ).to_be_visible()
 
 
 def test_the_heat_map_is_that_of_the_service(
