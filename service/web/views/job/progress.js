@@ -39,6 +39,8 @@ export function mount({ drawer }, watch) {
 
 /** The large line, and two small ones below it. */
 function headline(job) {
+  // Little else is known of it.
+  if (job.damage) return [sentence(stateName(job.state)), "", ""];
   const left = job.progress.remaining_seconds;
   const took = elapsed(job);
   const spent = took === null ? "" : seconds(took);
