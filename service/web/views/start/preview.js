@@ -73,7 +73,7 @@ export function makePreview(signal) {
       if (live.checked) report("waiting", "Rendering …");
       later();
     },
-    /** The scene has no picture now: it has errors, or nobody knows. */
+    /** The scene has no picture now: it has errors, or the service does not answer. */
     wait() {
       asking?.abort();
       scene = null;
