@@ -17,7 +17,7 @@ STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery
 STUDY_SECONDS ?= 250
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test-quick test test-peers test-pythons test-image check docs dist audit fuzz gallery bench bench-counts chaos load bench-peers bench-references study clean
+.PHONY: help install demo serve test-quick test test-peers test-pythons test-image check docs dist audit fuzz gallery bench bench-counts chaos load bench-grading bench-peers bench-references study clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -91,6 +91,13 @@ chaos: .venv/installed  ## kill, stop and starve the service and check its guara
 
 load: .venv/installed  ## measure the service's guarantees under load, into out/load.json; 5 minutes
 	$(BIN)/python -m benchmarks.load
+
+bench-grading: .venv/installed-test  ## measure the grader: honest and wrong programs, noise, copies, a class of 200; on an idle machine
+	$(BIN)/python -m tools.docs.generate_assignment_page --measure
+	$(BIN)/python -m tools.docs.measure_programs
+	$(BIN)/python -m tools.docs.measure_noise
+	$(BIN)/python -m tools.docs.measure_likeness
+	$(BIN)/python -m tools.docs.measure_class
 
 bench-peers: .venv/installed-bench  ## compare CPU seconds at equal error with other renderers, into out/peers.json; half an hour
 	$(BIN)/python -m benchmarks.peers

@@ -116,7 +116,7 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
         telemetry=telemetry.of_requests(),
     )
-    problems.install(app, partial(allowed, ROUTERS))
+    problems.install(app, partial(allowed, ROUTERS), page.missing)
     for router in ROUTERS:
         is_public = router in PUBLIC
         dependencies = [] if is_public else [Depends(authenticate)]

@@ -146,19 +146,27 @@ def refusal(error: Exception, headers: dict[str, str]) -> Response:
     return answer(kind.status, _detail(kind, error), code=kind.code, headers=retry | headers)
 
 
-def install(app: FastAPI, methods: Callable[[str], Sequence[str]] = lambda _: ()) -> None:
+def install(
+    app: FastAPI,
+    methods: Callable[[str], Sequence[str]] = lambda _: (),
+    for_people: Callable[[Request], Response | None] = lambda _: None,
+) -> None:
     """Register handlers for all errors of an app.
 
     Parameters
     ----------
     methods
         Returns the methods of a path: the framework knows those of one route only.
+    for_people
+        Returns what a browser shows at an unknown address, and None to programs.
     """
 
     def of_framework(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
         if error.status_code != HTTPStatus.METHOD_NOT_ALLOWED:
             unknown = error.detail == HTTPStatus.NOT_FOUND.phrase
+            if unknown and (shown := for_people(request)) is not None:
+                return shown
             detail = NOWHERE if unknown else error.detail
             return answer(error.status_code, detail, headers=dict(error.headers or {}))
         own = (error.headers or {}).get("Allow", "").split(", ")

@@ -1,6 +1,7 @@
 // The router: one view at a time in <main>, chosen by the path.
 
 import { announce, h } from "./dom.js";
+import { acceptDrops } from "./drop.js";
 import { MOVED, navigate } from "./navigation.js";
 import { showSession } from "./session.js";
 
@@ -31,12 +32,20 @@ let shown = null;
 function found(path) {
   for (const [form, names, load, styles] of ROUTES) {
     const match = form.exec(path);
-    if (match) {
-      const params = Object.fromEntries(names.map((name, i) => [name, decodeURIComponent(match[i + 1])]));
-      return { load, params, styles };
-    }
+    const values = match && match.slice(1).map(decoded);
+    if (values && !values.includes(null))
+      return { load, params: Object.fromEntries(names.map((name, i) => [name, values[i]])), styles };
   }
   return { load: () => import("./views/missing.js"), params: {}, styles: [] };
+}
+
+/** A part of a path, or null if it is no UTF-8. */
+function decoded(part) {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return null;
+  }
 }
 
 /** Add a style sheet unless it is there, and wait until it applies. */
@@ -88,6 +97,7 @@ addEventListener("popstate", () => {
 });
 addEventListener(MOVED, () => show({ focus: true }));
 
+acceptDrops();
 show({ focus: false });
 // The view does not wait for the name of the user.
 showSession(document.getElementById("session")).catch(() => {});

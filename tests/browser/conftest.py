@@ -19,8 +19,10 @@ from service.settings import Settings
 
 ROOT = Path(__file__).parents[2]
 SCREENSHOTS = ROOT / "out" / "screenshots"
-# Expected refusals, such as the problems of a scene.
-REFUSED = re.compile(r"Failed to load resource: the server responded with a status of 4\d\d")
+# Expected: refusals, such as the problems of a scene, and requests of a page without a network.
+REFUSED = re.compile(
+    r"Failed to load resource: (the server responded with a status of 4\d\d|net::ERR_INTERNET_DISCONNECTED)"
+)
 
 Open = Callable[..., Page]
 Shoot = Callable[[Page, str], Path]

@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open
+from tests.browser.scenes import TIMEOUT, drop, editor, small
 
 
 @pytest.mark.parametrize("path", ["/", "/jobs", "/jobs/0123456789abcdef", "/compare/a/b"])
@@ -48,6 +49,38 @@ def test_views_change_without_loading_the_page_again(page: Page) -> None:
     assert page.evaluate("window.mark") == 1
 
 
-def test_an_address_without_a_view_says_so(open_page: Open) -> None:
-    page = open_page("/compare")
+@pytest.mark.parametrize("path", ["/nothing", "/jobs/a/b", "/jobs/%E0%A4"])
+def test_an_address_without_a_view_says_so(open_page: Open, path: str) -> None:
+    page = open_page(path)
     expect(page.get_by_role("heading", level=1)).to_have_text("There is no such page")
+    page.get_by_role("main").get_by_role("link", name="jobs").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
+
+
+def test_an_unknown_address_is_the_page_for_browsers_and_a_problem_for_programs(
+    client: httpx2.Client,
+) -> None:
+    shown = client.get("/nothing", headers={"Accept": "text/html,*/*;q=0.8"})
+    assert (shown.status_code, shown.headers["content-type"]) == (404, "text/html; charset=utf-8")
+    answer = client.get("/nothing", headers={"Accept": "*/*"})
+    assert (answer.status_code, answer.headers["content-type"]) == (404, "application/problem+json")
+
+
+def test_comparing_without_pictures_says_where_to_choose_them(open_page: Open) -> None:
+    page = open_page("/compare")
+    page.get_by_role("main").get_by_role("link", name="jobs").click()
+    expect(page.get_by_role("button", name="Compare two")).to_be_visible()
+
+
+def test_a_scene_dropped_on_any_view_is_opened(open_page: Open) -> None:
+    page = open_page("/jobs")
+    drop(page, mine__json=small("basic").encode())
+    expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible(timeout=TIMEOUT)
+    expect(editor(page)).to_have_value(small("basic"))
+
+
+def test_another_file_dropped_on_a_view_leaves_it_as_it_is(open_page: Open) -> None:
+    page = open_page("/jobs")
+    drop(page, tiles__png=b"a picture")
+    page.get_by_role("dialog").get_by_role("button", name="OK").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")

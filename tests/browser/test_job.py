@@ -143,6 +143,53 @@ def test_a_job_stands_still_until_it_is_resumed(open_page: Open, client: httpx2.
     expect(page.get_by_role("button", name="Pause")).to_be_hidden(timeout=TIMEOUT)
 
 
+def test_a_job_deleted_elsewhere_is_shown_as_deleted_without_live_buttons(
+    open_page: Open, client: httpx2.Client
+) -> None:
+    job = endless(client, "deleted elsewhere")
+    page = open_page(f"/jobs/{job}")
+    state = page.locator(".job-progress .state")
+    expect(state).to_have_text("▶ running", timeout=TIMEOUT)
+    assert client.delete(f"/v1/jobs/{job}").is_success
+    expect(state).to_have_text("✕ deleted", timeout=TIMEOUT)
+    expect(page.get_by_text("This job was deleted.")).to_be_visible()
+    for name in ("Pause", "Cancel", "Delete", "This part first"):
+        expect(page.get_by_role("button", name=name, exact=True)).to_be_hidden()
+    expect(page.get_by_text("Download")).to_be_hidden()
+
+
+def test_a_cancelled_job_offers_no_picture_to_download(open_page: Open, client: httpx2.Client) -> None:
+    job = endless(client, "given up")
+    page = open_page(f"/jobs/{job}")
+    expect(page.get_by_text("Download")).to_be_visible(timeout=TIMEOUT)
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=TIMEOUT)
+    expect(page.get_by_text("Download")).to_be_hidden()
+
+
+def test_a_job_opened_while_the_service_is_away_comes_with_it(open_page: Open, job: str) -> None:
+    page = open_page("/jobs")
+    link = page.locator(f'a.name[href="/jobs/{job}"]')
+    link.click()
+    expect(page.locator(".job-progress .state")).to_be_visible(timeout=TIMEOUT)
+    page.go_back()
+    expect(link).to_be_visible(timeout=TIMEOUT)
+    page.context.set_offline(True)
+    link.click()
+    expect(page.get_by_text("The service does not answer. Trying again")).to_be_visible()
+    page.context.set_offline(False)
+    expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=TIMEOUT)
+
+
+def test_what_is_rendered_again_keeps_labels_and_layers(open_page: Open, client: httpx2.Client) -> None:
+    sent = {"labels": {"course": "graphics", "week": "3"}, "layers": []}
+    job = submit(client, json.loads(small("basic")), **sent)
+    page = open_page(f"/?job={job}")
+    opened(page)
+    expect(page.get_by_label("Labels")).to_have_value("course:graphics, week:3")
+    expect(page.get_by_label("Keep layers")).not_to_be_checked()
+
+
 def test_an_unknown_job_is_reported(open_page: Open) -> None:
     page = open_page("/jobs/0123456789abcdef")
     expect(page.get_by_role("heading", level=1)).to_have_text("This job cannot be shown")

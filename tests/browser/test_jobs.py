@@ -114,6 +114,17 @@ def test_two_chosen_jobs_are_compared_the_older_one_first(open_page: Open, clien
     page.wait_for_url(f"**/compare/{older}/{newer}")
 
 
+def test_a_list_without_active_jobs_says_that_others_are_being_rendered(
+    open_page: Open, client: httpx2.Client
+) -> None:
+    done(client, "shown")
+    running = endless(client, "not in this list")
+    page = open_page("/jobs?state=succeeded")
+    expect(page.get_by_text("Other jobs are queued or running.")).to_be_visible(timeout=TIMEOUT)
+    client.post(f"/v1/jobs/{running}/cancel")
+    expect(page.get_by_text("No job is queued or running.")).to_be_visible(timeout=TIMEOUT)
+
+
 @pytest.mark.slow
 def test_older_jobs_follow_page_by_page(open_page: Open, client: httpx2.Client) -> None:
     names = [f"number {number}" for number in range(22)]

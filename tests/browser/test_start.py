@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
+from typing import Any
 
 import httpx2
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Shoot
 from tests.browser.scenes import GALLERY, TIMEOUT, drop, editor, line_of, opened, render_button, small
+from tests.integration.support import submit
 
 TILES = (GALLERY / "textures" / "tiles.png").read_bytes()
 
@@ -160,9 +163,97 @@ def test_what_was_written_survives_a_reload(page: Page) -> None:
     opened(page)
     text = small("basic", name="not lost")
     editor(page).fill(text)
+    ask_for_samples(page, 9, 3)
+    page.get_by_label("Labels").fill("week:3")
+    page.get_by_label("Keep layers").uncheck()
     opened(page)
     page.reload()
     expect(editor(page)).to_have_value(text, timeout=TIMEOUT)
+    expect(page.get_by_label("Samples per pixel")).to_have_value("9")
+    expect(page.get_by_label("Labels")).to_have_value("week:3")
+    expect(page.get_by_label("Keep layers")).not_to_be_checked()
+
+
+def test_a_changed_scene_of_a_job_survives_a_reload(open_page: Open, client: httpx2.Client) -> None:
+    job = submit(client, json.loads(small("basic")))
+    page = open_page(f"/?job={job}")
+    opened(page)
+    editor(page).fill(small("basic", name="changed"))
+    opened(page)
+    page.reload()
+    expect(editor(page)).to_have_value(small("basic", name="changed"), timeout=TIMEOUT)
+
+
+def test_an_edited_scene_is_replaced_only_when_asked_and_can_be_brought_back(page: Page) -> None:
+    opened(page)
+    mine = small("basic", name="hours of work")
+    editor(page).fill(mine)
+    page.get_by_role("button", name="Falloff", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Keep it").click()
+    expect(editor(page)).to_have_value(mine)
+    page.get_by_role("button", name="Falloff", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Replace it").click()
+    expect(page.get_by_role("heading", level=2, name="Falloff")).to_be_visible()
+    page.get_by_role("button", name="Undo").click()
+    expect(editor(page)).to_have_value(mine)
+    expect(page.get_by_role("button", name="Falloff", exact=True)).to_have_attribute("aria-pressed", "false")
+
+
+def test_while_the_service_is_away_the_page_says_so_and_goes_on_after(page: Page) -> None:
+    opened(page)
+    page.context.set_offline(True)
+    editor(page).fill(small("basic", name="meanwhile"))
+    expect(page.locator("#scene-problems")).to_have_text("The service does not answer.", timeout=TIMEOUT)
+    quote = page.get_by_role("region", name="Quote")
+    expect(quote).to_have_text("A quote follows when the service answers again.")
+    page.context.set_offline(False)
+    opened(page)
+
+
+def two_textures() -> str:
+    document = json.loads(small())
+    document["textures"] = {
+        folder: {"type": "image", "asset": f"{folder}/wood.png"} for folder in ("light", "dark")
+    }
+    return json.dumps(document | {"materials": materials(document)}, indent=2)
+
+
+def materials(document: dict[str, Any]) -> dict[str, Any]:
+    """Those of the scene, whose textures are replaced."""
+    found = json.loads(re.sub(r'"texture": "[^"]*"', '"texture": "light"', json.dumps(document["materials"])))
+    return dict(found)
+
+
+def test_a_file_is_used_for_the_one_path_that_it_was_chosen_for(page: Page) -> None:
+    opened(page)
+    drop(page, mine__json=two_textures().encode())
+    light, dark = (
+        page.get_by_role("listitem").filter(has_text=f"{name}/wood.png") for name in ("light", "dark")
+    )
+    expect(light).to_contain_text("Choose wood.png", timeout=TIMEOUT)
+    with page.expect_file_chooser() as choosing:
+        light.get_by_text("Choose wood.png").click()
+    choosing.value.set_files([{"name": "any.png", "mimeType": "image/png", "buffer": TILES}])
+    expect(light).to_contain_text("here", timeout=TIMEOUT)
+    expect(dark).not_to_contain_text("here")
+
+
+def test_a_file_that_fits_two_paths_is_asked_for(page: Page) -> None:
+    opened(page)
+    drop(page, mine__json=two_textures().encode(), wood__png=TILES)
+    use = page.get_by_role("button", name="Use wood.png as dark/wood.png")
+    use.click(timeout=TIMEOUT)
+    dark = page.get_by_role("listitem").filter(has_text="dark/wood.png")
+    expect(dark).to_contain_text("here", timeout=TIMEOUT)
+    light = page.get_by_role("listitem").filter(has_text="light/wood.png")
+    expect(light).not_to_contain_text("here")
+
+
+def test_a_dropped_file_that_the_scene_does_not_name_is_listed(page: Page) -> None:
+    opened(page)
+    drop(page, stray__png=TILES)
+    stray = page.get_by_role("listitem").filter(has_text="stray.png")
+    expect(stray).to_contain_text("not named by this scene", timeout=TIMEOUT)
 
 
 def test_the_keyboard_alone_is_enough(open_page: Open) -> None:

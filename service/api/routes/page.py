@@ -54,6 +54,13 @@ def page(request: Request) -> Response:
     return _file(request, WEB, "index.html")
 
 
+def missing(request: Request) -> Response | None:
+    """Serve the page at an unknown address to a browser, with 404: it says where to go instead."""
+    if request.method != "GET" or "text/html" not in request.headers.get("Accept", ""):
+        return None
+    return Response((WEB / "index.html").read_bytes(), 404, HEADERS, TYPES[".html"])
+
+
 @router.get("/web/{path:path}")
 def web_file(request: Request, path: FilePath) -> Response:
     """Serve a script, a style sheet or a picture of the page."""

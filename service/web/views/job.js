@@ -1,8 +1,8 @@
 // The page of a job. Its panels share one watch.
 
-import { get, jobPath, post, request } from "../api.js";
+import { Problem, get, jobPath, post, request } from "../api.js";
 import { confirmed } from "../dialog.js";
-import { h } from "../dom.js";
+import { h, pause } from "../dom.js";
 import { ago } from "../format.js";
 import { navigate } from "../navigation.js";
 import { Watch } from "../watch.js";
@@ -21,24 +21,50 @@ const PANELS = [
   ["understand", "Plan", plan],
 ];
 
+// Milliseconds before a service that does not answer is asked for the job again.
+const RETRY_MS = 2000;
+
 export function mount(root, { id }) {
   const life = new AbortController();
   const unmounts = [];
-  open(root, id, life.signal, unmounts).catch((error) => {
-    if (!life.signal.aborted)
-      root.replaceChildren(
-        h("h1", {}, "This job cannot be shown"),
-        h("p", { className: "lead" }, error.message),
-      );
-  });
+  open(root, id, life.signal, unmounts).catch((error) => !life.signal.aborted && refuse(root, error));
   return () => {
     life.abort();
     for (const unmount of unmounts.splice(0)) unmount();
   };
 }
 
+function refuse(root, error) {
+  const refused = error.status === 401 || error.status === 403;
+  root.replaceChildren(
+    h("h1", {}, "This job cannot be shown"),
+    h("p", { className: "lead" }, error.message),
+    refused ? signIn() : "",
+  );
+}
+
+/** Opens this page again; the first request asks for a key. */
+function signIn() {
+  const again = () => navigate(location.pathname + location.search, { replace: true });
+  return h("button", { type: "button", className: "primary", onclick: again }, "Sign in");
+}
+
+/** The job, as soon as the service answers. */
+async function found(root, id, signal) {
+  while (true) {
+    try {
+      return await get(jobPath(id), { signal });
+    } catch (error) {
+      if (signal.aborted || (error instanceof Problem && error.status < 500)) throw error;
+      root.replaceChildren(h("p", { className: "lead", role: "status" }, `${error.message} Trying again …`));
+      await pause(RETRY_MS, signal);
+    }
+  }
+}
+
 async function open(root, id, signal, unmounts) {
-  const job = await get(jobPath(id), { signal });
+  const job = await found(root, id, signal);
+  root.replaceChildren();
   const watch = new Watch(job);
   unmounts.push(() => watch.stop());
   document.title = `${nameOf(job)} · Penumbra`;
@@ -69,6 +95,7 @@ function heading(watch) {
   });
   const remove = h("button", { type: "button", onclick: () => attempt(removed) }, "Delete");
   const again = h("a", { className: "button", href: `/?job=${watch.id}` }, "Change and render again");
+  const files = downloads(job);
 
   async function attempt(action) {
     try {
@@ -85,14 +112,22 @@ function heading(watch) {
     navigate("/jobs");
   }
 
-  const report = (text) => ((notice.textContent = text), (notice.hidden = !text));
+  const report = (...content) => {
+    notice.replaceChildren(...content);
+    notice.hidden = !content.join("");
+  };
   function show() {
+    const { state, paused } = watch.job;
     cancel.hidden = hold.hidden = watch.final;
-    hold.textContent = watch.job.paused ? "Resume" : "Pause";
+    hold.textContent = paused ? "Resume" : "Pause";
+    // Only a finished job keeps its picture.
+    files.hidden = watch.final && state !== "succeeded";
+    remove.hidden = again.hidden = state === "deleted";
   }
   watch.on("job", show);
   watch.on("connection", (live) => report(live ? "" : "The service does not answer. Trying again …"));
   watch.on("gone", () => report("This job was deleted."));
+  watch.on("locked", (error) => report(`${error.message} The page no longer follows this job. `, signIn()));
   show();
   return h(
     "header",
@@ -103,7 +138,7 @@ function heading(watch) {
       h("h1", {}, nameOf(job)),
       h("p", { className: "soft small" }, `Submitted ${ago(job.created_at)} as `, h("code", {}, job.id)),
     ),
-    h("div", { className: "row" }, hold, cancel, again, downloads(job), remove),
+    h("div", { className: "row" }, hold, cancel, again, files, remove),
     notice,
   );
 }

@@ -1,12 +1,14 @@
 // Validates a scene on the service while it is edited.
 
-import { Problem, post } from "../../api.js";
+import { Problem, Unreachable, post } from "../../api.js";
 import { withUploads } from "../../assets.js";
-import { debounced } from "../../dom.js";
+import { debounced, pause } from "../../dom.js";
 import { places } from "../../json_text.js";
 import { problemInScene, requestText } from "../../requests.js";
 
 const IDLE_MS = 250;
+// Before a service that does not answer is asked again.
+const RETRY_MS = 2000;
 
 /**
  * @param {(found: {text: string, problems: object[], more: number, names: Map, lacking: Map, plan: object | null,
@@ -21,7 +23,11 @@ export function makeValidation(onResult, signal) {
     running = new AbortController();
     const { signal: current } = running;
     const found = await tried(text, files, quality, current);
-    if (!current.aborted && !signal.aborted) onResult(found);
+    if (current.aborted || signal.aborted) return;
+    onResult(found);
+    if (!(found.failure instanceof Unreachable)) return;
+    await pause(RETRY_MS, current);
+    if (!current.aborted && !signal.aborted) check(text, files, quality);
   }
 
   return {
@@ -38,7 +44,7 @@ async function tried(text, files, quality, signal) {
     text,
     problems: [],
     more: 0,
-    names: new Map(),
+    names: null,
     lacking: new Map(),
     plan: null,
     failure: null,

@@ -19,9 +19,9 @@ from renderer.plan.stages import Illumination, Lighting
 from schemas.lights import DirectionalLight
 from schemas.scene import Scene
 from schemas.shapes import Triangle
-from service.grading.altered_cameras import Change
-from service.grading.altered_lights import FromBehind, Subtracted
-from service.grading.altered_normals import Bend, from_center, of_gradients, of_spheres
+from service.grading.mistakes.altered_cameras import Change
+from service.grading.mistakes.altered_lights import FromBehind, Subtracted
+from service.grading.mistakes.altered_normals import Bend, from_center, of_gradients, of_spheres
 
 BRIGHTEST = 1e6
 """Wrong formulas may overflow; brighter values are white in any picture."""

@@ -11,10 +11,10 @@ from accuracy.comparison.regions import named
 from accuracy.comparison.shown import names_of
 from renderer.math.arrays import Floats, Masks
 from schemas.scene import Scene
-from service.grading.altered_normals import of_spheres
-from service.grading.hints import HINTS
-from service.grading.ray_agreement import Answers
-from service.grading.ray_sources import RayList
+from service.grading.mistakes.altered_normals import of_spheres
+from service.grading.mistakes.hints import HINTS
+from service.grading.rays.ray_agreement import Answers
+from service.grading.rays.ray_sources import RayList
 
 MANY = 0.5
 """A mistake is reported if it explains more than this share of the wrong rays."""

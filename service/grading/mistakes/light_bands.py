@@ -10,7 +10,7 @@ from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats, Masks
 from renderer.scenes import LoadedScene
 from schemas.quality import Antialiasing, FixedQuality, LightSampling
-from service.grading.hints import HINTS
+from service.grading.mistakes.hints import HINTS
 
 CAUSE = "light_points_shared"
 

@@ -1,10 +1,18 @@
-// Accepts files and folders dropped anywhere on the page.
+// Files and folders dropped anywhere on the page. No view loses its work to one that is dropped by mistake.
 
-/** @param {(files: Map<string, File>) => void} onFiles - By path, relative to what was dropped. */
-export function acceptDrops(onFiles, signal) {
+import { notified } from "./dialog.js";
+import { navigate } from "./navigation.js";
+
+const DROPPED = "penumbra:dropped";
+
+// A scene that was dropped on another view than the one that opens it.
+let waiting = null;
+
+/** Accept drops as long as the page is open. */
+export function acceptDrops() {
   const carriesFiles = (event) => event.dataTransfer?.types.includes("Files");
   const lit = (on) => document.body.classList.toggle("dropping", on);
-  const listen = (type, listener) => addEventListener(type, listener, { signal });
+  const listen = (type, listener) => addEventListener(type, listener);
   listen("dragover", (event) => {
     if (!carriesFiles(event)) return;
     event.preventDefault();
@@ -18,9 +26,25 @@ export function acceptDrops(onFiles, signal) {
     event.preventDefault();
     lit(false);
     const files = await dropped(event.dataTransfer);
-    if (files.size && !signal.aborted) onFiles(files);
+    if (files.size) hand(files);
   });
-  signal.addEventListener("abort", () => lit(false));
+}
+
+function hand(files) {
+  // A view that takes the files says so by preventing the default.
+  if (!dispatchEvent(new CustomEvent(DROPPED, { detail: files, cancelable: true }))) return;
+  if (![...files.keys()].some(isScene))
+    return notified("To render a scene, drop its JSON file, with its textures and meshes if it has any.");
+  waiting = files;
+  navigate("/");
+}
+
+/** Take what is dropped from now on, and a scene that was dropped on another view just before. */
+export function takeDrops(onFiles, signal) {
+  addEventListener(DROPPED, (event) => (event.preventDefault(), onFiles(event.detail)), { signal });
+  const files = waiting;
+  waiting = null;
+  return files;
 }
 
 async function dropped(transfer) {

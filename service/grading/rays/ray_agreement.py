@@ -16,7 +16,7 @@ import numpy as np
 from renderer import Hits, RenderPlan, trace
 from renderer.math.arrays import Floats, Masks
 from renderer.plan.building import compile_visibility
-from service.grading.ray_sources import RayList
+from service.grading.rays.ray_sources import RayList
 
 ROUNDINGS = 1024
 """Units in the last place by which an intersection may shift a ray: transforms and a quadratic take some tens

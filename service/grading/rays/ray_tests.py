@@ -12,14 +12,12 @@ from renderer.errors import SceneError
 from renderer.math.arrays import Floats, Masks
 from schemas.grading.manifests import HitsFile, RaysTest
 from service.grading import sentences
-from service.grading.archives import read_arrays
 from service.grading.errors import BrokenTestError, NotGradableError
 from service.grading.folders import Folder
-from service.grading.inputs import of_file
-from service.grading.outcomes import Outcome
-from service.grading.ray_agreement import Answers, agreement, answers, relative
-from service.grading.ray_mistakes import reasons_of
-from service.grading.ray_sources import RayList, rays_of
+from service.grading.outcomes import Outcome, of_file
+from service.grading.rays.ray_agreement import Answers, agreement, answers, relative
+from service.grading.rays.ray_mistakes import reasons_of
+from service.grading.rays.ray_sources import RayList, rays_of, read_arrays
 from service.grading.scales import margin_of, share_of
 from service.grading.settings import Run
 

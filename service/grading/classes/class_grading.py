@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
+from urllib.parse import quote
 
 from accuracy.comparison.fingerprints import Fingerprint
+from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade, GradeTimings
 from schemas.grading.manifests import Manifest
 from service.grading import results
-from service.grading.class_records import Student
+from service.grading.classes.class_records import Student
 from service.grading.folders import Folder
 from service.grading.grading import errands_of, pictures_of, prepare_references, reference_folder
 from service.grading.processes import Errand, Finished, run_all
@@ -127,3 +130,38 @@ def _errands(run: Run, students: Sequence[Student]) -> list[Errand]:
 
 def _submission(student: Student) -> Folder:
     return Folder(student.folder.resolve(), "submission")
+
+
+STUDENTS = "students"
+"""The folder with a folder for each student."""
+
+
+def of_class(
+    title: str,
+    grades: Mapping[Student, Grade],
+    *,
+    files: Sequence[SharedFiles] = (),
+    noise: Sequence[SharedNoise] = (),
+    left_out: Sequence[str] = (),
+) -> ClassGrade:
+    """The result of a class of at least one student."""
+    return ClassGrade(
+        title=title,
+        max_score=next(iter(grades.values())).max_score,
+        students=tuple(_entry(student, grade) for student, grade in grades.items()),
+        shared_files=tuple(files),
+        shared_noise=tuple(noise),
+        left_out=tuple(left_out),
+    )
+
+
+def _entry(student: Student, grade: Grade) -> ClassEntry:
+    return ClassEntry(
+        student=student.name,
+        folder=f"{STUDENTS}/{quote(os.fsencode(student.folder.name), safe='')}",
+        score=grade.score,
+        gradable=grade.gradable,
+        ungraded=grade.ungraded,
+        verdict=grade.verdict,
+        signals=grade.signals,
+    )

@@ -12,8 +12,8 @@ from renderer.errors import MissingExtraError
 from schemas.grading.acceptance import Verdict
 from schemas.grading.manifests import ImageTest
 from service.grading.errors import GradingError
-from service.grading.program_mistakes import NONE, ProgramMistake, ProgramMistakes
-from service.grading.repairing import ambient_term
+from service.grading.programs.program_mistakes import NONE, ProgramMistake, ProgramMistakes
+from service.grading.programs.repairing import ambient_term
 from service.grading.settings import Run
 from service.grading.wanted import read_picture, reference_picture, reference_scene
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from accuracy.comparison.diagnosis import Cause
 from renderer.math.arrays import Floats, Masks
-from service.grading.hints import HINTS
+from service.grading.mistakes.hints import HINTS
 
 CAUSE = "shadow_acne"
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import math
+import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -17,8 +21,7 @@ from renderer.plan.geometry import SceneGeometry, build_geometry
 from renderer.plan.request import Request
 from renderer.scenes import LoadedScene
 from schemas.quality import Antialiasing, FixedQuality, LightSampling
-from service.grading.altered_scenes import Alteration
-from service.grading.keeping import kept
+from service.grading.mistakes.altered_scenes import Alteration
 
 BUILT = ("shapes", "materials", "textures")
 """Fields of a scene from which its geometry is built; scenes that share them share it."""
@@ -159,3 +162,32 @@ def _quality(scene: LoadedScene, detail: Detail) -> FixedQuality:
         antialiasing=Antialiasing(pattern="uniform", samples=detail.samples),
         light=LightSampling(pattern="uniform", samples=points),
     )
+
+
+def kept(folder: Path | None, key: str, render: Callable[[], NDArray[np.float32]]) -> NDArray[np.float32]:
+    """A picture from a folder; if it is not there yet, it is rendered and put there.
+
+    Parameters
+    ----------
+    folder
+        None if no other submission follows: then nothing is kept.
+    key
+        All that the picture depends on. Of files that a scene names, only the names need to be in it: they
+        must not change while the folder is used.
+    render
+        Makes the picture, (H, W, 3).
+    """
+    if folder is None:
+        return render()
+    file = folder / f"{hashlib.sha256(key.encode()).hexdigest()}.npy"
+    if file.exists():
+        picture: NDArray[np.float32] = np.load(file, allow_pickle=False)
+        return picture
+    picture = render()
+    content = io.BytesIO()
+    np.save(content, picture)
+    with tempfile.NamedTemporaryFile(dir=folder, delete=False) as whole:
+        whole.write(content.getvalue())
+    # Two tests may make the same picture; renaming leaves a complete file.
+    Path(whole.name).replace(file)
+    return picture

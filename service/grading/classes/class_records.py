@@ -28,8 +28,7 @@ from schemas.grading.manifests import (
     SceneTest,
 )
 from service.grading.errors import GradingError
-from service.grading.folders import Folder
-from service.grading.names import is_hidden, readable
+from service.grading.folders import Folder, is_hidden, readable
 
 RESULT, PRINTS, KEY = "result.json", "fingerprints.npz", "graded.key"
 """In the folder of each student; the key is written last."""

@@ -21,8 +21,8 @@ from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
 from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from service.grading.accepting import noiseless
-from service.grading.keeping import kept
-from service.grading.program_mistakes import ProgramMistake, ProgramMistakes
+from service.grading.mistakes.reproductions import kept
+from service.grading.programs.program_mistakes import ProgramMistake, ProgramMistakes
 from service.grading.wanted import Wanted
 
 SAMPLES = 64

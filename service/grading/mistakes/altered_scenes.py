@@ -13,11 +13,11 @@ from renderer.scenes import LoadedScene
 from schemas.lights import Light, ParallelogramLight, RectangleLight
 from schemas.scene import Scene
 from schemas.shapes import Parallelogram, Triangle
-from service.grading.altered_cameras import Change, altered_cameras
-from service.grading.altered_hits import with_last_hits
-from service.grading.altered_shading import altered_shading, is_lit
-from service.grading.altered_textures import altered_textures
-from service.grading.hints import HINTS
+from service.grading.mistakes.altered_cameras import Change, altered_cameras
+from service.grading.mistakes.altered_hits import with_last_hits
+from service.grading.mistakes.altered_shading import altered_shading, is_lit
+from service.grading.mistakes.altered_textures import altered_textures
+from service.grading.mistakes.hints import HINTS
 
 MOST_SHAPES = 40
 """In scenes with more shapes, leaving out single shapes is not tried."""
