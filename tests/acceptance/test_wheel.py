@@ -46,7 +46,9 @@ def variables() -> dict[str, str]:
         for name, value in os.environ.items()
         if not name.startswith(("PENUMBRA_", "OTEL_", "AWS_"))
     }
-    return {name: value for name, value in kept.items() if name not in {"PYTHONPATH", "VIRTUAL_ENV"}}
+    # Nothing is compiled as it is installed, to save time: what is imported has to stay compiled.
+    left_out = {"PYTHONPATH", "VIRTUAL_ENV", "PYTHONDONTWRITEBYTECODE"}
+    return {name: value for name, value in kept.items() if name not in left_out}
 
 
 @dataclass(frozen=True)
