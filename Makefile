@@ -9,7 +9,7 @@ WEB := tools/web
 # How tests are spread over processes: those of a module stay together, as they share a service.
 PARALLEL := --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 # Folders whose tests start no service and render little.
-QUICK := tests/architecture $(addprefix tests/unit/,client converting grading renderer schemas service) schemas renderer
+QUICK := tests/architecture $(addprefix tests/unit/,client converting renderer schemas service) schemas renderer
 # The newest LLVM of Debian: Mitsuba needs 17 or newer, and would take the first that it finds.
 LLVM := $(lastword $(sort $(wildcard /usr/lib/*/libLLVM.so.*)))
 # Scenes of docs/explanation/accuracy-costs-time.md, and the most seconds for each.

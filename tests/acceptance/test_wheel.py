@@ -128,6 +128,8 @@ def plain(built: Built, tmp_path_factory: pytest.TempPathFactory) -> Environment
     """A fresh environment with the wheel and no extra."""
     made = fresh(tmp_path_factory.mktemp("plain"))
     made.install(built.wheel)
+    # Compiles it once: the processes of a service would each do so, and be slow to start.
+    made.run("-c", "import service.app, service.server, service.workers.worker")
     return made
 
 
