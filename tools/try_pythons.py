@@ -24,7 +24,7 @@ CHOICES: dict[str, list[str]] = {
     "newest": ["--upgrade", "--upgrade-strategy", "eager"],
     "oldest-numpy": [OLDEST_NUMPY],
 }
-"""What pip is told for each choice of versions."""
+"""Arguments of pip for each choice of versions."""
 
 EXTRAS = ".[mesh,exr,numerics,study,postgres,test]"
 TESTS = ["tests/unit", "tests/numerics", "schemas", "renderer", "accuracy", "service"]

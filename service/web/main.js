@@ -2,8 +2,9 @@
 
 import { announce, h } from "./dom.js";
 import { acceptDrops } from "./drop.js";
-import { MOVED, navigate } from "./navigation.js";
+import { AMENDED, MOVED, navigate } from "./navigation.js";
 import { showSession } from "./session.js";
+import { skeleton } from "./skeleton.js";
 
 // For each view: the pattern of its path, the names of the pattern's groups, the module, and the style sheets to wait for.
 const ROUTES = [
@@ -13,7 +14,15 @@ const ROUTES = [
     /^\/jobs\/([^/]+)$/,
     ["id"],
     () => import("./views/job.js"),
-    ["editor.css", "views/job.css", "views/picture/picture.css", "vendor/uplot/uPlot.min.css"],
+    [
+      "editor.css",
+      "views/job.css",
+      "views/picture/picture.css",
+      "views/picture/stage.css",
+      "views/job/viewer.css",
+      "views/job/drawer.css",
+      "vendor/uplot/uPlot.min.css",
+    ],
   ],
   [
     /^\/compare\/([^/]+)\/([^/]+)$/,
@@ -68,6 +77,8 @@ async function show({ focus }) {
   main.replaceChildren();
   document.title = `${view.title ?? "Penumbra"} · Penumbra`;
   unmount = view.mount(main, { ...params, query: new URLSearchParams(location.search) });
+  // A view that waits for the service has nothing to show yet; it replaces all that is here.
+  if (!main.childElementCount) main.append(skeleton(3));
   for (const link of document.querySelectorAll("nav a")) {
     const here =
       link.pathname === location.pathname ||
@@ -95,6 +106,7 @@ addEventListener("popstate", () => {
   // Jumps to an anchor fire this event too.
   if (location.pathname + location.search !== shown) show({ focus: true });
 });
+addEventListener(AMENDED, () => (shown = location.pathname + location.search));
 addEventListener(MOVED, () => show({ focus: true }));
 
 acceptDrops();

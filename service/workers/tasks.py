@@ -39,12 +39,13 @@ class SampleTask(TileTask):
     """Bring the pixels of a tile to the levels that a pass wants, and keep the samples in the store.
 
     ``merged`` is the attempt that has merged the pass before and said what this one wants; 0 where there
-    was none. What is not finished ``until`` then, seconds since the epoch, is given up; a camera ray is
-    expected to take ``ray_seconds``.
+    was none. What is not finished when the ``seconds_left`` are over is given up. They count from when the
+    task was handed out: clocks of two machines are never compared. A camera ray is expected to take
+    ``ray_seconds``.
     """
 
     merged: int
-    until: float | None
+    seconds_left: float | None
     ray_seconds: float = 0.0
 
 
@@ -140,6 +141,13 @@ class InspectTask:
 JobTask = TileTask | AdvanceTask | ComposeTask
 CallTask = TraceTask | QuoteTask | CompareTask | InspectTask
 Task = JobTask | CallTask
+
+
+def after(task: Task, seconds: float) -> Task:
+    """Return a task with what is left of its time after it has waited for so many seconds."""
+    if isinstance(task, SampleTask) and task.seconds_left is not None:
+        return replace(task, seconds_left=task.seconds_left - seconds)
+    return task
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import resource
 import signal
 import sys
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
@@ -117,7 +118,9 @@ class Worker:
 
     @execute.register
     def _(self, task: SampleTask) -> TileDone | Interrupted:
-        return self._passes.sample(self._plan(task), task)
+        # Making the plan is part of the time.
+        until = None if task.seconds_left is None else time.monotonic() + task.seconds_left
+        return self._passes.sample(self._plan(task), task, until)
 
     @execute.register
     def _(self, task: AdvanceTask) -> AdvanceDone:

@@ -12,10 +12,14 @@ from typing import Any
 
 import httpx2
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, Request, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
 
 from service.server import RunningServer, running
 from service.settings import Settings
+from tests.browser.scenes import TIMEOUT
+
+# The default of 5 seconds is too short for a machine with other work.
+expect.set_options(timeout=TIMEOUT)
 
 ROOT = Path(__file__).parents[2]
 SCREENSHOTS = ROOT / "out" / "screenshots"
@@ -100,6 +104,7 @@ def opening(chromium: Browser, url: str) -> Iterator[Open]:
             reduced_motion="reduce",
             **options,
         )
+        context.set_default_timeout(TIMEOUT)
         contexts.append(context)
         page = context.new_page()
         page.on("console", heard)

@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Shoot
+from tests.browser.pictures import COVERED, click_at, tab
 from tests.browser.scenes import TIMEOUT, editor, opened, small
 from tests.integration.support import finish, submit
 
@@ -52,8 +53,24 @@ def listed(page: Page, jobs: list[str]) -> None:
 
 
 def one_job(page: Page, _jobs: list[str]) -> None:
-    expect(page.locator(".stages li").first).to_be_visible(timeout=TIMEOUT)
+    page.wait_for_function(COVERED)
     expect(page.locator(".plot canvas")).to_be_visible(timeout=TIMEOUT)
+
+
+def one_pixel(page: Page, _jobs: list[str]) -> None:
+    page.wait_for_function(COVERED)
+    click_at(page, 9, 20, (32, 32))
+    expect(page.get_by_role("heading", name="Pixel 9, 20")).to_be_visible(timeout=TIMEOUT)
+
+
+def one_plan(page: Page, _jobs: list[str]) -> None:
+    tab(page, "Plan")
+    expect(page.locator(".stages li").first).to_be_visible(timeout=TIMEOUT)
+
+
+def one_other(page: Page, _jobs: list[str]) -> None:
+    tab(page, "Compare")
+    expect(page.get_by_label("Compare with")).to_be_visible(timeout=TIMEOUT)
 
 
 def compared(page: Page, _jobs: list[str]) -> None:
@@ -70,6 +87,9 @@ VIEWS = {
     "mistakes": ("/", start_with_mistakes),
     "jobs": ("/jobs", listed),
     "job": ("/jobs/{0}", one_job),
+    "job-pixel": ("/jobs/{0}", one_pixel),
+    "job-plan": ("/jobs/{0}", one_plan),
+    "job-compare": ("/jobs/{0}", one_other),
     "compare": ("/compare/{0}/{1}", compared),
     "missing": ("/compare", nothing),
     "reference": ("/docs", nothing),

@@ -12,7 +12,7 @@ from playwright.sync_api import expect
 
 from service.server import RunningServer
 from tests.browser.conftest import Open, Shoot
-from tests.browser.pictures import codes_of, finished, opened, served
+from tests.browser.pictures import codes_of, finished, opened, served, tab
 from tests.integration.support import scene
 
 
@@ -77,6 +77,7 @@ def test_a_file_can_be_the_reference(
 
 def test_from_the_page_of_a_job_another_is_chosen(open_page: Open, pair: tuple[str, str]) -> None:
     page = opened(open_page, pair[0])
+    tab(page, "Compare")
     page.get_by_label("Compare with").select_option(pair[1])
     page.get_by_role("button", name="Compare").click()
     expect(page.locator(".verdict")).to_contain_text("Not the same")

@@ -33,6 +33,28 @@ def test_a_file_that_the_browser_has_costs_no_transfer(client: httpx2.Client) ->
     assert again.headers[rules] == first.headers[rules] == client.get("/").headers[rules]
 
 
+@pytest.mark.parametrize("path", ["/", "/web/main.js", "/web/style.css", "/gallery/basic.json", "/docs"])
+def test_text_of_the_page_is_compressed_where_the_browser_accepts_that(
+    client: httpx2.Client, path: str
+) -> None:
+    plain, packed = (client.get(path, headers={"Accept-Encoding": coding}) for coding in ("identity", "gzip"))
+    assert "content-encoding" not in plain.headers
+    assert packed.headers["content-encoding"] == "gzip"
+    assert int(packed.headers["content-length"]) < len(plain.content) / 1.5
+    assert packed.content == plain.content
+    # Two representations: a cache must not give the one for the other.
+    assert packed.headers["etag"] != plain.headers["etag"]
+    assert packed.headers["vary"] == plain.headers["vary"] == "Accept-Encoding"
+    known = {"Accept-Encoding": "gzip", "If-None-Match": packed.headers["etag"]}
+    assert client.get(path, headers=known).status_code == 304
+
+
+@pytest.mark.parametrize("path", ["/web/thumbnails/basic.webp", "/v1/jobs", "/v1/session", "/web/none.js"])
+def test_pictures_and_answers_for_one_user_are_not_compressed(client: httpx2.Client, path: str) -> None:
+    answer = client.get(path, headers={"Accept-Encoding": "gzip"})
+    assert "content-encoding" not in answer.headers
+
+
 def test_the_policy_forbids_all_that_does_not_come_from_the_service(client: httpx2.Client) -> None:
     policy = client.get("/").headers["content-security-policy"]
     directives = dict(part.strip().split(" ", 1) for part in policy.split(";"))
@@ -84,3 +106,17 @@ def test_another_file_dropped_on_a_view_leaves_it_as_it_is(open_page: Open) -> N
     drop(page, tiles__png=b"a picture")
     page.get_by_role("dialog").get_by_role("button", name="OK").click()
     expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
+
+
+@pytest.mark.parametrize("held", ["**/web/views/*.js", "**/v1/jobs**"], ids=["the view", "its content"])
+@pytest.mark.parametrize("path", ["/jobs", "/jobs/0123456789abcdef"])
+def test_on_a_slow_link_the_frame_and_a_placeholder_are_there_at_once(
+    open_page: Open, path: str, held: str
+) -> None:
+    page = open_page("/compare")
+    # Requests that are not answered yet.
+    page.route(held, lambda _: None)
+    page.goto(path, wait_until="commit")
+    expect(page.locator(".skeleton .bone").first).to_be_visible(timeout=TIMEOUT)
+    expect(page.get_by_role("navigation", name="Pages")).to_be_visible()
+    page.unroute(held)

@@ -8,7 +8,9 @@ import { makeVerdict } from "./compare/verdict.js";
 import { displayOf, makeDisplay, makeZoom } from "./picture/controls.js";
 import { KEYS } from "./picture/keys.js";
 import { makeLegend } from "./picture/legend.js";
+import { keepPlace } from "./picture/place.js";
 import { Screen } from "./picture/screen.js";
+import { catchLine, hearSpace } from "./picture/split.js";
 
 export const title = "Compare";
 
@@ -114,7 +116,7 @@ function show(place, films, answer, heat, asked, signal) {
   const keys = h(
     "p",
     { className: "soft small", id: "compare-keys" },
-    `F switches between A and B. ${KEYS.split(" Enter")[0]}`,
+    `Hold Space for B; F switches between A and B. ${KEYS.split(" Enter")[0]}`,
   );
   const line = h("input", {
     id: "split-line",
@@ -125,6 +127,15 @@ function show(place, films, answer, heat, asked, signal) {
     value: 50,
     oninput: () => blending.split(line.value / 100),
   });
+  catchLine(screen, {
+    at: () => (blending.mode === "split" ? blending.at : null),
+    move: (share) => {
+      line.value = 100 * share;
+      blending.split(share);
+    },
+  });
+  // Space shows B as long as it is held; the choice of what is shown stays as it is.
+  hearSpace((held) => blending.show(held ? "b" : modes.chosen), signal);
   const lineField = h(
     "div",
     { className: "field split-line" },
@@ -205,6 +216,7 @@ function show(place, films, answer, heat, asked, signal) {
     ),
   );
   screen.fit();
+  keepPlace(screen, signal);
   display.begin(asked);
   change("split");
   announce(answer.reason);
@@ -234,6 +246,9 @@ function makeModes(changed) {
         inputs.map(([, name, input]) => h("label", {}, input, ` ${name}`)),
       ),
     ),
+    get chosen() {
+      return inputs.find(([, , input]) => input.checked)[0];
+    },
     choose(wanted) {
       for (const [mode, , input] of inputs) input.checked = mode === wanted;
       changed(wanted);

@@ -1,24 +1,28 @@
-// The page of a job. Its panels share one watch.
+// The page of a job: a viewer that fills the window. Its parts share one watch.
 
-import { Problem, get, jobPath, post, request } from "../api.js";
-import { confirmed } from "../dialog.js";
+import { Problem, get, jobPath } from "../api.js";
 import { h, pause } from "../dom.js";
-import { ago } from "../format.js";
 import { navigate } from "../navigation.js";
 import { Watch } from "../watch.js";
+import * as actions from "./job/actions.js";
+import { makeBar } from "./job/bar.js";
 import * as convergence from "./job/convergence.js";
+import { makeDrawer } from "./job/drawer.js";
 import * as plan from "./job/plan.js";
 import * as progress from "./job/progress.js";
+import { nameOf } from "./job/state.js";
 import * as picture from "./picture/panel.js";
 
 export const title = "Job";
 
-// Each has mount(root, watch) -> unmount(), and receives no events once watch.signal is aborted.
-const PANELS = [
-  ["picture", "Picture", picture],
-  ["progress", "Progress", progress],
-  ["convergence", "Accuracy against time", convergence],
-  ["understand", "Plan", plan],
+// In the order of the drawer. Each has mount(places, watch) -> unmount(), and receives no events once watch.signal is aborted.
+const PARTS = [progress, actions, picture, convergence, plan];
+
+const TABS = [
+  ["render", "Render"],
+  ["pixel", "Pixel"],
+  ["plan", "Plan"],
+  ["compare", "Compare"],
 ];
 
 // Milliseconds before a service that does not answer is asked for the job again.
@@ -63,106 +67,30 @@ async function found(root, id, signal) {
 }
 
 async function open(root, id, signal, unmounts) {
-  const job = await found(root, id, signal);
-  root.replaceChildren();
-  const watch = new Watch(job);
+  const watch = new Watch(await found(root, id, signal));
   unmounts.push(() => watch.stop());
-  document.title = `${nameOf(job)} · Penumbra`;
-  root.append(heading(watch));
-  const grid = h("div", { className: "job" });
-  root.append(grid);
-  for (const [name, label, panel] of PANELS) {
-    const place = h("section", { className: `job-${name}`, "aria-label": label });
-    grid.append(place);
-    unmounts.push(panel.mount(place, watch));
-  }
+  document.title = `${nameOf(watch.job)} · Penumbra`;
+  document.body.classList.add("viewing");
+  unmounts.push(() => document.body.classList.remove("viewing"));
+  const drawer = makeDrawer(TABS);
+  const bar = makeBar(watch, drawer);
+  const stage = h("section", { className: "stage", "aria-label": "Picture" }, makeNotice(watch));
+  const viewer = h("div", { className: "viewer" }, bar.element, stage, drawer.element);
+  root.replaceChildren(viewer);
+  const places = { viewer, bar, stage, drawer };
+  for (const part of PARTS) unmounts.push(part.mount(places, watch));
   watch.start();
 }
 
-const nameOf = (job) => job.name ?? "Untitled scene";
-
-function heading(watch) {
-  const { job } = watch;
-  const notice = h("p", { className: "problem", role: "status", hidden: true });
-  const cancel = h(
-    "button",
-    { type: "button", onclick: () => attempt(() => post(job.links.cancel, {})) },
-    "Cancel",
-  );
-  const hold = h("button", {
-    type: "button",
-    onclick: () => attempt(() => post(watch.job.paused ? job.links.resume : job.links.pause, {})),
-  });
-  const remove = h("button", { type: "button", onclick: () => attempt(removed) }, "Delete");
-  const again = h("a", { className: "button", href: `/?job=${watch.id}` }, "Change and render again");
-  const files = downloads(job);
-
-  async function attempt(action) {
-    try {
-      await action();
-      watch.refresh();
-    } catch (error) {
-      report(error.message);
-    }
-  }
-
-  async function removed() {
-    if (!(await confirmed(`Delete ${nameOf(job)} and its picture?`, "Delete"))) return;
-    await request(jobPath(watch.id), { method: "DELETE" });
-    navigate("/jobs");
-  }
-
+/** What interrupts the watch, over the picture so that nothing moves. */
+function makeNotice(watch) {
+  const notice = h("p", { className: "problem stage-notice", role: "status", hidden: true });
   const report = (...content) => {
     notice.replaceChildren(...content);
     notice.hidden = !content.join("");
   };
-  function show() {
-    const { state, paused } = watch.job;
-    cancel.hidden = hold.hidden = watch.final;
-    hold.textContent = paused ? "Resume" : "Pause";
-    // Only a finished job keeps its picture.
-    files.hidden = watch.final && state !== "succeeded";
-    remove.hidden = again.hidden = state === "deleted";
-  }
-  watch.on("job", show);
   watch.on("connection", (live) => report(live ? "" : "The service does not answer. Trying again …"));
   watch.on("gone", () => report("This job was deleted."));
   watch.on("locked", (error) => report(`${error.message} The page no longer follows this job. `, signIn()));
-  show();
-  return h(
-    "header",
-    { className: "job-head" },
-    h(
-      "div",
-      {},
-      h("h1", {}, nameOf(job)),
-      h("p", { className: "soft small" }, `Submitted ${ago(job.created_at)} as `, h("code", {}, job.id)),
-    ),
-    h("div", { className: "row" }, hold, cancel, again, files, remove),
-    notice,
-  );
-}
-
-function downloads({ links }) {
-  const files = [
-    ["PNG", links.image_png, "as displayed"],
-    ["NPY", links.image_npy, "linear, for NumPy"],
-    ["EXR", links.image_exr, "linear, with layers"],
-  ];
-  const list = files
-    .filter(([, path]) => path)
-    .map(([name, path, what]) =>
-      h(
-        "li",
-        {},
-        h("a", { href: path, download: "" }, name),
-        h("span", { className: "soft small" }, ` ${what}`),
-      ),
-    );
-  return h(
-    "details",
-    { className: "menu" },
-    h("summary", { className: "button" }, "Download"),
-    h("ul", {}, list),
-  );
+  return notice;
 }

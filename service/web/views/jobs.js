@@ -6,6 +6,7 @@ import { announce, debounced, h, pause } from "../dom.js";
 import { plural } from "../format.js";
 import { navigate } from "../navigation.js";
 import { NAMES, stateName } from "./job/state.js";
+import { skeleton } from "../skeleton.js";
 import { labelsOf, makeRow } from "./jobs/row.js";
 
 export const title = "Jobs";
@@ -30,6 +31,7 @@ export function mount(root, { query }) {
   let known = [];
 
   const list = h("ul", { className: "jobs" });
+  const waiting = skeleton(5);
   const lead = h("p", { className: "lead", role: "status" });
   const trouble = h("p", { className: "problem", role: "alert", hidden: true });
   const more = h(
@@ -74,6 +76,7 @@ export function mount(root, { query }) {
       trouble.hidden = true;
     } catch (error) {
       if (signal.aborted) return;
+      waiting.remove();
       trouble.textContent = error.message;
       trouble.hidden = false;
     }
@@ -113,11 +116,17 @@ export function mount(root, { query }) {
 
   /** Whether the service has an active job that the list does not show. */
   async function anyActive() {
-    const asked = ACTIVE.map((state) => get(`/v1/jobs?state=${state}&limit=1`, { signal }));
-    return (await Promise.all(asked)).some(({ jobs }) => jobs.length > 0);
+    // Without a filter a list that has no older jobs shows all there are.
+    if (!filter.state && !filter.label && next === null) return false;
+    for (const state of ACTIVE) {
+      const { jobs } = await get(`/v1/jobs?state=${state}&limit=1`, { signal });
+      if (jobs.length) return true;
+    }
+    return false;
   }
 
   function show(jobs, active) {
+    waiting.remove();
     const wanted = new Set(jobs.map(({ id }) => id));
     for (const [id, row] of rows) if (!wanted.has(id)) (row.element.remove(), rows.delete(id));
     jobs.forEach((job, place) => {
@@ -183,6 +192,7 @@ export function mount(root, { query }) {
       compare,
     ),
     trouble,
+    waiting,
     list,
     more,
   );
@@ -190,7 +200,8 @@ export function mount(root, { query }) {
   return () => life.abort();
 }
 
-const ACTIVE = ["queued", "running"];
+// In the order in which the service is asked: where a job waits, another is usually being rendered.
+const ACTIVE = ["running", "queued"];
 const isActive = ({ state }) => ACTIVE.includes(state);
 
 /** The filter that the service does not have: a part of a label. */

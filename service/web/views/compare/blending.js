@@ -2,6 +2,7 @@
 
 import { drawNumbers, short } from "../picture/numbers.js";
 import { viridis } from "../picture/colormaps.js";
+import { drawHandle } from "../picture/split.js";
 import { Encoder, code } from "../picture/transfer.js";
 
 export const MODES = {
@@ -85,6 +86,7 @@ export class Blending {
       context.fillStyle = style;
       context.fillRect(x - width / 2, 0, width, screen.element.clientHeight);
     }
+    drawHandle(context, x, screen.element.clientHeight);
     for (const [letter, side, align] of [
       ["A", -1, "right"],
       ["B", 1, "left"],

@@ -25,3 +25,5 @@ export function stateMark(state) {
   const [sign, name] = STATES[state] ?? ["?", state];
   return h("span", { className: `state ${state}` }, h("span", { "aria-hidden": "true" }, sign), ` ${name}`);
 }
+
+export const nameOf = (job) => job.name ?? "Untitled scene";

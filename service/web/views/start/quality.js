@@ -87,7 +87,7 @@ export function makeQuality(onChange) {
     return h("label", { className: "field" }, h("span", { className: "label" }, label), select);
   }
 
-  const confidence = () => number("percent", "Confidence, %", { min: 50, max: 99.999, step: "any" });
+  const confidence = () => number("percent", "Confidence (%)", { min: 50, max: 99.999, step: "any" });
   const arithmetic = () => list("precision", "Arithmetic", PRECISIONS);
 
   /** Fields that are collapsed while they have their default values. */
