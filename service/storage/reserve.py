@@ -62,5 +62,5 @@ class Reserve:
                 return
             with self._path.open("ab", buffering=0) as file:
                 # File systems that compress would store zeros in no room at all.
-                while file.tell() < size:
-                    file.write(os.urandom(min(BLOCK, size - file.tell())))
+                while (missing := size - os.fstat(file.fileno()).st_size) > 0:
+                    file.write(os.urandom(min(BLOCK, missing)))
