@@ -9,9 +9,11 @@ WEB := tools/web
 # Scenes of docs/explanation/accuracy-costs-time.md, and the most seconds for each.
 STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery/lens gallery/glass
 STUDY_SECONDS ?= 250
+# How long `make soak` takes.
+MINUTES ?= 30
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test check docs audit fuzz gallery bench chaos load bench-grading bench-peers bench-references study clean
+.PHONY: help install demo serve test check docs audit fuzz gallery bench chaos soak load bench-grading bench-peers bench-references study clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -29,15 +31,18 @@ test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed-test  ## run all tests, the fast ones first
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 
-check: .venv/installed-check $(WEB)/node_modules/installed  ## lint, format, types, which package may import which, images, known advisories, documentation
+check: .venv/installed-check $(WEB)/node_modules/installed  ## lint, format, types, the page's own modules, which package may import which, images, known advisories, documentation
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/check_words.py
 	$(BIN)/hadolint Dockerfile scenes/assignment/gradescope/Dockerfile
-	$(WEB)/node_modules/.bin/prettier --config $(WEB)/prettier.json --check service/web tools/web
-	$(WEB)/node_modules/.bin/eslint --config $(WEB)/eslint.config.js service/web
+	$(WEB)/node_modules/.bin/prettier --config $(WEB)/prettier.json --check service/web tests/web tools/web
+	$(WEB)/node_modules/.bin/eslint --config $(WEB)/eslint.config.js service/web tests/web
+	$(WEB)/node_modules/.bin/tsc --project $(WEB)
+	node $(WEB)/build_editor.js --check
+	node --test tests/web/*.test.js
 	$(BIN)/python -m benchmarks.audit
 	$(BIN)/mkdocs build
 
@@ -59,8 +64,11 @@ gallery: .venv/installed  ## render the gallery and the hard scenes into out, an
 bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
 	$(BIN)/python -m benchmarks
 
-chaos: .venv/installed  ## kill, stop and starve the service and check its guarantees, into out/chaos.json; up to half an hour
+chaos: .venv/installed-test  ## kill, stop and starve the service and check its guarantees, into out/chaos.json; up to an hour
 	$(BIN)/python -m benchmarks.chaos
+
+soak: .venv/installed-test  ## have random faults among mixed jobs for MINUTES, 30 by default, into out/soak.json
+	$(BIN)/python -m benchmarks.chaos --soak --minutes $(MINUTES) --out out/soak.json
 
 load: .venv/installed  ## measure the service's guarantees under load, into out/load.json; 5 minutes
 	$(BIN)/python -m benchmarks.load

@@ -40,6 +40,7 @@ ServiceError
 │   └── StoreTakenError         another service uses the data folder or the bucket
 ├── TraceFailedError
 ├── QuoteFailedError
+├── PreviewFailedError
 ├── ComparisonFailedError
 ├── InspectionFailedError
 └── UnavailableError            try again later
@@ -331,6 +332,10 @@ class TraceFailedError(ServiceError):
 
 class QuoteFailedError(ServiceError):
     """A scene could not be quoted."""
+
+
+class PreviewFailedError(ServiceError):
+    """A preview could not be rendered."""
 
 
 class ComparisonFailedError(ServiceError):

@@ -102,6 +102,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.StoreTakenError: Kind(500, "store_taken", is_public=False),
     errors.TraceFailedError: Kind(422, "trace_failed"),
     errors.QuoteFailedError: Kind(422, "quote_failed"),
+    errors.PreviewFailedError: Kind(422, "preview_failed"),
     errors.ComparisonFailedError: Kind(422, "comparison_failed"),
     errors.InspectionFailedError: Kind(422, "inspection_failed"),
     errors.UnavailableError: Kind(503, "unavailable", retry=True),

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from fastapi.concurrency import run_in_threadpool
+from fastapi.concurrency import contextmanager_in_threadpool, run_in_threadpool
 from sqlalchemy import bindparam, exists, func, select
 from sqlalchemy.orm import Session
 
@@ -197,10 +197,11 @@ async def remove(service: Service, job_id: str) -> None:
     UnavailableError
         If it could not be stopped in time.
     """
-    job = await stop(service, job_id)
-    if not job.state.final:
-        raise UnavailableError("The job is being stopped. Delete it again in a moment.")
-    await run_in_threadpool(_forget, service, job_id)
+    async with contextmanager_in_threadpool(service.reserve.given_up()):
+        job = await stop(service, job_id)
+        if not job.state.final:
+            raise UnavailableError("The job is being stopped. Delete it again in a moment.")
+        await run_in_threadpool(_forget, service, job_id)
 
 
 def _forget(service: Service, job_id: str) -> None:

@@ -19,6 +19,7 @@ from multiprocessing.context import SpawnProcess
 import structlog
 
 from service.workers.heartbeats import beats
+from service.workers.leash import Leash, run
 from service.workers.tasks import (
     TOOK_TOO_LONG,
     Interrupted,
@@ -164,7 +165,9 @@ class Slot:
             self._verdict = None
             self._connection, there = context.Pipe()
             pulse, beating = context.Pipe(duplex=False)
-            self._process = context.Process(target=work, args=(there, beating, self._setup), daemon=True)
+            # In this order: the leash is read before the rest, whose modules take seconds to import.
+            arguments = Leash(self._setup.parent), work, there, beating, self._setup
+            self._process = context.Process(target=run, args=arguments, daemon=True)
             self._process.start()
         # The process alone holds these now, and they close with it.
         there.close()

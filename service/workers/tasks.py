@@ -104,6 +104,13 @@ class QuoteTask:
     workers: int
 
 
+@dataclass(frozen=True, eq=False)
+class PreviewTask:
+    """Render a small picture of a scene."""
+
+    scene: Scene
+
+
 @dataclass(frozen=True)
 class ComparedPicture:
     """A picture of a job, with these of its layers, or the content of a file where there is no job.
@@ -139,7 +146,7 @@ class InspectTask:
 
 
 JobTask = TileTask | AdvanceTask | ComposeTask
-CallTask = TraceTask | QuoteTask | CompareTask | InspectTask
+CallTask = TraceTask | QuoteTask | PreviewTask | CompareTask | InspectTask
 Task = JobTask | CallTask
 
 
@@ -210,6 +217,13 @@ class QuoteDone:
 
 
 @dataclass(frozen=True)
+class PreviewDone:
+    """A small picture, as a PNG file."""
+
+    png: bytes = field(repr=False)
+
+
+@dataclass(frozen=True)
 class CompareDone:
     """What comparing two pictures has shown."""
 
@@ -270,7 +284,7 @@ def log_names(task: Task | None) -> dict[str, str | int]:
     return names
 
 
-CallDone = TraceDone | QuoteDone | CompareDone | CompareRefused | InspectDone
+CallDone = TraceDone | QuoteDone | PreviewDone | CompareDone | CompareRefused | InspectDone
 Outcome = TileDone | AdvanceDone | ComposeDone | CallDone | TaskFailed | WorkerDied | Interrupted
 
 

@@ -26,9 +26,11 @@ ROOT = Path(__file__).parents[2]
 SCREENSHOTS = ROOT / "out" / "screenshots"
 # Set by the build, where a missing browser is an error and no reason to skip tests.
 REQUIRED = "BROWSER_TESTS_REQUIRED"
-# Expected: refusals, such as the problems of a scene, and requests of a page without a network.
+# Expected: refusals, such as the problems of a scene, requests of a page without a network, and that a test
+# reads back what a shader has drawn.
 REFUSED = re.compile(
     r"Failed to load resource: (the server responded with a status of 4\d\d|net::ERR_INTERNET_DISCONNECTED)"
+    r"|\[\.WebGL-\w+\].* GPU stall due to ReadPixels"
 )
 
 Open = Callable[..., Page]
