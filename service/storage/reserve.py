@@ -61,6 +61,7 @@ class Reserve:
             if not self._wanted:
                 return
             with self._path.open("ab", buffering=0) as file:
+                lacks = size - self._path.stat().st_size
                 # File systems that compress would store zeros in no room at all.
-                while file.tell() < size:
-                    file.write(os.urandom(min(BLOCK, size - file.tell())))
+                while lacks > 0:
+                    lacks -= file.write(os.urandom(min(BLOCK, lacks)))
