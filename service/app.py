@@ -20,6 +20,7 @@ from schemas.api.comparisons import ComparisonRequest
 from schemas.api.inspections import InspectionRequest, TraceRequest
 from schemas.api.jobs import JobRequest, Region
 from schemas.api.plans import QuoteRequest
+from schemas.api.previews import PreviewRequest
 from schemas.errors import ProblemDocument
 from service.access.keys import CredentialCache
 from service.api import problems
@@ -138,6 +139,7 @@ def _document_bodies(app: FastAPI) -> None:
         for model in (
             JobRequest,
             QuoteRequest,
+            PreviewRequest,
             TraceRequest,
             ComparisonRequest,
             InspectionRequest,

@@ -79,8 +79,8 @@ def run(settings: Settings) -> None:
         try:
             shared = is_shared(settings.database_url)
             stack.enter_context(ownership.held(settings.data, shared=shared))
-            _prepare_database(settings)
-            check_engine(settings)
+            keys_made = _prepare_database(settings)
+            check_engine(settings, keys_made=keys_made)
             _check_port(settings.host, settings.port)
         except OPENING_ERRORS as error:
             log.error("not started", reason=reason(error, settings.data))  # noqa: TRY400  (the reason is enough)
@@ -112,8 +112,14 @@ def _is_taken(family: int, address: tuple[object, ...]) -> bool:
     return False
 
 
-def _prepare_database(settings: Settings) -> None:
-    """Bring the database to this version, and require keys if the service is reachable from outside."""
+def _prepare_database(settings: Settings) -> bool:
+    """Bring the database to this version, and require keys if the service is reachable from outside.
+
+    Returns
+    -------
+    bool
+        Whether there are keys.
+    """
     database = Database(settings.database_url)
     try:
         upgrade(database)
@@ -121,14 +127,13 @@ def _prepare_database(settings: Settings) -> None:
             place = place_of(settings.place)
             place.check()
             ownership.check(database, place)
-        if settings.behind_proxy or is_loopback(settings.host):
-            return
         with database.reading() as session:
-            if any_made(session):
-                return
+            keys_made = any_made(session)
     finally:
         database.close()
-    raise NoKeysError(settings.host, settings.data)
+    if not (keys_made or settings.behind_proxy or is_loopback(settings.host)):
+        raise NoKeysError(settings.host, settings.data)
+    return keys_made
 
 
 def _serve(settings: Settings) -> None:

@@ -27,6 +27,7 @@ from schemas.limits import LimitsError
 from schemas.reading.findings import located
 from service import errors
 from service.jobs.context import Service
+from service.lifecycle.damage import DamagedRenderError
 from service.storage.database.connection import PRIMARY
 from service.storage.folder import NO_ROOM, NOT_WRITABLE
 
@@ -73,6 +74,8 @@ KINDS: dict[type[Exception], Kind] = {
     errors.ForbiddenError: Kind(403, "forbidden"),
     errors.CrossSiteError: Kind(403, "cross_site"),
     errors.UnknownJobError: Kind(404, "unknown_job"),
+    errors.DamagedJobError: Kind(500, "job_damaged"),
+    DamagedRenderError: Kind(500, "job_damaged"),
     errors.ReusedKeyError: Kind(422, "idempotency_key_reused"),
     errors.PictureNotReadyError: Kind(404, "picture_not_ready", retry=True),
     errors.PictureGoneError: Kind(410, "picture_gone"),
@@ -99,6 +102,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.StoreTakenError: Kind(500, "store_taken", is_public=False),
     errors.TraceFailedError: Kind(422, "trace_failed"),
     errors.QuoteFailedError: Kind(422, "quote_failed"),
+    errors.PreviewFailedError: Kind(422, "preview_failed"),
     errors.ComparisonFailedError: Kind(422, "comparison_failed"),
     errors.InspectionFailedError: Kind(422, "inspection_failed"),
     errors.UnavailableError: Kind(503, "unavailable", retry=True),

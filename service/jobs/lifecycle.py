@@ -18,7 +18,7 @@ from schemas.reading import read_document
 from service.access.principals import Principal
 from service.errors import ForbiddenError, PictureGoneError, UnavailableError, UnknownJobError
 from service.jobs.context import Service
-from service.lifecycle import rows, sharing
+from service.lifecycle import damage, rows, sharing
 from service.lifecycle.documents import documents
 from service.storage.database.models import JobRow, LabelRow, RenderRow, RequestRow
 
@@ -41,8 +41,9 @@ class JobStatus(NamedTuple):
 
 
 def find(session: Session, job_id: str) -> JobRow:
-    """Find a job; UnknownJobError if there is none."""
-    row = session.scalar(select(JobRow).where(JobRow.id == job_id)) if job_id.isalnum() else None
+    """Find a job; UnknownJobError if there is none, DamagedJobError if it cannot be read."""
+    with damage.reading(job_id):
+        row = session.scalar(select(JobRow).where(JobRow.id == job_id)) if job_id.isalnum() else None
     if row is None:
         raise UnknownJobError
     return row
@@ -75,7 +76,10 @@ def find_render(session: Session, job_id: str) -> RenderRow:
 def show(service: Service, job_id: str) -> Job:
     """Describe a job as it is now."""
     with service.database.reading() as session:
-        [job] = documents(session, [find(session, job_id)], service.settings.keep_seconds)
+        found = damage.load(session, select(JobRow).where(JobRow.id == job_id)) if job_id.isalnum() else ()
+        if not found:
+            raise UnknownJobError
+        [job] = documents(session, found, service.settings.keep_seconds)
         return job
 
 
@@ -106,7 +110,7 @@ def page(
         labelled = LabelRow.job == JobRow.number, LabelRow.name == name, LabelRow.value == value
         query = query.where(exists().where(*labelled))
     with service.database.reading() as session:
-        found = session.scalars(query).all()
+        found = damage.load(session, query)
         following = str(found[limit - 1].number) if len(found) > limit else None
         jobs = documents(session, found[:limit], service.settings.keep_seconds)
     return JobList(jobs=jobs, next=following)

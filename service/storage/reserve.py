@@ -61,7 +61,6 @@ class Reserve:
             if not self._wanted:
                 return
             with self._path.open("ab", buffering=0) as file:
-                lacks = size - self._path.stat().st_size
                 # File systems that compress would store zeros in no room at all.
-                while lacks > 0:
-                    lacks -= file.write(os.urandom(min(BLOCK, lacks)))
+                while (missing := size - os.fstat(file.fileno()).st_size) > 0:
+                    file.write(os.urandom(min(BLOCK, missing)))

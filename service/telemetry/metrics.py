@@ -19,7 +19,7 @@ from sqlalchemy.orm import Session
 from schemas.api.jobs import JobState
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow
-from service.workers.tasks import Cause, JobTask, Outcome, TaskFailed, TileDone, WorkerDied
+from service.workers.tasks import Cause, Interrupted, JobTask, Outcome, TaskFailed, TileDone, WorkerDied
 
 RECENT = 200
 """Pictures of target quality, the newest, of which the error is reported."""
@@ -47,6 +47,7 @@ class Metrics:
         self.retries = Counter("penumbra_retries", "Tasks that are retried.", ["cause"], registry=here)
         # A counter that appears with its first retry shows no increase.
         self.note_retries(dict.fromkeys(Cause, 0))
+        self.late = Counter("penumbra_late_tiles", "Tiles given up at a time limit.", registry=here)
         self.failures = Counter("penumbra_task_failures", "Tasks that failed.", ["code"], registry=here)
         self.cpu_seconds = Counter("penumbra_user_cpu_seconds", "Work of workers.", ["user"], registry=here)
         self._lock = threading.Lock()
@@ -61,6 +62,8 @@ class Metrics:
                 self.deaths.inc()
             case TaskFailed(code=code):
                 self.failures.labels(code).inc()
+            case Interrupted(late=True):
+                self.late.inc()
             case _:
                 pass
         with self._lock:

@@ -18,6 +18,7 @@ const ROUTES = [
       "editor.css",
       "views/job.css",
       "views/picture/picture.css",
+      "views/picture/tools.css",
       "views/picture/stage.css",
       "views/job/viewer.css",
       "views/job/drawer.css",
@@ -28,7 +29,7 @@ const ROUTES = [
     /^\/compare\/([^/]+)\/([^/]+)$/,
     ["a", "b"],
     () => import("./views/compare.js"),
-    ["views/job.css", "views/picture/picture.css", "views/compare/compare.css"],
+    ["views/job.css", "views/picture/picture.css", "views/picture/tools.css", "views/compare/compare.css"],
   ],
 ];
 

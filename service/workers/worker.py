@@ -8,6 +8,7 @@ import os
 import resource
 import signal
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
@@ -24,6 +25,7 @@ from accuracy.quotes import quote
 from renderer import film, progressive
 from renderer.images import files as image_files
 from schemas.api.jobs import JobRequest
+from schemas.api.previews import PREVIEW_QUALITY
 from schemas.limits import Limits
 from service import logs
 from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
@@ -50,6 +52,8 @@ from service.workers.tasks import (
     InspectTask,
     Interrupted,
     Outcome,
+    PreviewDone,
+    PreviewTask,
     QuoteDone,
     QuoteTask,
     SampleTask,
@@ -114,7 +118,9 @@ class Worker:
 
     @execute.register
     def _(self, task: SampleTask) -> TileDone | Interrupted:
-        return self._passes.sample(self._plan(task), task)
+        # Making the plan is part of the time.
+        until = None if task.seconds_left is None else time.monotonic() + task.seconds_left
+        return self._passes.sample(self._plan(task), task, until)
 
     @execute.register
     def _(self, task: AdvanceTask) -> AdvanceDone:
@@ -163,6 +169,11 @@ class Worker:
             workers=task.workers,
         )
         return QuoteDone(quoted)
+
+    @execute.register
+    def _(self, task: PreviewTask) -> PreviewDone:
+        plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets), PREVIEW_QUALITY)
+        return PreviewDone(image_files.encode_png(renderer.render(plan).image, task.scene.display))
 
     @execute.register
     def _(self, task: CompareTask) -> CompareDone | CompareRefused:

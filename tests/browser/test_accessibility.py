@@ -12,7 +12,7 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import COVERED, click_at, tab
-from tests.browser.scenes import TIMEOUT, editor, opened, small
+from tests.browser.scenes import TIMEOUT, opened, small, write
 from tests.integration.support import finish, submit
 
 AXE = (Path(__file__).parent / "vendor" / "axe-core" / "axe.min.js").read_text()
@@ -41,9 +41,7 @@ def start(page: Page, _jobs: list[str]) -> None:
 
 def start_with_mistakes(page: Page, _jobs: list[str]) -> None:
     opened(page)
-    editor(page).fill(
-        small("basic").replace('"cobalt"', '"cobald"', 1).replace('"version": 1', '"version": 2')
-    )
+    write(page, small("basic").replace('"cobalt"', '"cobald"', 1).replace('"version": 1', '"version": 2'))
     expect(page.locator(".line.wrong").first).to_be_visible(timeout=TIMEOUT)
 
 

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open
-from tests.browser.scenes import TIMEOUT, drop, editor, small
+from tests.browser.scenes import TIMEOUT, drop, expect_written, small
 
 
 @pytest.mark.parametrize("path", ["/", "/jobs", "/jobs/0123456789abcdef", "/compare/a/b"])
@@ -98,7 +98,7 @@ def test_a_scene_dropped_on_any_view_is_opened(open_page: Open) -> None:
     page = open_page("/jobs")
     drop(page, mine__json=small("basic").encode())
     expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible(timeout=TIMEOUT)
-    expect(editor(page)).to_have_value(small("basic"))
+    expect_written(page, small("basic"))
 
 
 def test_another_file_dropped_on_a_view_leaves_it_as_it_is(open_page: Open) -> None:

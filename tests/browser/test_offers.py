@@ -7,7 +7,7 @@ from typing import Any
 
 from playwright.sync_api import Page, Route, expect
 
-from tests.browser.scenes import TIMEOUT, editor, opened, small
+from tests.browser.scenes import TIMEOUT, opened, small, write
 
 ALTERNATIVES = """async ([offers, asked]) => {
   const { alternatives } = await import("/web/views/start/offers.js");
@@ -62,7 +62,7 @@ def test_an_unknown_error_is_shown_with_its_reason(page: Page) -> None:
 
     page.route("**/v1/quotes", without_errors)
     opened(page)
-    editor(page).fill(small("basic", name="nearly flat"))
+    write(page, small("basic", name="nearly flat"))
     shown = page.get_by_role("region", name="Quote")
     expect(shown).to_contain_text(reason, timeout=TIMEOUT)
     expect(shown).to_contain_text("not known")

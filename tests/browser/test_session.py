@@ -14,7 +14,7 @@ from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from tests.browser.conftest import Open
-from tests.browser.scenes import TIMEOUT, editor, endless, opened, render_button, small
+from tests.browser.scenes import TIMEOUT, endless, opened, render_button, small, write
 from tests.integration.support import until
 
 
@@ -98,7 +98,7 @@ def test_a_job_is_rendered_and_followed_with_the_cookie(open_page: Open, key: st
     page = open_page("/")
     give(page, key)
     opened(page)
-    editor(page).fill(small("basic"))
+    write(page, small("basic"))
     opened(page)
     render_button(page).click()
     expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=TIMEOUT)

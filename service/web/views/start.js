@@ -9,15 +9,19 @@ import { plural } from "../format.js";
 import { lineStarts, readable } from "../json_text.js";
 import { navigate } from "../navigation.js";
 import { requestText, takenApart } from "../requests.js";
-import { draftOf, keepDraft } from "./start/draft.js";
+import { draftOf, makeKeeper } from "./start/draft.js";
 import { makeFiles } from "./start/files.js";
 import { makeGallery } from "./start/gallery.js";
+import { makePreview } from "./start/preview.js";
 import { makeProblems } from "./start/problems.js";
 import { makeQuality } from "./start/quality.js";
 import { makeQuote } from "./start/quote.js";
 import { makeValidation } from "./start/validation.js";
 
 export const title = "Start";
+
+const KEYS =
+  "Ctrl + Enter renders, Ctrl + F searches, Ctrl + I explains the field at the cursor, F8 goes to the next problem, Tab leaves the editor.";
 
 // Layers that the page of the job can show.
 const LAYERS = ["depth", "normal", "shape", "samples", "error"];
@@ -33,19 +37,26 @@ export function mount(root, { query }) {
   // What was opened: the scene is edited if its text differs from this.
   let origin = null;
 
-  const editor = makeEditor({ label: "Scene, as JSON", describedBy: "scene-problems", onInput: changed });
+  const keep = makeKeeper(draft, signal);
+  const editor = makeEditor({
+    label: "Scene, as JSON",
+    describedBy: "scene-problems",
+    onInput: changed,
+    signal,
+  });
   const problems = makeProblems("scene-problems", (problem) => pointAt(editor, problem));
   const fileList = makeFiles(addFiles);
   const quality = makeQuality(changed);
   const quote = makeQuote((chosen) => (quality.value = quality.kept(chosen)), signal);
+  const preview = makePreview(signal);
   const validation = makeValidation(checked, signal);
   const gallery = makeGallery(replace, signal);
   const heading = h("h2", { id: "scene-title" }, "Scene");
   const notice = h("p", { className: "soft notice" });
-  const layers = h("input", { type: "checkbox", checked: true, onchange: () => keepDraft(draft()) });
+  const layers = h("input", { type: "checkbox", checked: true, onchange: keepLater });
   const labels = h("input", {
     type: "text",
-    oninput: () => keepDraft(draft()),
+    oninput: keepLater,
     placeholder: "course:graphics, week:3",
     autocomplete: "off",
     spellcheck: false,
@@ -90,18 +101,20 @@ export function mount(root, { query }) {
     refusal.hidden = true;
     problems.wait();
     quote.clear("A quote follows when the scene is valid.");
-    if (origin !== null) keepDraft(draft());
-    validation.want(editor.text, files, quality.value);
+    keepLater();
+    validation.want(() => editor.text, files, quality.value);
   }
 
   function checked(found) {
     editor.mark(found.problems);
     problems.show(found);
     if (found.names) fileList.show(found.names, found.lacking, files);
+    if (found.failure || !found.plan) preview.wait();
     if (found.failure) return quote.clear("A quote follows when the service answers again.");
     if (!found.plan) return quote.clear("There is no quote for a scene with errors.");
     ready = found.text;
     button.disabled = false;
+    preview.want(ready);
     quote.want(ready, quality.value, quality.limit);
   }
 
@@ -118,15 +131,21 @@ export function mount(root, { query }) {
     announce(`${plural(added.size + (scene ? 1 : 0), "file")} added`);
   }
 
-  const draft = () => ({
-    title: heading.textContent,
-    text: editor.text,
-    entry: origin?.entry ?? "",
-    job,
-    quality: quality.value,
-    labels: labels.value,
-    layers: layers.checked,
-  });
+  function draft() {
+    return {
+      title: heading.textContent,
+      text: editor.text,
+      entry: origin?.entry ?? "",
+      job,
+      quality: quality.value,
+      labels: labels.value,
+      layers: layers.checked,
+    };
+  }
+
+  function keepLater() {
+    if (origin !== null) keep();
+  }
 
   async function submit(event) {
     event.preventDefault();
@@ -151,13 +170,13 @@ export function mount(root, { query }) {
   const form = h(
     "form",
     { className: "order", onsubmit: submit },
+    preview.element,
     quality.element,
     layersChoice(layers),
     labelsField(labels),
     quote.element,
     refusal,
     button,
-    h("p", { className: "soft small keys" }, "Ctrl + Enter also renders."),
   );
   const picker = h("input", {
     type: "file",
@@ -176,13 +195,14 @@ export function mount(root, { query }) {
     ),
     notice,
     editor.element,
+    h("p", { className: "soft small keys" }, KEYS),
     problems.element,
     fileList.element,
   );
   const lead = h(
     "p",
     { className: "lead" },
-    "Choose one, drop your own with its textures anywhere on this page, or write it here.",
+    "Choose an example, drop your own scene with its textures and meshes on this page, or write one here.",
   );
   root.append(
     h(
@@ -191,7 +211,7 @@ export function mount(root, { query }) {
       h("div", {}, h("h1", {}, "Render a scene"), lead, gallery.element, writing),
       form,
     ),
-    h("div", { className: "drop-hint", "aria-hidden": "true" }, "Drop the scene and its files"),
+    h("div", { className: "drop-hint", "aria-hidden": "true" }, "Drop a scene and its files"),
   );
   const dropped = takeDrops(addFiles, signal);
   root.addEventListener(
@@ -258,7 +278,7 @@ function labelsField(input) {
   return h(
     "label",
     { className: "field" },
-    h("span", { className: "label" }, "Labels, for finding the job later"),
+    h("span", { className: "label" }, "Labels to find the job by"),
     input,
   );
 }

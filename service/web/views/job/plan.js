@@ -12,7 +12,7 @@ import { folded, makeStages } from "./stages.js";
 const SHOWN = 3;
 
 export function mount({ drawer }, watch) {
-  const editor = makeEditor({ label: "The scene of this job", readOnly: true });
+  const editor = makeEditor({ label: "The scene of this job", readOnly: true, signal: watch.signal });
   const stages = h("div", { className: "plan-stages" });
   drawer.panels.plan.append(
     h("h2", { className: "unseen" }, "What runs, and why"),

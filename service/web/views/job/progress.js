@@ -24,8 +24,8 @@ export function mount({ drawer }, watch) {
     large.textContent = time;
     small.replaceChildren(...rest.map((line) => h("span", {}, line || "\u00a0")));
     list.replaceChildren(...figures(job));
-    trouble.hidden = !job.failure;
-    trouble.textContent = job.failure?.message ?? "";
+    trouble.textContent = job.damage ?? job.failure?.message ?? "";
+    trouble.hidden = !trouble.textContent;
     if (state !== null && state !== standing(job)) announce(`The job is ${stateName(standing(job))}.`);
     state = standing(job);
   }
@@ -39,6 +39,8 @@ export function mount({ drawer }, watch) {
 
 /** The large line, and two small ones below it. */
 function headline(job) {
+  // Little else is known of it.
+  if (job.damage) return [sentence(stateName(job.state)), "", ""];
   const left = job.progress.remaining_seconds;
   const took = elapsed(job);
   const spent = took === null ? "" : seconds(took);
@@ -71,6 +73,7 @@ function stepsOf(job) {
 }
 
 function figures(job) {
+  if (job.damage) return [];
   const rays = Object.entries(job.cost.rays).filter(([, number]) => number > 0);
   const all = rays.reduce((sum, [, number]) => sum + number, 0);
   // All of them from the start, so that nothing moves when one becomes known.

@@ -68,6 +68,8 @@ export function makeDisplay(changed, prefix = "display") {
     get transfer() {
       return transfer.value;
     },
+    /** Change some of the settings. */
+    set: (values) => set({ exposure: Number(exposure.value), transfer: transfer.value, ...values }),
     /** Begin with the settings of the scene. */
     begin(values) {
       Object.assign(scene, values);

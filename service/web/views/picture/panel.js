@@ -3,21 +3,25 @@
 import { get, jobPath } from "../../api.js";
 import { announce, h } from "../../dom.js";
 import { makeArrivals } from "./arrivals.js";
+import { makeAutoExposure, makeChannels, makeZebra } from "./channels.js";
 import { makeComparing } from "./comparing.js";
 import { displayOf, makeDisplay, makeLayerChoice, makeZoom } from "./controls.js";
 import { copied } from "./copying.js";
 import { Developer } from "./develop.js";
 import { Film } from "./film.js";
 import { makeFirst } from "./first.js";
+import { drawGrid } from "./grid.js";
+import { makeHistogram } from "./histogram_view.js";
 import { makeInspector } from "./inspector.js";
 import { KEYS } from "./keys.js";
-import { fetchLayer } from "./layers.js";
+import { fetchLayer } from "./layer_files.js";
 import { makeLegend } from "./legend.js";
 import { makePath } from "./path.js";
 import { keepPlace } from "./place.js";
 import { makePopover } from "./popover.js";
 import { makeReadout } from "./readout.js";
 import { Screen, square } from "./screen.js";
+import { makeStatistics } from "./statistics_view.js";
 import { makeBackground, makeFullscreen } from "./surroundings.js";
 import { drawTiles } from "./tiles.js";
 
@@ -31,7 +35,12 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   const label = `Picture of ${watch.job.name ?? "the job"}, ${width} by ${height} pixels`;
   const screen = new Screen({ width, height, label, overlay });
   const developer = new Developer(screen, film);
-  const display = makeDisplay(() => developer.expose(display.exposure, display.transfer));
+  const display = makeDisplay(() => {
+    developer.expose(display.exposure, display.transfer);
+    histogram.expose(display.exposure);
+  });
+  const histogram = makeHistogram(film);
+  const statistics = makeStatistics(screen, () => developer.shown);
   const inspector = makeInspector(watch.id, (x, y) => film.at(x, y), copy, watch.signal);
   const readout = makeReadout(screen, developer);
   const keys = h("p", { className: "soft small", id: "picture-keys" }, KEYS);
@@ -43,9 +52,14 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   // What else looks at the picture: elements by the place where they stand.
   const tools = {
     bar: [makeZoom(screen)],
-    display: [makeBackground(stage)],
+    display: [
+      makeAutoExposure(film, (exposure) => display.set({ exposure })).element,
+      makeChannels(developer).element,
+      makeZebra(developer).element,
+      makeBackground(stage),
+    ],
     render: [],
-    pixel: [inspector.element, keys],
+    pixel: [inspector.element, histogram.element, statistics.element, keys],
     compare: [makeComparing(watch, screen)],
   };
   const arrivals = makeArrivals(screen);
@@ -71,9 +85,11 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
 
   function overlay(context) {
     arrivals.draw(context);
+    drawGrid(context, screen);
     developer.drawNumbers(context);
     drawTiles(context, screen, watch.job.rendering);
     if (first.region) screen.outline(context, first.region);
+    statistics.draw(context);
     if (inspector.found) drawPath?.(context, screen, inspector.found);
     if (inspector.pixel) screen.outline(context, square(inspector.pixel), CHOSEN);
   }
@@ -104,6 +120,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     if (!batch.tiles.length) return;
     if (!developer.layer) arrivals.before(batch.tiles);
     developer.take(batch.tiles);
+    histogram.changed();
     read();
   });
   watch.on("job", () => (screen.redraw(), ended()));
@@ -112,7 +129,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   function ended() {
     if (!watch.final) return;
     first.show();
-    const empty = watch.job.state !== "succeeded" && !film.known.includes(1);
+    const empty = watch.job.state !== "succeeded" && film.empty;
     screen.element.hidden = empty;
     nothing.hidden = !empty;
     nothing.textContent = empty ? `There is no picture: the job ended as ${watch.job.state}.` : "";
@@ -138,7 +155,8 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
 
   function show(layer) {
     developer.show(layer);
-    legend.replaceChildren(layer ? makeLegend(layer) : "");
+    statistics.changed();
+    legend.replaceChildren(layer ? makeLegend(layer, () => developer.show(layer)) : "");
     display.element.inert = layer !== null;
     read();
   }
@@ -150,5 +168,5 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     },
     () => display.begin(displayOf({})),
   );
-  return () => screen.close();
+  return () => (screen.close(), developer.close(), histogram.close());
 }

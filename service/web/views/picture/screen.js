@@ -1,6 +1,7 @@
 // A picture with zoom, pan and a cursor, for mouse, touch and keyboard. The caller draws the overlay.
 
 import { h } from "../../dom.js";
+import { hasGpuFor } from "./gpu.js";
 import { hearKeys } from "./keys.js";
 import { hearPointers } from "./pointers.js";
 
@@ -26,8 +27,8 @@ export class Screen extends EventTarget {
     super();
     Object.assign(this, { width, height, overlay });
     this.canvas = h("canvas", { className: "pixels", width, height });
-    // In main memory, because pixels are written and read all the time.
-    this.context = this.canvas.getContext("2d", { willReadFrequently: true });
+    // In main memory, unless a graphics card writes its pixels.
+    this.context = this.canvas.getContext("2d", { willReadFrequently: !hasGpuFor(width * height) });
     this.over = h("canvas", { className: "over" });
     this.cursor = null;
     // What is dragged in place of the picture: {holds(place), drag(place)}, places in CSS pixels of the element.

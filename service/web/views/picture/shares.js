@@ -1,11 +1,11 @@
 // What each part of an inspected pixel adds to its brightness.
 
-// Luminance weights of BT.709.
-const LUMA = [0.2126, 0.7152, 0.0722];
+import { luma } from "./colors.js";
+
 // A share up to this would be shown as 0.0 %.
 const NOTHING = 0.0005;
 
-const luminance = (color) => color.reduce((sum, value, i) => sum + LUMA[i] * value, 0);
+const luminance = (color) => luma(...color);
 
 /** The colour that a ray brings to the pixel, with all the rays that continue from where it ends. */
 export function colorBeyond({ weight, radiance, rays }) {

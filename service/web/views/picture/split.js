@@ -5,19 +5,25 @@ const REACH = 12;
 const HANDLE = 9;
 
 /**
- * Catch the line of a screen. @param {import("./screen.js").Screen} screen
+ * Catch the line of a screen. @param {PictureScreen} screen
  * @param {{at: () => number | null, move: (share: number) => void}} line - Its place as a share of the picture's width, or
  *   null while there is none.
  */
 export function catchLine(screen, { at, move }) {
-  const column = () => screen.left + screen.scale * screen.width * at();
+  const column = () => screen.left + screen.scale * screen.width * (at() ?? 0);
   screen.grip = {
     holds: ({ x }) => at() !== null && Math.abs(x - column()) <= REACH,
     drag: ({ x }) => move(Math.min(1, Math.max(0, (x - screen.left) / (screen.scale * screen.width)))),
   };
 }
 
-/** Draw the handle of a line that can be dragged. */
+/**
+ * Draw the handle of a line that can be dragged.
+ *
+ * @param {CanvasRenderingContext2D} context
+ * @param {number} x
+ * @param {number} height
+ */
 export function drawHandle(context, x, height) {
   const y = height / 2;
   context.beginPath();
@@ -34,14 +40,20 @@ export function drawHandle(context, x, height) {
   context.stroke();
 }
 
-/** Call `held(true)` while Space is held down, wherever no control takes it. */
+/**
+ * Call `held(true)` while Space is held down, wherever no control takes it.
+ *
+ * @param {(down: boolean) => void} held
+ * @param {AbortSignal} signal
+ */
 export function hearSpace(held, signal) {
   let down = false;
-  const change = (now) => now !== down && held((down = now));
+  const change = (/** @type {boolean} */ now) => now !== down && held((down = now));
   addEventListener(
     "keydown",
     (event) => {
-      if (event.key !== " " || event.target.closest("input, select, textarea, button, summary, a")) return;
+      const target = /** @type {Element} */ (event.target);
+      if (event.key !== " " || target.closest("input, select, textarea, button, summary, a")) return;
       // Else the page scrolls.
       event.preventDefault();
       change(true);

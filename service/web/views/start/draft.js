@@ -1,6 +1,10 @@
 // What is written on the start page, kept in the browser until its tab is closed, so that a reload loses nothing.
 
+import { debounced } from "../../dom.js";
+
 const KEY = "penumbra-draft";
+// A long scene takes milliseconds to keep: too many for every key.
+const IDLE_MS = 300;
 
 /**
  * @typedef {object} Draft
@@ -13,8 +17,31 @@ const KEY = "penumbra-draft";
  * @property {boolean} layers
  */
 
+/**
+ * Keep what is written shortly after each change, and before the page is left.
+ *
+ * @param {() => Draft} written
+ * @param {AbortSignal} signal
+ * @returns {() => void} To be called after each change.
+ */
+export function makeKeeper(written, signal) {
+  let changed = false;
+  const later = debounced(IDLE_MS, keep, signal);
+  function keep() {
+    if (changed) store(written());
+    changed = false;
+  }
+  addEventListener("pagehide", keep, { signal });
+  document.addEventListener("visibilitychange", keep, { signal });
+  signal.addEventListener("abort", keep);
+  return () => {
+    changed = true;
+    later();
+  };
+}
+
 /** @param {Draft} draft */
-export function keepDraft(draft) {
+function store(draft) {
   // Where storage is full or forbidden, a reload loses the draft.
   try {
     sessionStorage.setItem(KEY, JSON.stringify(draft));

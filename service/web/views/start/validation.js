@@ -19,22 +19,22 @@ export function makeValidation(onResult, signal) {
   const later = debounced(IDLE_MS, check, signal);
   signal.addEventListener("abort", () => running?.abort());
 
-  async function check(text, files, quality) {
+  async function check(written, files, quality) {
     running = new AbortController();
     const { signal: current } = running;
-    const found = await tried(text, files, quality, current);
+    const found = await tried(written(), files, quality, current);
     if (current.aborted || signal.aborted) return;
     onResult(found);
     if (!(found.failure instanceof Unreachable)) return;
     await pause(RETRY_MS, current);
-    if (!current.aborted && !signal.aborted) check(text, files, quality);
+    if (!current.aborted && !signal.aborted) check(written, files, quality);
   }
 
   return {
-    /** Check this text after a short delay; earlier requests are dropped. */
-    want(text, files, quality) {
+    /** Check a text after a short delay, as it is then; earlier requests are dropped. */
+    want(written, files, quality) {
       running?.abort();
-      later(text, files, quality);
+      later(written, files, quality);
     },
   };
 }
