@@ -19,6 +19,7 @@ from benchmarks.chaos.ground import LONGEST, ended, image, picture, settings
 from benchmarks.chaos.processes import MANY
 from benchmarks.load.processes import workers_of
 from benchmarks.load.promises import Promise, promise
+from service.errors import UnavailableError
 from service.server import running
 
 if TYPE_CHECKING:
@@ -73,8 +74,13 @@ class Ground:
         """Kill the server, and start it again."""
         self.server.process.kill()
         self.server.process.wait()
-        self._stack.close()
-        self._enter()
+        while True:
+            self._stack.close()
+            try:
+                return self._enter()
+            except UnavailableError:
+                # On a busy machine a start may take longer than the minute that is waited for.
+                continue
 
     def disturb(self, fault: str, chance: np.random.Generator) -> None:
         """Have something happen."""
