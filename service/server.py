@@ -140,6 +140,7 @@ def _serve(settings: Settings) -> None:
         access_log=False,
         server_header=False,
         http=connection_type(settings),
+        forwarded_allow_ips=settings.trusted_proxies.split() if settings.trusted_proxies else None,
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )
     _Server(config, app).run()
