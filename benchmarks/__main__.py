@@ -13,6 +13,7 @@ from benchmarks import (
     accuracy,
     bursts,
     effects,
+    lists,
     machine,
     meshes,
     overhead,
@@ -42,6 +43,7 @@ PARTS: dict[str, tuple[Callable[[int], Any], tuple[Callable[[Any], Table], ...]]
     "stability": (stability.measure, (tables.of_prices, tables.of_picture_errors)),
     "service": (overhead.measure, (tables.of_overhead,)),
     "bursts": (lambda _: bursts.measure(), (tables.of_bursts,)),
+    "lists": (lambda _: lists.measure(), (tables.of_lists,)),
 }
 """What measures each part in so many runs, and its tables."""
 

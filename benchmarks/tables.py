@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from benchmarks.accuracy import Accuracy
     from benchmarks.bursts import Bursts
     from benchmarks.effects import EffectCost
+    from benchmarks.lists import Lists
     from benchmarks.machine import Machine, Spread
     from benchmarks.meshes import MeshTiming
     from benchmarks.overhead import Overhead
@@ -246,3 +247,12 @@ def of_overhead(overhead: Overhead) -> Table:
 
 def _cells(seconds: Spread) -> tuple[str, str]:
     return f"{seconds['median']:.3f}", f"{seconds['least']:.3f} .. {seconds['most']:.3f}"
+
+
+def of_lists(lists: Lists) -> Table:
+    """CPU milliseconds, statements and files of each look at a full service."""
+    title = f"{lists['queued']:,} jobs queued and {lists['kept']:,} kept"
+    table = Table("look", "CPU ms", "statements", "files listed", title=title)
+    for name, look in lists["looks"].items():
+        table.add_row(name, f"{look['cpu_ms']:.1f}", str(look["statements"]), f"{look['files']:,}")
+    return table

@@ -6,14 +6,16 @@ import os
 import re
 import tomllib
 from dataclasses import replace
+from ipaddress import ip_network
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
+from schemas.api.administration import Role
 from schemas.limits import Limits
 
 CONFIG = "PENUMBRA_CONFIG"
@@ -23,6 +25,22 @@ DEFAULT = "default"
 MIB = 1024 * 1024
 RAY_BYTES = 192
 """JSON of a ray: six doubles of up to 24 characters, with brackets, commas and blanks."""
+
+_SERVICE_LINK = (
+    "Kubernetes sets this for a Service named penumbra; it is no port. Set enableServiceLinks: false in the "
+    "pod's spec, or give the Service another name"
+)
+_NO_ADDRESS = "write addresses such as 10.0.0.5 and networks such as 10.1.0.0/16: {error}"
+_NO_PROXY = "proxy_user_header and proxy_role say whom a proxy lets in: set behind_proxy too"
+_NO_HOSTS = (
+    "behind_proxy needs hosts, the names under which users reach the service: a page of another site could "
+    "otherwise send requests to it under a name of its own. Set hosts (PENUMBRA_HOSTS)"
+)
+_NO_USERS = (
+    "behind_proxy does not say what users may do. Name the header in which the proxy sends the user, "
+    "proxy_user_header (PENUMBRA_PROXY_USER_HEADER), or give all users one role, proxy_role "
+    "(PENUMBRA_PROXY_ROLE): submit, staff or admin"
+)
 
 _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?")
 
@@ -93,7 +111,24 @@ class Settings(BaseSettings):
     host: str = Field(default="127.0.0.1", description="Address to listen on.")
     behind_proxy: bool = Field(
         default=False,
-        description="Require no keys: a proxy in front of the service authenticates its users.",
+        description="Require no keys: a proxy in front of the service authenticates its users. Needs "
+        "`hosts`, and `proxy_user_header` or `proxy_role`.",
+    )
+    proxy_user_header: str | None = Field(
+        default=None,
+        pattern=r"^[A-Za-z0-9-]{1,64}$",
+        description="Header in which the proxy names the user, such as X-Forwarded-User. The proxy must "
+        "remove what clients send under this name.",
+    )
+    proxy_role: Role | None = Field(
+        default=None,
+        description="Role of all whom the proxy lets in: submit, staff or admin. With `proxy_user_header` it "
+        "is submit by default; without it all are one user.",
+    )
+    trusted_proxies: str | None = Field(
+        default=None,
+        description="Addresses and networks, with blanks between them, of proxies that are believed about "
+        "TLS and the addresses of clients (X-Forwarded-Proto, X-Forwarded-For); by default loopback.",
     )
     hosts: str = Field(
         default="",
@@ -257,6 +292,34 @@ class Settings(BaseSettings):
             return store
         names = "a bucket has 3 to 63 small letters, digits, dots and hyphens"
         raise PydanticCustomError("store", f"write s3://BUCKET or s3://BUCKET/PREFIX; {names}")
+
+    @field_validator("trusted_proxies")
+    @classmethod
+    def _are_addresses(cls, proxies: str | None) -> str | None:
+        for proxy in (proxies or "").split():
+            try:
+                ip_network(proxy)
+            except ValueError as error:
+                raise PydanticCustomError("trusted_proxies", _NO_ADDRESS, {"error": str(error)}) from None
+        return proxies
+
+    @field_validator("port", mode="before")
+    @classmethod
+    def _is_no_link(cls, port: object) -> object:
+        if isinstance(port, str) and "://" in port:
+            raise PydanticCustomError("service_link", _SERVICE_LINK)
+        return port
+
+    @model_validator(mode="after")
+    def _names_who_comes_by_the_proxy(self) -> Self:
+        if not self.behind_proxy:
+            if self.proxy_user_header or self.proxy_role:
+                raise PydanticCustomError("proxy", _NO_PROXY)
+        elif not self.hosts.split():
+            raise PydanticCustomError("proxy", _NO_HOSTS)
+        elif not (self.proxy_user_header or self.proxy_role):
+            raise PydanticCustomError("proxy", _NO_USERS)
+        return self
 
     @property
     def trace_limits(self) -> Limits:

@@ -17,12 +17,15 @@ class Principal:
     ----------
     max_jobs, max_cpu_seconds
         How much of theirs may wait or run at once; None leaves it to the settings of the service.
+    is_everyone
+        Whether this is no single user, but all who reach the service.
     """
 
     name: str
     role: Role
     max_jobs: int | None = None
     max_cpu_seconds: float | None = None
+    is_everyone: bool = False
 
     @property
     def sees_all(self) -> bool:
@@ -35,5 +38,5 @@ class Principal:
         return self.role is Role.ADMIN
 
 
-LOCAL = Principal(LOCAL_USER, Role.ADMIN)
+LOCAL = Principal(LOCAL_USER, Role.ADMIN, is_everyone=True)
 """Every user of a service without authentication."""

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from typing import Annotated
 
 from fastapi import Depends, Path, Request
 from fastapi.concurrency import run_in_threadpool
 
+from schemas.api.administration import Role
 from service.access.hosts import check_host
 from service.access.principals import LOCAL, Principal
 from service.errors import CrossSiteError, ForbiddenError, UnauthenticatedError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Here, Service
+from service.settings import Settings
 
 COOKIE = "penumbra_session"
+USER_NAME = r"[!-~]([ -~]{0,62}[!-~])?"
+"""The name of a user that a proxy may send, as a regular expression."""
 SAFE = ("GET", "HEAD", "OPTIONS")
 
 
@@ -32,14 +38,42 @@ async def authenticate(request: Request, here: Here) -> Principal:
     key = bearer(request)
     if key is None:
         _check_origin(request)
-    asks_for_keys = not here.settings.behind_proxy and await _keys_made(here)
+    if here.settings.behind_proxy:
+        check_host(request, here.settings, asks_for_keys=False)
+        return _of_proxy(request, here.settings)
+    asks_for_keys = await _keys_made(here)
     check_host(request, here.settings, asks_for_keys=asks_for_keys)
     if not asks_for_keys:
         return LOCAL
-    found = await run_in_threadpool(_look_up, here, key, request.cookies.get(COOKIE))
+    found = await run_in_threadpool(_look_up, here, key, request.cookies.get(cookie_name(request)))
     if found is None:
         raise UnauthenticatedError(wrong=key is not None)
     return found
+
+
+def cookie_name(request: Request) -> str:
+    """Name the cookie of a session: over TLS so that no other host of the domain can set one like it."""
+    return f"__Host-{COOKIE}" if request.url.scheme == "https" else COOKIE
+
+
+def _of_proxy(request: Request, settings: Settings) -> Principal:
+    """Return the user whom the proxy names, or the one that all are.
+
+    Raises
+    ------
+    ForbiddenError
+        If it should name one, and does not.
+    """
+    role = settings.proxy_role or Role.SUBMIT
+    if settings.proxy_user_header is None:
+        return replace(LOCAL, role=role)
+    names = request.headers.getlist(settings.proxy_user_header)
+    if len(names) != 1 or not re.fullmatch(USER_NAME, names[0]):
+        raise ForbiddenError(
+            f"The proxy must name the user in one header {settings.proxy_user_header}: 1 to 64 printable "
+            "ASCII characters."
+        )
+    return Principal(names[0], role)
 
 
 async def _keys_made(service: Service) -> bool:

@@ -146,7 +146,8 @@ class _ProbesAlone:
 
 def connection_type(settings: Settings) -> type[H11Protocol]:
     """Make the protocol of a server's connections. Behind a proxy all have the same address."""
-    most_of_address = settings.max_connections if settings.behind_proxy else settings.max_address_connections
+    proxied = settings.behind_proxy or settings.trusted_proxies
+    most_of_address = settings.max_connections if proxied else settings.max_address_connections
 
     class LimitedConnection(Connection):
         limits = ConnectionLimits(settings.max_connections, most_of_address, settings.client_timeout_seconds)

@@ -67,6 +67,8 @@ def _setting_error(item: Mapping[str, Any]) -> str:
     from service.settings import DEFAULT, source_of
 
     path = tuple(str(part) for part in item["loc"])
+    if not path:
+        return plain(item["msg"])
     source = source_of(path)
     variable = "PENUMBRA_" + ("__".join(path).upper() or "...")
     name = variable if source in {DEFAULT, variable} else f"{'.'.join(path)} in {source}"
@@ -107,7 +109,11 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     ] = None,
     behind_proxy: Annotated[
         bool,
-        typer.Option("--behind-proxy", help="Require no keys, because a proxy in front authenticates users."),
+        typer.Option(
+            "--behind-proxy",
+            help="Require no keys, because a proxy in front authenticates users. Needs the settings hosts, "
+            "and proxy_user_header or proxy_role.",
+        ),
     ] = False,
     config: ConfigOption = None,
 ) -> None:

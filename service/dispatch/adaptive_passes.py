@@ -22,7 +22,7 @@ from schemas.tiles import Pass, Tile
 from service.lifecycle import clock, fairness, rows
 from service.lifecycle.damage import UNREADABLE, DamagedRenderError
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
-from service.storage.tiles import StoredTile, final_prefix
+from service.storage.tiles import StoredTile
 from service.workers.tasks import WHOLE, AdvanceDone, AdvanceTask, numbered, pass_of
 
 Step = tuple[Pass, Tile]
@@ -167,12 +167,11 @@ def merge(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceD
     """Record a merged pass: the picture is finished, or the next pass begins."""
     _enter_whole(session, render, task, done)
     render.merges = [*render.merges, _record(render, task, done)]
+    render.compose_deaths = 0
     if done.sha256 is None:
         _begin_pass(session, render, task.pass_.index + 1, done)
     else:
-        render.image_sha256, render.final_prefix = done.sha256, final_prefix(task.attempt)
-        render.numerics = render.numerics | done.numerics
-        rows.end(session, render, JobState.SUCCEEDED)
+        rows.succeed(session, render, rows.FinalPicture(done.sha256, task.attempt, done.numerics, done.bytes))
 
 
 def _enter_whole(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> None:

@@ -25,7 +25,7 @@ from service.dispatch import ledger
 from service.dispatch.holding import HeldTasks
 from service.dispatch.job_events import JobEvents
 from service.dispatch.leadership import BEAT_SECONDS, Leadership
-from service.dispatch.rounds import Round, merging
+from service.dispatch.rounds import Round
 from service.dispatch.throughput import Throughput
 from service.errors import StoreError, UnavailableError
 from service.settings import Settings
@@ -43,7 +43,6 @@ from service.workers.tasks import (
     Outcome,
     Task,
     TaskFailed,
-    TileTask,
     WorkerDied,
     log_names,
 )
@@ -97,7 +96,6 @@ class Dispatcher:
         self._answers: dict[CallTask, Future[Outcome]] = {}
         self._leaving: dict[str, float] = {}
         self._held = HeldTasks()
-        self._picture_deaths: Counter[tuple[str, int]] = Counter()
         self._pause_until = 0.0
         self._deadline: float | None = None
         self._starved = False
@@ -214,8 +212,6 @@ class Dispatcher:
             self._spans.came_back(task, outcome)
             self.throughput.note(getattr(outcome, "cpu_seconds", 0.0))
             self.throughput.watch(busy=bool(self._flying))
-            if isinstance(outcome, WorkerDied) and not isinstance(task, TileTask):
-                self._picture_deaths[merging(task)] += 1
             self._reports.append((task, outcome))
             _log(task, outcome)
             return
@@ -289,7 +285,6 @@ class Dispatcher:
             leaving=self._leaving,
             room=room,
             max_attempts=self._settings.max_attempts,
-            picture_deaths=self._picture_deaths,
             retries=taken_back,
         )
         result.decide(session)
@@ -384,8 +379,6 @@ class Dispatcher:
                 self._leave(render, 0.0)
             else:
                 self._leaving.pop(render, None)
-                for place in [place for place in self._picture_deaths if place[0] == render]:
-                    del self._picture_deaths[place]
                 self._store.drop_tiles(render)
                 log.info("render ended", render=render, state=state.value)
 

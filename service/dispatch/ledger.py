@@ -16,7 +16,7 @@ from service.dispatch import adaptive_passes as targets
 from service.lifecycle import fairness, progress, rows
 from service.lifecycle.damage import using
 from service.storage.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
-from service.storage.tiles import StoredTile, final_prefix
+from service.storage.tiles import StoredTile
 from service.workers.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
 
 # Built once: making a statement takes longer than executing it, and these run for every tile.
@@ -231,10 +231,8 @@ def _compose_task(session: Session, render: RenderRow) -> JobTask:
 
 def complete(session: Session, render: RenderRow, task: ComposeTask, done: ComposeDone) -> None:
     """Record a final picture, and which files it is in."""
-    render.image_sha256, render.final_prefix = done.sha256, final_prefix(task.attempt)
-    render.numerics = render.numerics | done.numerics
     progress.note_errors(render, done.errors)
-    rows.end(session, render, JobState.SUCCEEDED)
+    rows.succeed(session, render, rows.FinalPicture(done.sha256, task.attempt, done.numerics, done.bytes))
 
 
 def sampled(

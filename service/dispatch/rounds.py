@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeVar
@@ -60,8 +60,6 @@ class Round:
         How many tasks the engine takes.
     max_attempts
         How many workers a task may cost.
-    picture_deaths
-        How many workers putting a picture together has cost, by what `merging` gives.
     """
 
     reports: Sequence[tuple[JobTask, Outcome]]
@@ -69,7 +67,6 @@ class Round:
     leaving: Collection[str]
     room: int
     max_attempts: int
-    picture_deaths: Mapping[tuple[str, int], int] = field(default_factory=dict)
 
     touched: set[str] = field(default_factory=set)
     """Renders that have news."""
@@ -180,6 +177,7 @@ class Round:
     ) -> None:
         if _is_stale(render, task):
             return
+        render.compose_deaths += isinstance(outcome, WorkerDied)
         match outcome:
             case ComposeDone() if isinstance(task, ComposeTask):
                 ledger.complete(session, render, task, outcome)
@@ -189,7 +187,7 @@ class Round:
                 _fail(session, render, code, message, retryable=False)
             case TaskFailed(passes=False):
                 _fail(session, render, "storage_failed", NOT_PUT_TOGETHER, retryable=True)
-            case WorkerDied() if self.picture_deaths.get(merging(task), 0) >= self.max_attempts:
+            case WorkerDied() if render.compose_deaths >= self.max_attempts:
                 _fail(session, render, "worker_died", NOT_PUT_TOGETHER, retryable=True)
             case WorkerDied() | TaskFailed() | Interrupted():
                 self._count_retry(outcome)
@@ -208,11 +206,6 @@ class Round:
                 rows.end(session, render, JobState.CANCELLED)
             self.touched.add(render_id)
             self.ended[render_id] = render.state if render else JobState.CANCELLED
-
-
-def merging(task: ComposeTask | AdvanceTask) -> tuple[str, int]:
-    """Name what a task puts together: a render, and which of its passes."""
-    return task.job, task.pass_.index if isinstance(task, AdvanceTask) else 0
 
 
 def _is_stale(render: RenderRow, task: ComposeTask | AdvanceTask) -> bool:

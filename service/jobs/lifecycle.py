@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 from fastapi.concurrency import contextmanager_in_threadpool, run_in_threadpool
-from sqlalchemy import bindparam, exists, func, select
-from sqlalchemy.orm import Session
+from sqlalchemy import Select, bindparam, exists, func, select, text
+from sqlalchemy.orm import Session, aliased, defer, joinedload
 
 from schemas.api.jobs import Job, JobList, JobState, Region
 from schemas.api.plans import PlanDocument
@@ -31,6 +31,13 @@ _STATUS = (
     .outerjoin(RenderRow, JobRow.render_number == RenderRow.number)
     .where(JobRow.id == bindparam("id"))
 )
+
+
+# A list shows neither passes nor what is needed to encode the picture.
+_LISTED = select(JobRow).options(
+    joinedload(JobRow.render).options(defer(RenderRow.passes), defer(RenderRow.display))
+)
+_Other = aliased(LabelRow)
 
 
 class JobStatus(NamedTuple):
@@ -99,21 +106,33 @@ def page(
     owner, state, labels
         Only jobs of this user, in this state, with these labels; None takes all.
     """
-    query = select(JobRow).order_by(JobRow.number.desc()).limit(limit + 1)
-    if cursor is not None:
-        query = query.where(JobRow.number < cursor)
-    if owner is not None:
-        query = query.where(JobRow.owner == owner)
-    if state is not None:
-        query = query.where(JobRow.state == state)
-    for name, value in labels.items():
-        labelled = LabelRow.job == JobRow.number, LabelRow.name == name, LabelRow.value == value
-        query = query.where(exists().where(*labelled))
+    query = _listed(owner, state, labels, cursor).limit(limit + 1)
     with service.database.reading() as session:
         found = damage.load(session, query)
         following = str(found[limit - 1].number) if len(found) > limit else None
         jobs = documents(session, found[:limit], service.settings.keep_seconds)
     return JobList(jobs=jobs, next=following)
+
+
+def _listed(
+    owner: str | None, state: JobState | None, labels: Mapping[str, str], cursor: int | None
+) -> Select[JobRow]:
+    """Select jobs so that an index has them in order: a page reads no more rows than it shows."""
+    query, number = _LISTED, JobRow.number
+    for name, value in list(labels.items())[:1]:
+        query, number = query.join(LabelRow, LabelRow.job == JobRow.number), LabelRow.job
+        query = query.where(LabelRow.name == name, LabelRow.value == value)
+        if owner is not None:
+            query = query.where(LabelRow.owner == owner)
+    for name, value in list(labels.items())[1:]:
+        query = query.where(exists().where(_Other.job == number, _Other.name == name, _Other.value == value))
+    if owner is not None and not labels:
+        query = query.where(JobRow.owner == owner)
+    if state is not None:
+        query = query.where(JobRow.state == state)
+    if cursor is not None:
+        query = query.where(number < cursor)
+    return query.order_by(number.desc())
 
 
 def plan_of(service: Service, job_id: str) -> PlanDocument:
@@ -208,7 +227,7 @@ def _forget(service: Service, job_id: str) -> None:
     with _changing(service, job_id) as (session, row):
         unused = sharing.forget(session, row)
     if unused:
-        service.store.drop_job(unused)
+        service.store.drop_job(unused.id)
     service.job_events.publish((job_id,))
 
 
@@ -271,18 +290,23 @@ def pin(service: Service, job_id: str, principal: Principal) -> Job:
         if not row.pinned and not principal.sees_all:
             _check_pins(session, principal, service.settings.max_user_pins)
         row.pinned = True
+        if row.render is not None:
+            row.render.idle_since = None
     return show(service, job_id)
 
 
 def unpin(service: Service, job_id: str) -> Job:
     """Let the picture of a job expire like any other."""
     with service.database.writing() as session:
-        find(session, job_id).pinned = False
+        row = find(session, job_id)
+        row.pinned = False
+        if row.render is not None and row.render.state is JobState.SUCCEEDED:
+            rows.note_idle(session, row.render)
     return show(service, job_id)
 
 
 def _check_pins(session: Session, principal: Principal, most: int) -> None:
-    mine = select(func.count()).select_from(JobRow).where(JobRow.owner == principal.name, JobRow.pinned)
+    mine = select(func.count()).select_from(JobRow).where(JobRow.owner == principal.name, text("pinned"))
     if session.scalars(mine).one() >= most:
         raise ForbiddenError(f"You have pinned {most} jobs, the maximum. Unpin or delete one first.")
 

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 import renderer
 from schemas.errors import Problem
-from service.access.principals import LOCAL, Principal
+from service.access.principals import Principal
 from service.errors import BusyError, QueueFullError
 from service.settings import Settings
 from service.storage.database.models import JobRow
@@ -151,7 +151,7 @@ class StreamLimit:
 
     def allows(self, principal: Principal) -> bool:
         """Whether another request of a user may wait."""
-        return principal is LOCAL or self._count_of[principal.name] < self.most
+        return principal.is_everyone or self._count_of[principal.name] < self.most
 
     @contextmanager
     def waiting(self, principal: Principal) -> Iterator[None]:

@@ -14,6 +14,7 @@ from typing import IO, Literal
 
 import numpy as np
 import structlog
+from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from renderer.images import files as image_files
@@ -34,7 +35,7 @@ from service.errors import (
 from service.jobs.bands import Finished
 from service.jobs.context import Service
 from service.jobs.lifecycle import find
-from service.lifecycle import progress, rows
+from service.lifecycle import progress, rows, totals
 from service.lifecycle.documents import work_of
 from service.storage.database.models import JobRow, RenderRow
 from service.storage.folder import translate_errors
@@ -135,7 +136,7 @@ def _picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
     job, render = finished.job, finished.render
     etag = _etag(job, render, requested)
     if render.image_sha256 is not None:
-        return Picture(_final(service.store, finished, requested), etag, 1.0)
+        return Picture(_final(service, finished, requested), etag, 1.0)
     share = _layer_share(finished, requested.layer) if requested.layer else progress.share(render)
     return Picture(_temporary(service.store, finished, requested), etag, share)
 
@@ -169,8 +170,9 @@ def _etag(job: str, render: RenderRow, requested: ImageRequest) -> str:
     return f'"{render.image_sha256 or f"{job}-{render.last_seq}"}-{requested.name}"'
 
 
-def _final(store: TileStore, finished: Finished, requested: ImageRequest) -> Stored:
+def _final(service: Service, finished: Finished, requested: ImageRequest) -> Stored:
     """Find a final picture in the store, or encode it and keep it there."""
+    store = service.store
     name = f"{finished.render.id}/{finished.render.final_prefix}{requested.name}"
     found = store.objects.find(name)
     if found is not None:
@@ -180,10 +182,26 @@ def _final(store: TileStore, finished: Finished, requested: ImageRequest) -> Sto
             _write(draft, store, finished, requested)
             store.objects.keep(draft, name)
         found = store.objects.find(name)
+        _count(service, finished.render.number, requested.name, found.size if found else 0)
     except (StoreFullError, StoreReadOnlyError, StoreAwayError):
         # The next request encodes it again.
         log.warning("encoded picture not kept", render=finished.render.id, name=requested.name)
     return found or _temporary(store, finished, requested)
+
+
+def _count(service: Service, number: int, name: str, size: int) -> None:
+    """Enter the bytes of an encoding, once however many requests have made it at the same time."""
+    try:
+        with service.database.writing() as session:
+            render = session.get(RenderRow, number)
+            if render is None or name in render.encodings:
+                return
+            render.encodings = [*render.encodings, name]
+            if render.stored_bytes is not None:
+                render.stored_bytes += size
+                totals.add(session, totals.STORED_BYTES, size)
+    except SQLAlchemyError as error:
+        log.warning("bytes of an encoding not counted", render=number, error=type(error).__name__)
 
 
 def unnamed(write: Callable[[IO[bytes]], None]) -> Stored:

@@ -7,21 +7,21 @@ leaves the disk when that is over, and what a killed process leaves there goes w
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
 import structlog
-from sqlalchemy import delete, func, select
+from sqlalchemy import Select, delete, select, text, update
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
-from schemas.api.jobs import JobState
 from service.errors import StoreError
 from service.jobs import uploads
-from service.lifecycle import sharing
+from service.lifecycle import sharing, totals
 from service.settings import Settings
 from service.storage.assets import AssetStore
+from service.storage.database.conditions import HAS_PICTURE, MAY_BE_FORGOTTEN, UNMEASURED
 from service.storage.database.connection import Database
 from service.storage.database.models import AssetRow, IdempotencyRow, JobRow, RenderRow
 from service.storage.reserve import Reserve
@@ -32,17 +32,15 @@ KEY_LIFE = timedelta(hours=24)
 ASSET_GRACE = 86400.0
 """How old a file is that was sent and never entered into the database, seconds, where no rule says so."""
 
-_FINISHED = select(JobRow).where(~JobRow.pinned).order_by(JobRow.finished_at, JobRow.number)
-_STORED = select(RenderRow.id).where(RenderRow.state == JobState.SUCCEEDED)
-# A render goes when its last job does, so the newest of them says how old it is.
-_LOOSE = (
-    select(RenderRow.number, RenderRow.id)
-    .join(JobRow, JobRow.render_number == RenderRow.number)
-    .where(RenderRow.state == JobState.SUCCEEDED)
-    .group_by(RenderRow.number, RenderRow.id)
-    .having(func.count().filter(JobRow.pinned) == 0)
-    .order_by(func.max(JobRow.finished_at), RenderRow.number)
+# Each has an index of its own, in this order: a sweep reads what it deletes, and nothing that it keeps.
+_OLDEST = select(JobRow.number).order_by(JobRow.finished_at, JobRow.number)
+EXPIRING, FORGOTTEN = _OLDEST.where(text(HAS_PICTURE)), _OLDEST.where(text(MAY_BE_FORGOTTEN))
+IDLE = (
+    select(RenderRow.number)
+    .where(RenderRow.idle_since.is_not(None))
+    .order_by(RenderRow.idle_since, RenderRow.number)
 )
+WITHOUT_SIZE = select(RenderRow.number, RenderRow.id).where(text(UNMEASURED)).order_by(RenderRow.number)
 
 
 @dataclass(frozen=True)
@@ -95,22 +93,20 @@ class Swept:
         return sum(self.pictures.values()) + sum(self.assets.values())
 
 
-def sweep(session: Session, rules: Rules, sizes: Mapping[str, int], most: int) -> Swept:
+def sweep(session: Session, rules: Rules, most: int) -> Swept:
     """Delete what the rules do not keep.
 
     Parameters
     ----------
-    sizes
-        Bytes of the renders in the store, by id.
     most
         Jobs and assets to remove at most, each: others wait for the transaction.
     """
     now, swept = datetime.now(UTC), Swept()
     session.execute(delete(IdempotencyRow).where(IdempotencyRow.created_at < now - KEY_LIFE))
     if rules.keep_seconds is not None:
-        _by_age(session, now, timedelta(seconds=rules.keep_seconds), sizes, swept, most)
+        _by_age(session, now, timedelta(seconds=rules.keep_seconds), swept, most)
     if rules.max_stored_bytes is not None and not swept.more:
-        _by_bytes(session, rules.max_stored_bytes, sizes, swept, most)
+        _by_bytes(session, rules.max_stored_bytes, swept, most)
     if rules.keep_asset_seconds is not None:
         before = now - timedelta(seconds=rules.keep_asset_seconds)
         swept.assets = uploads.drop_unused(session, before, most)
@@ -118,38 +114,55 @@ def sweep(session: Session, rules: Rules, sizes: Mapping[str, int], most: int) -
     return swept
 
 
-def _by_age(
-    session: Session, now: datetime, kept: timedelta, sizes: Mapping[str, int], swept: Swept, most: int
-) -> None:
-    old = _FINISHED.where(JobRow.state == JobState.SUCCEEDED, JobRow.finished_at < now - kept)
-    gone = _FINISHED.where(JobRow.finished_at < now - 2 * kept)
-    for row in session.scalars(gone.limit(most)).all():
+def _by_age(session: Session, now: datetime, kept: timedelta, swept: Swept, most: int) -> None:
+    gone = FORGOTTEN.where(JobRow.finished_at < now - 2 * kept)
+    for row in _rows(session, gone.limit(most)):
         swept.forgotten.append(row.id)
-        _note(swept, sharing.forget(session, row), sizes)
-    for row in session.scalars(old.limit(most)).all():
+        _note(swept, sharing.forget(session, row))
+    old = EXPIRING.where(JobRow.finished_at < now - kept)
+    for row in _rows(session, old.limit(most)):
         swept.expired.append(row.id)
-        _note(swept, sharing.expire(session, row), sizes)
+        _note(swept, sharing.expire(session, row))
     swept.more = most in (len(swept.expired), len(swept.forgotten))
 
 
-def _by_bytes(session: Session, limit: int, sizes: Mapping[str, int], swept: Swept, most: int) -> None:
-    excess = sum(sizes.get(render, 0) for render in session.scalars(_STORED)) - limit
-    if excess <= 0:
+def _rows(session: Session, numbers: Select[int]) -> Iterator[JobRow]:
+    return (session.get_one(JobRow, number) for number in session.scalars(numbers).all())
+
+
+def _by_bytes(session: Session, limit: int, swept: Swept, most: int) -> None:
+    if totals.read(session, totals.STORED_BYTES) <= limit:
         return
-    loose = session.execute(_LOOSE.limit(most)).all()
-    for number, render in loose:
+    idle = session.scalars(IDLE.limit(most)).all()
+    for number in idle:
         for row in session.scalars(select(JobRow).where(JobRow.render_number == number)).all():
             swept.expired.append(row.id)
-            _note(swept, sharing.expire(session, row), sizes)
-        excess -= sizes.get(render, 0)
-        if excess <= 0:
+            _note(swept, sharing.expire(session, row))
+        if totals.read(session, totals.STORED_BYTES) <= limit:
             return
-    swept.more = len(loose) == most
+    swept.more = len(idle) == most
 
 
-def _note(swept: Swept, unused: str | None, sizes: Mapping[str, int]) -> None:
+def _note(swept: Swept, unused: sharing.Unused | None) -> None:
     if unused is not None:
-        swept.pictures[unused] = sizes.get(unused, 0)
+        swept.pictures[unused.id] = unused.bytes
+
+
+def measure(database: Database, store: TileStore) -> None:
+    """Enter the sizes of pictures that an earlier version has left; the store is listed once for them."""
+    with database.reading() as session:
+        found = session.execute(WITHOUT_SIZE).all()
+    sizes = store.sizes() if found else {}
+    for start in range(0, len(found), MANY):
+        with database.writing() as session:
+            for number, render in found[start : start + MANY]:
+                _enter_size(session, number, sizes.get(render, 0))
+
+
+def _enter_size(session: Session, number: int, size: int) -> None:
+    unknown = update(RenderRow).where(RenderRow.number == number, text(UNMEASURED))
+    if session.execute(unknown.values(stored_bytes=size).returning(RenderRow.number)).all():
+        totals.add(session, totals.STORED_BYTES, size)
 
 
 SWEEP_SECONDS = 60.0
@@ -193,6 +206,7 @@ class RetentionThread:
 
     def prune(self, rules: Rules) -> Swept:
         """Delete what these rules do not keep, and report it."""
+        measure(self._database, self._store)
         whole = Swept(more=True)
         while whole.more and not self._stopping.is_set():
             part = self._swept(rules)
@@ -207,9 +221,9 @@ class RetentionThread:
 
     def predict(self, rules: Rules) -> Swept:
         """Report what these rules would delete, by deleting it in a transaction that is rolled back."""
-        sizes = self._store.sizes()
+        measure(self._database, self._store)
         with self._database.writing() as session, session.begin_nested() as trial:
-            swept = sweep(session, rules, sizes, MOST_PREDICTED)
+            swept = sweep(session, rules, MOST_PREDICTED)
             trial.rollback()
         return swept
 
@@ -228,9 +242,8 @@ class RetentionThread:
                 log.info("swept", **counts, assets=len(swept.assets), bytes=swept.bytes)
 
     def _swept(self, rules: Rules) -> Swept:
-        sizes = self._store.sizes()
         with self._database.writing() as session:
-            swept = sweep(session, rules, sizes, MANY)
+            swept = sweep(session, rules, MANY)
         for render in swept.pictures:
             self._store.drop_job(render)
         self._assets.drop(swept.assets, self._unused_since(rules))

@@ -163,6 +163,11 @@ class _Entry:
     spec: Spec | None
     kept: bool
 
+    @property
+    def content(self) -> bytes:
+        """What the store has of it before anything is rendered."""
+        return self.spec.content if self.spec else self.sent.body
+
 
 def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool = True) -> SubmittedJob:
     """Enter an admitted job, or return the earlier job of an equal request.
@@ -180,7 +185,7 @@ def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool
         if entry.kept:
             # Before the transaction, which would keep others waiting for the store. Workers look for it as
             # soon as that is over.
-            service.store.put_spec(job.id, spec.content if spec else sent.body)
+            service.store.put_spec(job.id, entry.content)
         with service.database.writing() as session:
             known = _replayed(session, sent)
             submitted = SubmittedJob(known, replayed=True) if known else _enter_job(service, session, entry)
@@ -234,7 +239,12 @@ def _enter_job(service: Service, session: Session, entry: _Entry) -> SubmittedJo
     if found is None:
         steps, course = _course(admitted, service.settings)
         job.render = _render(admitted, job.id, spec, steps, course)
+        job.render.stored_bytes = len(entry.content)
         job.render.traceparent = service.spans.here()
+    if job.render and not job.state.final:
+        job.coarse_cpu_seconds = fairness.coarse_cpu_seconds(job.render)
+    if found is not None and found.idle_since is not None:
+        found.idle_since = job.finished_at
     session.add(job)
     session.flush()
     if found is None and job.render_number is not None:
@@ -252,7 +262,10 @@ def _enter_job(service: Service, session: Session, entry: _Entry) -> SubmittedJo
 def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
     session.execute(_REQUESTS, {"job": job.number, "body": zlib.compress(sent.body, 1)})
     if job.labels:
-        labels = [{"job": job.number, "name": name, "value": value} for name, value in job.labels.items()]
+        labels = [
+            {"job": job.number, "owner": job.owner, "name": name, "value": value}
+            for name, value in job.labels.items()
+        ]
         session.execute(_LABELS, labels)
     if sent.key is not None:
         row = IdempotencyRow(

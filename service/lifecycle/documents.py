@@ -68,7 +68,7 @@ def _document(
         width=work["width"],
         height=work["height"],
         quality=row.quality,
-        progress=progress_of(row),
+        progress=_progress(row, work),
         rendering=tuple(TileAtWork.model_validate(step, from_attributes=True) for step in rendering),
         queue_position=position,
         last_seq=work["last_seq"],
@@ -107,7 +107,11 @@ def leave(row: JobRow) -> None:
 
 def progress_of(row: JobRow) -> Progress:
     """Describe the progress of a job."""
-    known = work_of(row)["progress"]
+    return _progress(row, work_of(row))
+
+
+def _progress(row: JobRow, work: dict[str, Any]) -> Progress:
+    known = work["progress"]
     if row.state.final or row.paused_at is not None:
         known = known | {"remaining_seconds": None}
     return Progress.model_validate(known)

@@ -16,13 +16,15 @@ As in ``ledger.py`` every function works in a transaction of its caller.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
-from sqlalchemy import bindparam, func, select
+import numpy as np
+from sqlalchemy import Row, bindparam, func, select, text
 from sqlalchemy.orm import Session
 
 from schemas.api.jobs import JobState
-from service.storage.database.models import JobRow, RenderRow, ShareRow, TileRow
+from service.storage.database.conditions import WAITS_TO_START
+from service.storage.database.models import Base, JobRow, RenderRow, ShareRow, TileRow
 
 _NEXT = (
     select(ShareRow)
@@ -72,46 +74,61 @@ def settle(session: Session, step: TileRow, cpu_seconds: float) -> None:
     step.payer, step.charge = None, 0.0
 
 
-_STRIDE = RenderRow.passes[0]["stride"].as_integer()
-_COARSE_WORK = ((RenderRow.width + _STRIDE - 1) // _STRIDE) * ((RenderRow.height + _STRIDE - 1) // _STRIDE)
-_COARSE_CPU_SECONDS = RenderRow.predicted_cpu_seconds * _COARSE_WORK / RenderRow.total_work
-"""The charge for a coarse picture, as `rows.expected_cpu_seconds` predicts it for its step."""
+def coarse_cpu_seconds(render: RenderRow) -> float:
+    """Predict the charge for a coarse picture, as `rows.expected_cpu_seconds` does for its step."""
+    stride = render.passes[0]["stride"]
+    work = -(-render.width // stride) * -(-render.height // stride)
+    return render.predicted_cpu_seconds * work / render.total_work
 
-_OWN_ORDER = (JobRow.priority.desc(), JobRow.number)
-_BEFORE = func.sum(_COARSE_CPU_SECONDS).over(partition_by=JobRow.owner, order_by=_OWN_ORDER, rows=(None, -1))
-_CLOCKS = (
-    select(
-        JobRow.number,
-        JobRow.owner,
-        JobRow.priority,
-        JobRow.render_number.label("render"),
-        (func.coalesce(ShareRow.served, 0.0) + func.coalesce(_BEFORE, 0.0)).label("clock"),
-    )
-    .join(RenderRow, JobRow.render_number == RenderRow.number)
-    .join(ShareRow, ShareRow.owner == JobRow.owner, isouter=True)
-    .where(JobRow.state == JobState.QUEUED, JobRow.paused_at.is_(None))
-    .subquery()
+
+# All columns are in the index of the queue, which has them in this order: no row is read, and none sorted.
+_JOBS = Base.metadata.tables["jobs"].c
+QUEUE = (
+    select(_JOBS.owner, _JOBS.render_number, _JOBS.coarse_cpu_seconds)
+    .where(text(WAITS_TO_START), _JOBS.render_number.is_not(None))
+    .order_by(_JOBS.owner, _JOBS.priority.desc(), _JOBS.number)
 )
-_ORDER = (_CLOCKS.c.clock, _CLOCKS.c.owner, _CLOCKS.c.priority.desc(), _CLOCKS.c.number)
-_PLACES = select(
-    _CLOCKS.c.number, _CLOCKS.c.render, func.row_number().over(order_by=_ORDER).label("place")
-).subquery()
-_STARTS = select(
-    _PLACES.c.number, func.min(_PLACES.c.place).over(partition_by=_PLACES.c.render).label("start")
-).subquery()
-_RANKS = select(_STARTS.c.number, func.rank().over(order_by=_STARTS.c.start).label("rank")).subquery()
-_POSITIONS = select(_RANKS).where(_RANKS.c.number.in_(bindparam("numbers", expanding=True)))
+_SERVED = select(ShareRow.owner, ShareRow.served).where(
+    ShareRow.owner.in_(select(_JOBS.owner).where(text(WAITS_TO_START)))
+)
 
 
 def positions(session: Session, jobs: Iterable[JobRow]) -> dict[int, int]:
-    """Count the queued jobs that start before each of these, in one query.
+    """Count the queued jobs that start before each of these, in two queries.
 
     Returns
     -------
     dict
         By the number of the job; those that are not queued, or paused, are left out.
     """
-    numbers = [job.number for job in jobs if job.state is JobState.QUEUED and job.paused_at is None]
-    if not numbers:
+    waiting = [job for job in jobs if job.state is JobState.QUEUED and job.paused_at is None]
+    if not waiting:
         return {}
-    return {number: rank - 1 for number, rank in session.execute(_POSITIONS, {"numbers": numbers})}
+    before = _starts(session)
+    return {job.number: before[job.render_number] for job in waiting if job.render_number in before}
+
+
+def _starts(session: Session) -> dict[int | None, int]:
+    """Count the queued jobs that start before those of each render."""
+    # Without the layers of objects: there may be ten thousand rows for a page of a hundred jobs.
+    queue = session.connection().execute(QUEUE).all()
+    served = dict(session.execute(_SERVED).all())
+    if not queue:
+        return {}
+    # Where clocks agree the order of the query stays: that of the owners, and of each owner's own jobs.
+    order = np.argsort([*_clocks(queue, served)], kind="stable")
+    renders = np.array([render for _, render, _ in queue])[order]
+    known, first, sharing = np.unique(renders, return_index=True, return_counts=True)
+    by_start = np.argsort(first)
+    before = np.cumsum(sharing[by_start]) - sharing[by_start]
+    return dict(zip(known[by_start].tolist(), before.tolist(), strict=True))
+
+
+def _clocks(queue: Iterable[Row[str, int, float]], served: Mapping[str, float]) -> Iterator[float]:
+    """Predict the clock of each job's owner when it starts."""
+    current, clock = None, 0.0
+    for owner, _, cpu_seconds in queue:
+        if owner != current:
+            current, clock = owner, served.get(owner, 0.0)
+        yield clock
+        clock += cpu_seconds

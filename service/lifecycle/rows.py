@@ -3,22 +3,34 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, NamedTuple
 
-from sqlalchemy import update
+from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
 from schemas.api.jobs import Failure, JobState
 from schemas.tiles import Pass, Tile
-from service.lifecycle import clock
+from service.lifecycle import clock, totals
 from service.storage.database.models import JobRow, RenderRow, TileRow
-from service.storage.tiles import StoredTile
+from service.storage.tiles import StoredTile, final_prefix
 
 FIRST_PASS = 1 / 16
 """Part of its price that the first pass of a picture of target quality takes, about."""
 
 OPEN = (JobState.QUEUED, JobState.RUNNING)
 """States of jobs that are not finished."""
+
+
+class FinalPicture(NamedTuple):
+    """The files of a final picture: which attempt has written them, and their bytes together.
+
+    ``sha256`` is that of the picture, and ``numerics`` counts its bad pixels by kind.
+    """
+
+    sha256: str
+    attempt: int
+    numerics: dict[str, int]
+    bytes: int
 
 
 def begin(session: Session, render: RenderRow) -> None:
@@ -31,18 +43,42 @@ def end(session: Session, render: RenderRow, state: JobState, failure: Failure |
     """Give a render and the jobs that share it their final state."""
     render.state = state
     document = failure.model_dump() if failure else None
-    _update_jobs(session, render, state=state, failure=document, finished_at=datetime.now(UTC))
+    ended = _update_jobs(session, render, state=state, failure=document, finished_at=datetime.now(UTC))
+    if failure is not None:
+        totals.add_failed(session, failure.code, ended)
 
 
-def end_alone(job: JobRow, state: JobState, failure: Failure | None = None) -> None:
+def succeed(session: Session, render: RenderRow, picture: FinalPicture) -> None:
+    """Record a final picture, which files it is in and how large they are."""
+    render.image_sha256, render.final_prefix = picture.sha256, final_prefix(picture.attempt)
+    render.numerics = render.numerics | picture.numerics
+    if render.stored_bytes is not None:
+        render.stored_bytes += picture.bytes
+        totals.add(session, totals.STORED_BYTES, render.stored_bytes)
+    end(session, render, JobState.SUCCEEDED)
+    note_idle(session, render)
+
+
+def note_idle(session: Session, render: RenderRow) -> None:
+    """Note since when no job of a finished render is open; never where one is pinned."""
+    jobs = select(func.max(JobRow.finished_at), func.count().filter(JobRow.pinned))
+    newest, pins = session.execute(jobs.where(JobRow.render_number == render.number)).one()
+    render.idle_since = None if pins else newest
+
+
+def end_alone(session: Session, job: JobRow, state: JobState, failure: Failure | None = None) -> None:
     """Give a final state to a job that has left its render."""
     job.state, job.finished_at = state, datetime.now(UTC)
     job.failure = failure.model_dump() if failure else None
+    if failure is not None:
+        totals.add_failed(session, failure.code, 1)
 
 
-def _update_jobs(session: Session, render: RenderRow, **changes: Any) -> None:
+def _update_jobs(session: Session, render: RenderRow, **changes: Any) -> int:
+    """Change the open jobs of a render, and count them."""
     sharing = JobRow.render_number == render.number, JobRow.state.in_(OPEN)
-    session.execute(update(JobRow).where(*sharing).values(**changes))
+    changed = update(JobRow).where(*sharing).values(**changes).returning(JobRow.number)
+    return len(session.execute(changed).all())
 
 
 def work(pass_: Pass, tile: Tile) -> int:

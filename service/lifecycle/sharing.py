@@ -6,15 +6,16 @@ it. As in ``ledger.py`` every function works in a transaction of its caller.
 
 from __future__ import annotations
 
-from typing import Any
+from datetime import datetime
+from typing import Any, NamedTuple
 
-from sqlalchemy import exists, select
+from sqlalchemy import exists, select, update
 from sqlalchemy.orm import Session
 
 from schemas.api.jobs import Failure, JobState
-from service.lifecycle import clock, fairness, rows
+from service.lifecycle import clock, fairness, rows, totals
 from service.lifecycle.documents import leave
-from service.storage.database.models import JobRow, RenderRow
+from service.storage.database.models import AssetRow, AssetUseRow, JobRow, RenderRow
 
 # Only the columns of time: with a limit for each, there are as many of them as there are jobs that wait.
 _LIMITED = select(
@@ -62,7 +63,7 @@ def leave_ended(session: Session, row: JobRow, state: JobState, failure: Failure
     """End an open job alone; its render continues for the others."""
     render = row.render
     leave(row)
-    rows.end_alone(row, state, failure)
+    rows.end_alone(session, row, state, failure)
     follow(session, render)
 
 
@@ -100,24 +101,51 @@ def _late(seconds: float) -> Failure:
     return Failure(code="time_limit", message=message, retryable=False)
 
 
-def expire(session: Session, row: JobRow) -> str | None:
-    """Take a picture from its job; return the id of the render if no job refers to it any more."""
-    render = row.render
+class Unused(NamedTuple):
+    """A render to which no job refers any more, and the bytes that it has in the store."""
+
+    id: str
+    bytes: int
+
+
+def expire(session: Session, row: JobRow) -> Unused | None:
+    """Take a picture from its job; return the render if no job refers to it any more."""
+    render, ended = row.render, row.finished_at
     leave(row)
     row.state = JobState.EXPIRED
-    return _delete_unused(session, render)
+    return _without(session, render, row, ended)
 
 
-def forget(session: Session, row: JobRow) -> str | None:
-    """Delete a job; return the id of its render if no job refers to it any more."""
+def forget(session: Session, row: JobRow) -> Unused | None:
+    """Delete a job; return its render if no job refers to it any more."""
     render = row.render
+    if row.failure is not None:
+        totals.add_failed(session, row.failure["code"], -1)
     session.delete(row)
-    return _delete_unused(session, render)
+    return _without(session, render, row, row.finished_at)
 
 
-def _delete_unused(session: Session, render: RenderRow | None) -> str | None:
+def _without(
+    session: Session, render: RenderRow | None, row: JobRow, ended: datetime | None
+) -> Unused | None:
+    """Delete a render, unless a job is left that refers to it."""
     session.flush()
-    if render is None or session.scalar(select(exists().where(JobRow.render_number == render.number))):
+    if render is None:
         return None
+    if not session.scalar(select(exists().where(JobRow.render_number == render.number))):
+        return _delete(session, render)
+    # Jobs expire in the order in which they end: nearly always the newest one is left.
+    if render.state is JobState.SUCCEEDED and (row.pinned or ended == render.idle_since):
+        rows.note_idle(session, render)
+    return None
+
+
+def _delete(session: Session, render: RenderRow) -> Unused:
+    stored = render.stored_bytes or 0
+    if render.state is JobState.SUCCEEDED:
+        totals.add(session, totals.STORED_BYTES, -stored)
+    used = select(AssetUseRow.sha256).where(AssetUseRow.render == render.number)
+    session.execute(update(AssetRow).where(AssetRow.sha256.in_(used)).values(renders=AssetRow.renders - 1))
     session.delete(render)
-    return render.id
+    session.flush()
+    return Unused(render.id, stored)

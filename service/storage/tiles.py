@@ -131,9 +131,16 @@ class TileStore:
         """Keep a result of a job under a name."""
         self.objects.put(f"{job}/{name}", data)
 
-    def put_final(self, job: str, attempt: int, name: str, data: bytes) -> None:
-        """Keep a file of the final picture that an attempt has composed, beside those of other attempts."""
+    def put_final(self, job: str, attempt: int, name: str, data: bytes) -> int:
+        """Keep a file of the final picture that an attempt has composed, beside those of other attempts.
+
+        Returns
+        -------
+        int
+            Its bytes.
+        """
         self.put_file(job, f"{final_prefix(attempt)}{name}", data)
+        return len(data)
 
     def get_file(self, job: str, name: str) -> bytes:
         """Return a result of a job."""

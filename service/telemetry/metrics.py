@@ -13,10 +13,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from prometheus_client import CollectorRegistry, Counter, Gauge, ProcessCollector, generate_latest
 from prometheus_client.core import GaugeMetricFamily
 from prometheus_client.registry import Collector
-from sqlalchemy import func, select
+from sqlalchemy import func, select, text
 from sqlalchemy.orm import Session
 
 from schemas.api.jobs import JobState
+from service.lifecycle import totals
+from service.lifecycle.rows import OPEN
+from service.storage.database.conditions import WITH_ERROR
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow
 from service.workers.tasks import Cause, Interrupted, JobTask, Outcome, TaskFailed, TileDone, WorkerDied
@@ -117,16 +120,13 @@ class _State(Collector):
 
 
 def _families(session: Session) -> Iterator[GaugeMetricFamily]:
-    unfinished = JobRow.finished_at.is_(None)
     depths = dict.fromkeys((JobState.QUEUED.value, JobState.RUNNING.value), 0)
-    counted = select(JobRow.state, func.count()).where(unfinished).group_by(JobRow.state)
+    # SQLite would count all jobs by state where the condition is another column's.
+    counted = select(JobRow.state, func.count()).where(JobRow.state.in_(OPEN)).group_by(JobRow.state)
     depths |= {state.value: count for state, count in session.execute(counted)}
     yield _by("penumbra_jobs", "Jobs that wait or run.", "state", depths)
 
-    code = JobRow.failure["code"].as_string()
-    failed = select(code, func.count()).where(JobRow.state == JobState.FAILED).group_by(code)
-    failures = {str(name): count for name, count in session.execute(failed)}
-    yield _by("penumbra_failed_jobs", "Failed jobs that are kept, by code.", "code", failures)
+    yield _by("penumbra_failed_jobs", "Failed jobs that are kept, by code.", "code", totals.failed(session))
 
     ratios = sorted(_ratios(session))
     shares = {str(share): ratios[round(share * (len(ratios) - 1))] for share in (0.5, 0.95) if ratios}
@@ -136,9 +136,7 @@ def _families(session: Session) -> Iterator[GaugeMetricFamily]:
 
 def _ratios(session: Session) -> Iterator[float]:
     """The error of each of the newest pictures over its target error."""
-    asked = select(RenderRow.target_error, RenderRow.merges).where(
-        RenderRow.state == JobState.SUCCEEDED, RenderRow.target_error.is_not(None)
-    )
+    asked = select(RenderRow.target_error, RenderRow.merges).where(text(WITH_ERROR))
     for target, merges in session.execute(asked.order_by(RenderRow.number.desc()).limit(RECENT)):
         error = merges[-1]["error"] if merges else None
         if target and error:

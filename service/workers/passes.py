@@ -84,11 +84,11 @@ class PassWorker:
         begun = time.process_time()
         driver = self._driver(plan, task)
         estimate, continues = driver.estimate, driver.end_pass(last=task.last)
-        image, sha256 = estimate.image(), None
+        image, sha256, written = estimate.image(), None, 0
         if continues:
             self._keep(estimate, task, image)
         else:
-            sha256 = self._keep_final(estimate, task, image)
+            sha256, written = self._keep_final(estimate, task, image)
         self.store.drop_passes_before(task.job, task.pass_.index - 1)
         expected = driver.forecast() if continues else Forecast(next=0.0, later=0.0)
         return AdvanceDone(
@@ -102,6 +102,7 @@ class PassWorker:
             numerics={"non_finite": film.non_finite(image), "clamped": film.clamped([(task.pass_, image)])},
             cpu_seconds=time.process_time() - begun,
             sha256=sha256,
+            bytes=written,
         )
 
     def _driver(self, plan: RenderPlan, task: AdvanceTask) -> Driver:
@@ -125,15 +126,17 @@ class PassWorker:
         if estimate.needs_pilots():
             self.store.put_map(*place, "pilots", packed(estimate.pilots, estimate.labels, estimate.colors))
 
-    def _keep_final(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> str:
+    def _keep_final(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> tuple[str, int]:
+        """Keep the final picture and its layers; return the picture's SHA-256, and the bytes of all."""
         size = picture.shape[0], picture.shape[1]
         buffers = layers.composed(self.store, task.job, size, task.layers, task.recorded)
+        written = 0
         for name, sheet in (buffers | estimate.layers(task.layers)).items():
             content = image_files.encode_layer(sheet)
-            self.store.put_final(task.job, task.attempt, layers.file_name(name), content)
+            written += self.store.put_final(task.job, task.attempt, layers.file_name(name), content)
         data = image_files.encode_npy(picture)
-        self.store.put_final(task.job, task.attempt, "image.npy", data)
-        return hashlib.sha256(data).hexdigest()
+        written += self.store.put_final(task.job, task.attempt, "image.npy", data)
+        return hashlib.sha256(data).hexdigest(), written
 
 
 def _samples_of(arrays: dict[str, Any]) -> Samples:

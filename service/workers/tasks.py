@@ -173,9 +173,9 @@ class AdvanceDone:
 
     ``tiles`` are those in which the next pass has ``samples`` to take. It is predicted to last
     ``next_seconds``, all passes after it ``later_seconds``, and one of its camera rays ``ray_seconds``. Where
-    none follows, the final picture lies in the store, and ``sha256`` is that of its file; ``numerics`` are as
-    in `ComposeDone`. ``error`` is the estimate with its interval, once known. ``prices`` are as in
-    `AdvanceTask`.
+    none follows, the final picture lies in the store, and ``sha256`` is that of its file; ``numerics`` and
+    ``bytes`` are as in `ComposeDone`. ``error`` is the estimate with its interval, once known. ``prices`` are
+    as in `AdvanceTask`.
     """
 
     tiles: tuple[Tile, ...]
@@ -188,18 +188,21 @@ class AdvanceDone:
     numerics: dict[str, int]
     cpu_seconds: float
     sha256: str | None
+    bytes: int = 0
 
 
 @dataclass(frozen=True)
 class ComposeDone:
     """The final picture is in the store; ``numerics`` counts its bad pixels by kind.
 
-    ``errors`` are those after the passes of which they are known, by the pass's index.
+    ``errors`` are those after the passes of which they are known, by the pass's index; ``bytes`` are those of
+    all files that were written.
     """
 
     sha256: str
     numerics: dict[str, int]
     errors: dict[int, dict[str, float]] = field(default_factory=dict)
+    bytes: int = 0
 
 
 @dataclass(frozen=True, eq=False)

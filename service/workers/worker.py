@@ -140,15 +140,16 @@ class Worker:
             clamped += film.clamped(pixels)
             if task.compared:
                 squares.append(progressive.squares_of(pixels))
+        written = 0
         for name, sheet in self._layers(task).items():
             content = image_files.encode_layer(sheet)
-            self._store.put_final(task.job, task.attempt, layers.file_name(name), content)
+            written += self._store.put_final(task.job, task.attempt, layers.file_name(name), content)
         data = image_files.encode_npy(image)
-        self._store.put_final(task.job, task.attempt, "image.npy", data)
+        written += self._store.put_final(task.job, task.attempt, "image.npy", data)
         numerics = {"non_finite": film.non_finite(image), "clamped": clamped}
         errors = progressive.errors_of(squares, task.width * task.height)
         documents = {index: error.document() for index, error in errors.items()}
-        return ComposeDone(hashlib.sha256(data).hexdigest(), numerics, documents)
+        return ComposeDone(hashlib.sha256(data).hexdigest(), numerics, documents, written)
 
     @execute.register
     def _(self, task: TraceTask) -> TraceDone:

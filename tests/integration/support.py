@@ -115,6 +115,7 @@ def job_with(job_id: str, render: RenderRow, *, owner: str = "local", **fields: 
         plan={},
         warnings=[],
         predicted_cpu_seconds=render.predicted_cpu_seconds,
+        coarse_cpu_seconds=fairness.coarse_cpu_seconds(render),
         created_at=datetime.now(UTC),
         **fields,
     )

@@ -58,8 +58,19 @@ def test_the_picture_is_in_files_of_the_attempt_that_is_recorded(table: Table) -
 def test_no_outcome_of_an_earlier_attempt_counts(table: Table, outcome: Outcome) -> None:
     stale = composing(table)
     newest = after_a_restart(table)
-    result = table.round((stale, outcome), deaths=MAX_ATTEMPTS)
-    assert (result.tasks, not result.retries) == ([], True)
+    for _ in range(MAX_ATTEMPTS):
+        result = table.round((stale, outcome))
+        assert (result.tasks, not result.retries) == ([], True)
     assert table.job("a").state is JobState.RUNNING
     table.round((newest, ComposeDone("ab", {})))
     assert (table.job("a").state, table.render("a").image_sha256) == (JobState.SUCCEEDED, "ab")
+
+
+def test_workers_that_a_picture_has_cost_are_counted_across_a_restart(table: Table) -> None:
+    """Or a picture that kills each worker, and the service with the last of them, would do so for ever."""
+    task = composing(table)
+    for _ in range(1, MAX_ATTEMPTS):
+        table.round((task, WorkerDied()))
+        task = after_a_restart(table)
+    assert table.round((task, WorkerDied())).tasks == []
+    assert table.job("a").state is JobState.FAILED

@@ -91,7 +91,7 @@ def test_without_room_for_anybody_the_answer_says_so(server: RunningServer) -> N
 
 
 def test_all_that_a_proxy_passes_on_may_have_one_address(tmp_path: Path) -> None:
-    with running(settings(tmp_path, behind_proxy=True)) as server, ExitStack() as stack:
+    with running(settings(tmp_path, trusted_proxies="127.0.0.1")) as server, ExitStack() as stack:
         clients = [
             stack.enter_context(httpx2.Client(base_url=server.url, timeout=TIMEOUT)) for _ in range(MOST - 1)
         ]

@@ -35,6 +35,7 @@ def strict(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
         workers=1,
         log_level="error",
         behind_proxy=True,
+        proxy_role="admin",
         hosts="127.0.0.1 render.example",
         client_timeout_seconds=0.5,
     )

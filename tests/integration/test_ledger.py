@@ -70,12 +70,9 @@ class Table:
             enter(session, job_id, render)
             session.add_all(TileRow(**rows.new_step(render.number, pass_, tile)) for pass_, tile in steps)
 
-    def round(
-        self, *reports: tuple[JobTask, Outcome], room: int = 0, leaving: Sequence[str] = (), deaths: int = 0
-    ) -> Round:
+    def round(self, *reports: tuple[JobTask, Outcome], room: int = 0, leaving: Sequence[str] = ()) -> Round:
         self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]
-        picture_deaths = {(task.job, 0): deaths for task, _ in reports}
-        result = Round(reports, self.flying, leaving, room, MAX_ATTEMPTS, picture_deaths=picture_deaths)
+        result = Round(reports, self.flying, leaving, room, MAX_ATTEMPTS)
         with self.database.writing() as session:
             result.decide(session)
         self.flying += result.tasks
@@ -366,11 +363,11 @@ def test_putting_together_is_tried_again_after_a_death(table: Table) -> None:
     for _ in range(MAX_ATTEMPTS):
         table.round((compose, TaskFailed("storage_full", "Full.")))
         (compose,) = table.round().tasks
-    for deaths in range(1, MAX_ATTEMPTS):
-        result = table.round((compose, WorkerDied()), deaths=deaths)
+    for _ in range(1, MAX_ATTEMPTS):
+        result = table.round((compose, WorkerDied()))
         assert result.retries == {"worker_died": 1}
         (compose,) = result.tasks
-    last = table.round((compose, WorkerDied()), deaths=MAX_ATTEMPTS)
+    last = table.round((compose, WorkerDied()))
     assert (last.tasks, dict(last.retries)) == ([], {})
     failure = table.job("a").failure
     assert failure is not None

@@ -11,6 +11,7 @@ from sqlalchemy import event, select
 
 from schemas.api.jobs import Job, JobState
 from service.lifecycle.documents import documents
+from service.lifecycle.rows import OPEN
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow
 from service.workers.tasks import TileTask
@@ -93,7 +94,10 @@ def test_a_list_of_many_jobs_takes_as_many_queries_as_one_job(workers: Workers) 
         assert states.count(JobState.QUEUED) == states.count(JobState.RUNNING) == 4
         with counted(workers.database) as statements:
             jobs = documents(session, rows)
-    assert len(statements) == 2
+        waiting = [next(row for row in rows if row.state is state) for state in OPEN]
+        with counted(workers.database) as of_two:
+            documents(session, waiting)
+    assert len(statements) == len(of_two) == 3
     assert sum(len(job.rendering) for job in jobs) == 4
 
 

@@ -109,6 +109,24 @@ def test_a_dry_run_reports_what_would_go_and_leaves_it(users: Users, data: Path)
     assert files(data) == {}
 
 
+def test_what_is_encoded_later_counts_too(users: Users, data: Path) -> None:
+    asked = {"scene": scene(32, 32, samples=1, light_samples=1), "layers": ["depth"]}
+    job = users["ann"].post("/v1/jobs", json=asked, headers={"Prefer": "wait=30"}).json()
+    for name in ("image.png", "image.exr", "image.png?width=96", "image.png"):
+        assert users["ann"].get(f"/v1/jobs/{job['id']}/{name}").status_code == 200
+    kept = files(data)
+    assert {Path(name).suffix for name in kept} == {".json", ".npy", ".png", ".exr"}
+    assert prune(users, max_stored_bytes=0)["bytes"] == sum(kept.values())
+
+
+def test_a_picture_goes_once_the_pin_of_another_job_is_gone(users: Users, data: Path) -> None:
+    first, second = (rendered(users[user], 1) for user in ("ann", "bob"))
+    users["bob"].put(f"/v1/jobs/{second['id']}/pin")
+    assert users["bob"].delete(f"/v1/jobs/{second['id']}").status_code == 204
+    assert prune(users, max_stored_bytes=0, dry_run=False)["expired"] == [first["id"]]
+    assert files(data) == {}
+
+
 def test_a_pinned_job_is_never_swept(users: Users, data: Path) -> None:
     pinned, other = (rendered(users["ann"], place) for place in range(2))
     assert pinned["expires_at"] is not None

@@ -94,12 +94,9 @@ class Table:
                 TileRow(**rows.new_step(render.number, pass_of(0), tile)) for tile in TILES.values()
             )
 
-    def round(self, *reports: tuple[JobTask, Outcome], room: int = 8, deaths: int = 0) -> list[JobTask]:
+    def round(self, *reports: tuple[JobTask, Outcome], room: int = 8) -> list[JobTask]:
         self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]
-        passes = {
-            (task.job, task.pass_.index): deaths for task, _ in reports if isinstance(task, AdvanceTask)
-        }
-        result = Round(reports, self.flying, [], room, MAX_ATTEMPTS, picture_deaths=passes)
+        result = Round(reports, self.flying, [], room, MAX_ATTEMPTS)
         with self.database.writing() as session:
             result.decide(session)
         self.flying += result.tasks
@@ -245,10 +242,20 @@ def test_no_two_passes_are_merged_under_the_same_number(table: Table) -> None:
 def test_merging_may_cost_three_workers_and_no_more(table: Table) -> None:
     table.add()
     task = table.merging()
-    for deaths in range(1, MAX_ATTEMPTS):
-        (task,) = table.round((task, WorkerDied()), deaths=deaths)
-    assert table.round((task, WorkerDied()), deaths=MAX_ATTEMPTS) == []
+    for _ in range(1, MAX_ATTEMPTS):
+        (task,) = table.round((task, WorkerDied()))
+    assert table.round((task, WorkerDied())) == []
     assert table.job.state is JobState.FAILED
+
+
+def test_what_one_pass_has_cost_does_not_count_in_the_next(table: Table) -> None:
+    table.add()
+    for tiles in ((1, 2), (3,)):
+        task = table.merging()
+        for _ in range(1, MAX_ATTEMPTS):
+            (task,) = table.round((task, WorkerDied()))
+        table.round((task, advanced(*tiles)), room=0)
+    assert table.job.state is JobState.RUNNING
 
 
 @BOTH

@@ -23,10 +23,15 @@ from service.cli.errors import ExitCode
 from service.cli.process import outcome
 from service.dispatch import ledger
 from service.errors import DatabaseVersionError
+from service.jobs import retention
+from service.lifecycle import fairness, totals
 from service.lifecycle.documents import documents
 from service.storage.database.connection import Database
 from service.storage.database.migrations import SCRIPTS, upgrade
-from service.storage.database.models import JobRow, RenderRow, TileRow
+from service.storage.database.models import AssetRow, JobRow, LabelRow, RenderRow, TileRow
+from service.storage.folder import Folder
+from service.storage.objects import Found
+from service.storage.tiles import TileStore
 from tests.integration.support import BOTH
 
 FIRST = "tables_0001"
@@ -70,6 +75,15 @@ JOB = {
     "created_at": MOMENT,
     "started_at": MOMENT,
     "paused_seconds": 0.0,
+}
+ASSET = {
+    "sha256": "ab" * 32,
+    "bytes": 1,
+    "media_type": "image/png",
+    "width": 1,
+    "height": 1,
+    "created_at": MOMENT,
+    "used_at": MOMENT,
 }
 FAILURE = json.dumps({"code": "worker_died", "message": "It died.", "retryable": True})
 TILE = {"render": 1, "pass_index": 0, "x0": 0, "y0": 0, "x1": 64, "y1": 32, "attempt": 1, "deaths": 2}
@@ -180,6 +194,55 @@ def test_a_picture_that_the_first_release_was_composing_gets_the_next_number(dat
         ledger.recover(session)
         (task,) = ledger.compose_claims(session, ())
     assert (task.job, task.attempt) == ("cc", 2)
+
+
+def test_what_is_counted_since_is_filled_in_for_earlier_rows(database: Database) -> None:
+    """Sums, places in the queue, and whose a label is: as if they had always been kept."""
+    done = {"state": "succeeded", "image_sha256": "ab" * 32}
+    for name in ("cc", "dd"):
+        _insert(database, "renders", RENDER | done | {"id": name, "spec_sha256": name})
+    _insert(database, "renders", RENDER | {"id": "ee", "state": "queued", "spec_sha256": "ee"})
+    ended = {"state": "succeeded", "finished_at": MOMENT}
+    _insert(database, "jobs", JOB | ended | {"id": "cc", "render_number": 3})
+    _insert(database, "jobs", JOB | ended | {"id": "dd", "render_number": 4, "pinned": True})
+    _insert(database, "jobs", JOB | {"id": "ee", "state": "queued", "render_number": 5, "started_at": None})
+    _insert(database, "labels", {"job": 3, "name": "course", "value": "cs171"})
+    _insert(database, "assets", ASSET)
+    _insert(database, "asset_uses", {"render": 3, "sha256": ASSET["sha256"]})
+    upgrade(database)
+    with database.reading() as session:
+        renders = {render.id: render for render in session.scalars(select(RenderRow))}
+        jobs = {job.id: job for job in session.scalars(select(JobRow))}
+        assert totals.failed(session) == {"worker_died": 1}
+        assert session.scalars(select(LabelRow.owner)).all() == ["ann"]
+        assert session.scalars(select(AssetRow.renders)).all() == [1]
+        assert fairness.positions(session, jobs.values()) == {5: 0}
+    assert jobs["ee"].coarse_cpu_seconds == fairness.coarse_cpu_seconds(renders["ee"]) > 0
+    assert renders["cc"].idle_since == jobs["cc"].finished_at
+    assert [name for name, render in renders.items() if render.idle_since] == ["cc"]
+
+
+def test_sizes_of_earlier_pictures_are_asked_of_the_store_once(database: Database, tmp_path: Path) -> None:
+    class Counting(Folder):
+        """A folder that counts how often it is listed."""
+
+        listed = 0
+
+        def found(self, prefix: str = "") -> Iterator[Found]:
+            Counting.listed += 1
+            return super().found(prefix)
+
+    _insert(database, "renders", RENDER | {"id": "cc", "state": "succeeded", "image_sha256": "ab" * 32})
+    store = TileStore(Counting(tmp_path / "jobs"))
+    store.put_spec("cc", b"spec")
+    store.put_file("cc", "image.npy", bytes(1000))
+    upgrade(database)
+    for _ in range(2):
+        retention.measure(database, store)
+    with database.reading() as session:
+        sizes = dict(session.execute(select(RenderRow.id, RenderRow.stored_bytes)).all())
+        assert totals.read(session, totals.STORED_BYTES) == sizes["cc"] == 1004
+    assert Counting.listed == 1
 
 
 def test_a_later_migration_changes_tables_and_keeps_rows(database: Database, later: Path) -> None:

@@ -21,6 +21,7 @@ COMMANDS = {
     "class": "python -m tools.docs.measure_likeness && python -m tools.docs.measure_class",
     "hard_cases": "python -m tools.docs.generate_numerics_reference",
     "intervals": "python -m benchmarks.intervals --out docs/figures/intervals.json",
+    "lists": "python -m benchmarks lists --out docs/figures/lists.json",
     "load": "python -m benchmarks.load --out docs/figures/load.json",
     "noise": "python -m tools.docs.measure_noise",
     "page": "python -m benchmarks.page_paint --out docs/figures/page.json",

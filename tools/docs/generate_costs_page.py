@@ -28,7 +28,7 @@ WAYS = {
 }
 
 
-def page(bench: Figures, jobs: Figures, live: Figures) -> str:
+def page(bench: Figures, jobs: Figures, full: Figures, live: Figures) -> str:
     """The template with the tables in their places."""
     burst = jobs["bursts"]["different"]
     return TEMPLATE.read_text(encoding="utf-8").format(
@@ -49,6 +49,10 @@ def page(bench: Figures, jobs: Figures, live: Figures) -> str:
             ("", "quotes", f"within {NEAR:.0%}", "in their interval", "measured / quoted, median"),
             _quotes(jobs["quotes"]),
         ),
+        queued=full["lists"]["queued"],
+        kept=full["lists"]["kept"],
+        lists_machine=figures.measured_on(full["machine"]),
+        lists=table(("", "CPU ms", "statements", "files listed"), _lists(full["lists"]["looks"])),
         longest_pilot=jobs["quotes"]["longest_pilot"],
         page_runs=next(iter(live["milliseconds"].values()))["runs"],
         page_machine=figures.measured_on(live["machine"]),
@@ -103,6 +107,11 @@ def _quotes(quotes: Figures) -> Iterator[tuple[str, ...]]:
         total = quotes[mode]
         shares = (f"{total['near']:.1%}", f"{total['held']:.1%}")
         yield words, f"{total['predictions']}", *shares, f"{total['median_ratio']:.2f}"
+
+
+def _lists(looks: Figures) -> Iterator[tuple[str, ...]]:
+    for what, look in looks.items():
+        yield what, f"{look['cpu_ms']:.1f}", f"{look['statements']}", f"{look['files']:,}"
 
 
 def _live(milliseconds: Figures) -> Iterator[tuple[str, ...]]:

@@ -62,7 +62,7 @@ GENERATED = (
     Page(generate_accuracy_page.PAGE, ("study",), generate_accuracy_page.page),
     Page(generate_assignment_page.PAGE, ("assignment",), generate_assignment_page.page),
     Page(generate_capacity_page.PAGE, ("capacity",), generate_capacity_page.page),
-    Page(generate_costs_page.PAGE, ("bench", "jobs", "page"), generate_costs_page.page),
+    Page(generate_costs_page.PAGE, ("bench", "jobs", "lists", "page"), generate_costs_page.page),
     Page(generate_performance_page.PAGE, ("peers",), generate_performance_page.page),
     Page(generate_reliability_page.PAGE, ("chaos", "soak", "load"), generate_reliability_page.page),
     Page(generate_command_line_reference.PAGE, (), generate_command_line_reference.page),

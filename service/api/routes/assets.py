@@ -11,7 +11,7 @@ from fastapi.responses import Response
 from sqlalchemy.exc import IntegrityError
 
 from schemas.api.jobs import Asset
-from service.access.principals import LOCAL, Principal
+from service.access.principals import Principal
 from service.api.authentication import CurrentUser
 from service.api.bodies import chunks
 from service.api.routes.parameters import BINARY, not_modified, problem
@@ -87,7 +87,7 @@ async def put_asset(here: Here, request: Request, sha256: Sha256, user: CurrentU
 
 def _room(service: Service, principal: Principal, sha256: str) -> int:
     """How many bytes a user may send; without authentication there is no limit."""
-    if principal is LOCAL:
+    if principal.is_everyone:
         return service.settings.max_asset_bytes
     with service.database.reading() as session:
         taken = uploads.bytes_of(session, principal.name, apart_from=sha256)

@@ -8,8 +8,7 @@ from fastapi.concurrency import run_in_threadpool
 from schemas.api.administration import WhoAmI
 from service.access import keys
 from service.access.keys import Key, read_key
-from service.access.principals import LOCAL
-from service.api.authentication import COOKIE, CurrentUser, bearer
+from service.api.authentication import CurrentUser, bearer, cookie_name
 from service.api.routes.parameters import problem
 from service.jobs.context import Here, Service
 
@@ -35,10 +34,10 @@ async def begin_session(here: Here, request: Request, response: Response, user: 
     only from pages of this service.
     """
     key = read_key(bearer(request) or "")
-    if key is not None and user is not LOCAL:
+    if key is not None and not here.settings.behind_proxy and not user.is_everyone:
         token = await run_in_threadpool(_begin, here, key)
         response.set_cookie(
-            COOKIE,
+            cookie_name(request),
             token,
             max_age=int(keys.SESSION_LIFE.total_seconds()),
             httponly=True,
@@ -64,10 +63,12 @@ async def who_am_i(here: Here, user: CurrentUser) -> WhoAmI:
 )
 async def end_session(here: Here, request: Request, response: Response, user: CurrentUser) -> None:  # noqa: ARG001
     """End the session of the cookie that comes with the request."""
-    token = request.cookies.get(COOKIE)
+    token = request.cookies.get(cookie_name(request))
     if token:
         await run_in_threadpool(_end, here, token)
-    response.delete_cookie(COOKIE, httponly=True, samesite="strict")
+    # Browsers ignore a cookie of this name that is not Secure, be it to delete it.
+    secure = request.url.scheme == "https"
+    response.delete_cookie(cookie_name(request), secure=secure, httponly=True, samesite="strict")
 
 
 def _who(service: Service, user: CurrentUser) -> WhoAmI:

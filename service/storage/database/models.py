@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import Any
 
 from sqlalchemy import (
     JSON,
     BigInteger,
     CheckConstraint,
-    DateTime,
-    Dialect,
     Enum,
     Float,
     ForeignKey,
@@ -23,28 +21,14 @@ from sqlalchemy import (
     text,
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
-from sqlalchemy.types import TypeDecorator
 
 from schemas.api.jobs import JobState
+from service.storage.database import conditions
+from service.storage.database.columns import COUNT, UtcDateTime
 
 WAITING, RUNNING, DONE = "waiting", "running", "done"
 
 STATE = Enum(JobState, native_enum=False, length=16, values_callable=lambda states: [s.value for s in states])
-
-
-COUNT = BigInteger().with_variant(Integer, "sqlite")
-"""64 bits: what an integer of SQLite has by any name, and the samples of a large picture need."""
-
-
-class UtcDateTime(TypeDecorator[datetime]):
-    """A time in UTC. SQLite stores no zone and PostgreSQL does; reading adds it."""
-
-    impl = DateTime(timezone=True)
-    cache_ok = True
-
-    def process_result_value(self, value: datetime | None, dialect: Dialect) -> datetime | None:  # noqa: ARG002  (an SQLAlchemy interface)
-        """Put the zone back where the database has none."""
-        return value if value is None else value.replace(tzinfo=value.tzinfo or UTC)
 
 
 class Base(DeclarativeBase):
@@ -69,6 +53,15 @@ JOINED = "state IN ('queued', 'running', 'succeeded') AND NOT cancel_requested"
 """Which renders may be joined: one that has failed is tried again."""
 
 
+# All that places are counted from, in order: the index is read in place of the rows.
+_QUEUE = "state", "owner", text("priority DESC"), "number", "render_number", "coarse_cpu_seconds", "paused_at"
+
+
+def _partial(name: str, *columns: Any, where: str, unique: bool = False) -> Index:
+    """Make an index of the rows that fulfil a condition; a statement that uses it must have the condition."""
+    return Index(name, *columns, unique=unique, sqlite_where=text(where), postgresql_where=text(where))
+
+
 class RenderRow(Base):
     """What is rendered: one piece of work, which jobs share that ask for the same.
 
@@ -82,23 +75,26 @@ class RenderRow(Base):
     ``traceparent`` is the span of the request that it came with, where spans are collected.
 
     ``compose_attempt`` numbers the tasks that put its tiles together; no number is given twice, so that each
-    writes files of its own. The names of the final picture, its layers and its encodings in the store begin
-    with ``final_prefix``; it is empty for pictures of version 0.1.
+    writes files of its own. ``compose_deaths`` are the workers that this has cost since the last merged pass.
+    The names of the final picture, its layers and its encodings in the store begin with ``final_prefix``; it
+    is empty for pictures of version 0.1.
+
+    ``stored_bytes`` are those of its request and of its final files, among them the ``encodings`` that were
+    made of the picture so far, by their names; None where an earlier version has counted nothing. A picture
+    of which no job is pinned has ``idle_since``, when the last of its jobs has ended: the oldest go first
+    where there are too many bytes.
     """
 
     __tablename__ = "renders"
     __table_args__ = (
         CheckConstraint(_one_of("state", [state.value for state in JobState]), name="state"),
         Index("ix_renders_state_number", "state", "number"),
+        _partial("ix_renders_idle", "idle_since", "number", where="idle_since IS NOT NULL"),
+        # Those with a state begin with it: SQLite would prefer the index of all renders in that state.
+        _partial("ix_renders_unmeasured", "state", "stored_bytes", "number", where=conditions.UNMEASURED),
+        _partial("ix_renders_with_error", "number", where=conditions.WITH_ERROR),
         # Of renders that show the same, one alone may be joined.
-        Index(
-            "uq_renders_spec_sha256",
-            "spec_sha256",
-            "version",
-            unique=True,
-            sqlite_where=text(JOINED),
-            postgresql_where=text(JOINED),
-        ),
+        _partial("uq_renders_spec_sha256", "spec_sha256", "version", unique=True, where=JOINED),
         {"sqlite_autoincrement": True},  # the number of one that is gone is never given again
     )
 
@@ -121,6 +117,7 @@ class RenderRow(Base):
     done_work: Mapped[int] = mapped_column(COUNT, default=0)
     last_seq: Mapped[int] = mapped_column(Integer, default=0)
     compose_attempt: Mapped[int] = mapped_column(Integer, default=0)
+    compose_deaths: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
 
     predicted_cpu_seconds: Mapped[float] = mapped_column(Float)
     cpu_seconds: Mapped[float] = mapped_column(Float, default=0.0)
@@ -141,6 +138,9 @@ class RenderRow(Base):
     traceparent: Mapped[str | None] = mapped_column(String(55))
     image_sha256: Mapped[str | None] = mapped_column(String(64))
     final_prefix: Mapped[str] = mapped_column(String(16), default="", server_default="")
+    stored_bytes: Mapped[int | None] = mapped_column(COUNT)
+    encodings: Mapped[list[str]] = mapped_column(JSON, default=list, server_default="[]")
+    idle_since: Mapped[datetime | None] = mapped_column(UtcDateTime)
     focus: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
     started_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     paused_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
@@ -153,8 +153,9 @@ class JobRow(Base):
     ``number`` orders jobs by arrival; ``id`` is the name that the outside knows. While it shares in a render
     its state is that of the render. One that has left before the others, or whose picture is gone, has none,
     and keeps in ``parting`` what is still reported of it. ``load`` is what it has added to the queue, in CPU
-    seconds; nothing if it shares what was there. ``paused_at`` and ``paused_seconds`` are as in a render.
-    One that is ``pinned`` keeps its picture until it is deleted.
+    seconds; nothing if it shares what was there. After ``coarse_cpu_seconds``, those of its coarse picture,
+    the next job of its owner starts. ``paused_at`` and ``paused_seconds`` are as in a render. One that is
+    ``pinned`` keeps its picture until it is deleted.
     """
 
     __tablename__ = "jobs"
@@ -163,14 +164,12 @@ class JobRow(Base):
         Index("ix_jobs_state_number", "state", "number"),
         Index("ix_jobs_render_number", "render_number"),
         Index("ix_jobs_owner_number", "owner", "number"),
-        Index("ix_jobs_finished_at", "finished_at"),
-        Index(
-            "ix_jobs_open",
-            "owner",
-            "load",
-            sqlite_where=text("finished_at IS NULL"),
-            postgresql_where=text("finished_at IS NULL"),
-        ),
+        Index("ix_jobs_owner_state", "owner", "state", "number"),
+        _partial("ix_jobs_open", "owner", "load", where="finished_at IS NULL"),
+        _partial("ix_jobs_pinned", "owner", where="pinned"),
+        _partial("ix_jobs_with_picture", "state", "finished_at", "number", where=conditions.HAS_PICTURE),
+        _partial("ix_jobs_finished_at", "finished_at", "number", where=conditions.MAY_BE_FORGOTTEN),
+        _partial("ix_jobs_queue", *_QUEUE, where=conditions.WAITS_TO_START),
         {"sqlite_autoincrement": True},  # the number of a deleted job is never given again
     )
 
@@ -190,6 +189,7 @@ class JobRow(Base):
     warnings: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
     predicted_cpu_seconds: Mapped[float] = mapped_column(Float)
     load: Mapped[float] = mapped_column(Float, default=0.0)
+    coarse_cpu_seconds: Mapped[float] = mapped_column(Float, default=0.0, server_default="0")
     pinned: Mapped[bool] = mapped_column(default=False)
 
     failure: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
@@ -203,14 +203,18 @@ class JobRow(Base):
 
 
 class LabelRow(Base):
-    """A label of a job, once more, to find the job by."""
+    """A label of a job, once more, to find the job by: among all jobs, or among those of its owner."""
 
     __tablename__ = "labels"
-    __table_args__ = (Index("ix_labels_name", "name", "value", "job"),)
+    __table_args__ = (
+        Index("ix_labels_name", "name", "value", "job"),
+        Index("ix_labels_owner", "owner", "name", "value", "job"),
+    )
 
     job: Mapped[int] = mapped_column(ForeignKey("jobs.number", ondelete="CASCADE"), primary_key=True)
     name: Mapped[str] = mapped_column(String(63), primary_key=True)
     value: Mapped[str] = mapped_column(String(200))
+    owner: Mapped[str] = mapped_column(String(64), server_default="")
 
 
 class RequestRow(Base):
@@ -244,7 +248,10 @@ class IdempotencyRow(Base):
     """An ``Idempotency-Key`` of a user, the request that it came with, and the job that came of it."""
 
     __tablename__ = "idempotency_keys"
-    __table_args__ = (Index("ix_idempotency_keys_job", "job"),)
+    __table_args__ = (
+        Index("ix_idempotency_keys_job", "job"),
+        Index("ix_idempotency_keys_created_at", "created_at"),
+    )
 
     owner: Mapped[str] = mapped_column(String(64), primary_key=True)
     key: Mapped[str] = mapped_column(String(255), primary_key=True)
@@ -265,20 +272,8 @@ class TileRow(Base):
         CheckConstraint(_one_of("state", [WAITING, RUNNING, DONE]), name="state"),
         CheckConstraint("(state = 'done') = (seq IS NOT NULL)", name="seq_when_done"),
         Index("uq_tiles_render_seq", "render", "seq", unique=True),
-        Index(
-            "ix_tiles_waiting",
-            "render",
-            "pass_index",
-            "tile",
-            sqlite_where=text("state = 'waiting'"),
-            postgresql_where=text("state = 'waiting'"),
-        ),
-        Index(
-            "ix_tiles_running",
-            "render",
-            sqlite_where=text("state = 'running'"),
-            postgresql_where=text("state = 'running'"),
-        ),
+        _partial("ix_tiles_waiting", "render", "pass_index", "tile", where="state = 'waiting'"),
+        _partial("ix_tiles_running", "render", where="state = 'running'"),
     )
 
     render: Mapped[int] = mapped_column(ForeignKey("renders.number", ondelete="CASCADE"), primary_key=True)
@@ -353,10 +348,11 @@ class AssetUseRow(Base):
 class AssetRow(Base):
     """An uploaded texture or mesh. Its bytes are in the store under the same name.
 
-    ``used_at`` is when it was last sent or requested.
+    ``used_at`` is when it was last sent or requested, and ``renders`` counts those that need it.
     """
 
     __tablename__ = "assets"
+    __table_args__ = (_partial("ix_assets_unused", "used_at", where="renders = 0"),)
 
     sha256: Mapped[str] = mapped_column(String(64), primary_key=True)
     bytes: Mapped[int] = mapped_column(COUNT)
@@ -365,6 +361,7 @@ class AssetRow(Base):
     height: Mapped[int] = mapped_column(Integer)
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     used_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    renders: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
 
 
 class AssetOwnerRow(Base):
@@ -376,3 +373,12 @@ class AssetOwnerRow(Base):
     owner: Mapped[str] = mapped_column(String(64), primary_key=True)
     sha256: Mapped[str] = mapped_column(ForeignKey("assets.sha256", ondelete="CASCADE"), primary_key=True)
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+
+
+class TotalRow(Base):
+    """A sum over all that is kept, so that no statement has to add it up; ``totals.py`` has the names."""
+
+    __tablename__ = "totals"
+
+    name: Mapped[str] = mapped_column(String(64), primary_key=True)
+    amount: Mapped[int] = mapped_column(COUNT)

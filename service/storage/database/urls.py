@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pydantic_core import from_json
 from sqlalchemy import URL, Engine, create_engine
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError
@@ -44,14 +45,14 @@ def engine_of(url: str) -> Engine:
     """
     parsed = parse(url)
     if parsed.get_backend_name() == "sqlite":
-        return create_engine(parsed, **_SQLITE)
+        return create_engine(parsed, json_deserializer=from_json, **_SQLITE)
     try:
         from service.storage.database import answers  # noqa: PLC0415 - the driver is in an extra
     except ImportError:
         raise DatabaseUrlError(
             "PostgreSQL needs the package psycopg. Install it with: pip install 'penumbra-render[postgres]'"
         ) from None
-    engine = create_engine(parsed, **_POSTGRESQL)
+    engine = create_engine(parsed, json_deserializer=from_json, **_POSTGRESQL)
     answers.limit(engine)
     return engine
 
