@@ -244,7 +244,7 @@ def numerics(place: Environment) -> Said:
 
 def study(place: Environment) -> Said:
     done = place.penumbra("study", GALLERY / "basic.json", "--out", "study", "--quick", "--budget", "0.1")
-    return done.returncode == 0 and any((place.folder / "study").glob("*.svg")), done.stderr
+    return done.returncode == 0 and any((place.folder / "study" / "images").glob("*.svg")), done.stderr
 
 
 def _served(place: Environment, **changes: str) -> Said:
