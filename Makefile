@@ -6,12 +6,20 @@ CONSTRAINTS ?= --constraint constraints.txt
 BIN := .venv/bin
 # What checks the page: Node and npm are for this alone, and nothing of it is shipped.
 WEB := tools/web
+# How tests are spread over processes: those of a module stay together, as they share a service.
+PARALLEL := --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
+# Folders whose tests start no service and render little.
+QUICK := tests/architecture $(addprefix tests/unit/,client converting renderer schemas service) schemas renderer
+# The newest LLVM of Debian: Mitsuba needs 17 or newer, and would take the first that it finds.
+LLVM := $(lastword $(sort $(wildcard /usr/lib/*/libLLVM.so.*)))
 # Scenes of docs/explanation/accuracy-costs-time.md, and the most seconds for each.
 STUDIED := study/chess study/soft gallery/basic gallery/normal_texturing gallery/lens gallery/glass
 STUDY_SECONDS ?= 250
+# How long `make soak` takes.
+MINUTES ?= 30
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test check docs audit fuzz gallery bench chaos load bench-peers bench-references study clean
+.PHONY: help install demo serve test-quick test test-peers test-pythons test-image check docs dist audit fuzz gallery bench bench-counts chaos soak load bench-grading bench-peers bench-references study clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -25,19 +33,39 @@ serve: .venv/installed  ## run the service on http://127.0.0.1:8000
 	$(BIN)/penumbra serve
 
 # Tests start hundreds of processes: each would compile every module again where bytecode is not kept.
-test: export PYTHONDONTWRITEBYTECODE :=
-test: .venv/installed-test  ## run all tests, the fast ones first
-	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
+test test-quick test-peers: export PYTHONDONTWRITEBYTECODE :=
+test-quick: .venv/installed-test  ## run the tests that need no service and little time, for use while you work; a minute
+	$(BIN)/pytest $(PARALLEL) -m 'not slow and not peer' $(QUICK)
 
-check: .venv/installed-check $(WEB)/node_modules/installed  ## lint, format, types, which package may import which, images, known advisories, documentation
+test: .venv/installed-test  ## run all tests, the fast ones first
+	$(BIN)/pytest $(PARALLEL) -m 'not peer' --durations 25
+
+test-peers bench-peers bench-references: export DRJIT_LIBLLVM_PATH ?= $(LLVM)
+test-peers: .venv/installed-test .venv/installed-bench  ## compare with Mitsuba, which needs LLVM, and POV-Ray; two minutes
+	$(BIN)/pytest -m peer \
+	  tests/images/test_against_mitsuba.py tests/images/test_against_povray.py tests/unit/benchmarks/test_peers.py
+
+test-pythons:  ## run the quick tests on each Python here, with the pinned, newest and oldest dependencies; half an hour
+	$(PYTHON) tools/try_pythons.py
+
+test-image:  ## run the commands of the Dockerfile without an engine, and the service on a read-only root; needs root on Debian
+	tools/try_image.sh
+
+dist: .venv/installed-test  ## build the source archive and the wheel of a release into dist
+	$(BIN)/python -m build --no-isolation --outdir dist
+
+check: .venv/installed-check $(WEB)/node_modules/installed  ## lint, format, types, the page's own modules, which package may import which, images, known advisories, documentation
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/check_words.py
 	$(BIN)/hadolint Dockerfile scenes/assignment/gradescope/Dockerfile
-	$(WEB)/node_modules/.bin/prettier --config $(WEB)/prettier.json --check service/web tools/web
-	$(WEB)/node_modules/.bin/eslint --config $(WEB)/eslint.config.js service/web
+	$(WEB)/node_modules/.bin/prettier --config $(WEB)/prettier.json --check service/web tests/web tools/web
+	$(WEB)/node_modules/.bin/eslint --config $(WEB)/eslint.config.js service/web tests/web
+	$(WEB)/node_modules/.bin/tsc --project $(WEB)
+	node $(WEB)/build_editor.js --check
+	node --test tests/web/*.test.js
 	$(BIN)/python -m benchmarks.audit
 	$(BIN)/mkdocs build
 
@@ -56,14 +84,28 @@ gallery: .venv/installed  ## render the gallery and the hard scenes into out, an
 	$(BIN)/python -m tools.docs.render_gallery
 	$(BIN)/python -m tools.docs.render_cookbook
 
-bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json
+bench: .venv/installed  ## measure times and errors on this machine, into out/bench.json; fails if more is computed than before
 	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks.counts
 
-chaos: .venv/installed  ## kill, stop and starve the service and check its guarantees, into out/chaos.json; up to half an hour
+bench-counts: .venv/installed  ## count the rays, calls and elements of small pictures; fails if there are more than before
+	$(BIN)/python -m benchmarks.counts
+
+chaos: .venv/installed-test  ## kill, stop and starve the service and check its guarantees, into out/chaos.json; up to an hour
 	$(BIN)/python -m benchmarks.chaos
+
+soak: .venv/installed-test  ## have random faults among mixed jobs for MINUTES, 30 by default, into out/soak.json
+	$(BIN)/python -m benchmarks.chaos --soak --minutes $(MINUTES) --out out/soak.json
 
 load: .venv/installed  ## measure the service's guarantees under load, into out/load.json; 5 minutes
 	$(BIN)/python -m benchmarks.load
+
+bench-grading: .venv/installed-test  ## measure the grader: honest and wrong programs, noise, copies, a class of 200; on an idle machine
+	$(BIN)/python -m tools.docs.generate_assignment_page --measure
+	$(BIN)/python -m tools.docs.measure_programs
+	$(BIN)/python -m tools.docs.measure_noise
+	$(BIN)/python -m tools.docs.measure_likeness
+	$(BIN)/python -m tools.docs.measure_class
 
 bench-peers: .venv/installed-bench  ## compare CPU seconds at equal error with other renderers, into out/peers.json; half an hour
 	$(BIN)/python -m benchmarks.peers

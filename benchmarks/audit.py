@@ -1,10 +1,11 @@
 """Advisories about the dependencies: what `make check` and `make audit` ask for.
 
-    python -m benchmarks.audit            # fails where an advisory is known
-    python -m benchmarks.audit --strict   # and where not every package could be looked up
+    python -m benchmarks.audit            # fails where an advisory is known, or some packages are unknown
+    python -m benchmarks.audit --strict   # and where no package could be looked up
 
 Writes `out/audit.json`. Advisories come from the JSON interface of PyPI, which a machine may not reach. Then
-nothing is known, and that is said loudly: it is no pass. Packages are those of `constraints.txt`.
+nothing is known, and that is said loudly: it is no pass. Where it answers, it has to know every package.
+Packages are those of `constraints.txt`.
 """
 
 import argparse
@@ -93,12 +94,16 @@ def report(found: Audit) -> None:
             f"{Path(__file__).name} with the reason why it does not concern the project.\n"
         )
     if not found.complete:
+        reason = (
+            "These versions are not known there: correct constraints.txt."
+            if found.looked_up
+            else "pypi.org did not answer. This is no pass: run `make audit` where it can be reached."
+        )
         shown = ", ".join(found.unknown[:8]) + (" ..." if len(found.unknown) > 8 else "")
         sys.stderr.write(
             f"{LOUD}\nNOT AUDITED: nothing is known of {len(found.unknown)} of "
             f"{len(found.unknown) + len(found.looked_up)} packages ({shown}).\n"
-            "pypi.org did not answer. This is no pass: run `make audit` where it can be reached.\n"
-            f"{LOUD}\n"
+            f"{reason}\n{LOUD}\n"
         )
 
 
@@ -120,7 +125,9 @@ def main() -> int:
     report(found)
     if not open_advisories(found) and found.complete:
         sys.stdout.write(f"{len(found.looked_up)} packages audited, no advisory concerns them.\n")
-    return 1 if open_advisories(found) or (strict and not found.complete) else 0
+    # Who could ask has no excuse for what is not known.
+    excused = found.complete or (not found.looked_up and not strict)
+    return 1 if open_advisories(found) or not excused else 0
 
 
 if __name__ == "__main__":

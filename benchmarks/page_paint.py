@@ -1,8 +1,9 @@
 """How soon the live page shows something, and how fast it paints and exposes, in Chromium on this machine.
 
 ``python -m benchmarks.page_paint`` starts a service, opens its views again and again with an empty cache,
-paints 256 tiles at once, and changes the exposure of 512 x 512 pixels. It prints milliseconds, and keeps them
-as JSON. It needs chromium and playwright; on a machine with other work the times are too long.
+paints 256 tiles at once, changes the exposure of 512 x 512 and of 2000 x 2000 pixels, of the latter draws
+layers, differences and a histogram, and types into a scene of 33,500 lines. It prints milliseconds, and
+keeps them as JSON. It needs chromium and playwright; on a machine with other work the times are too long.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 
 SIDE = 512
 """Pixels along a side of what is painted and exposed."""
+
+LARGE_SIDE = 2000
+"""Pixels along a side of a large picture."""
 
 
 def ball(side: int, **rest: Any) -> dict[str, Any]:
@@ -76,7 +80,62 @@ PAINT = """async ([side, tiles]) => {
     developer.take(made);
     return performance.getEntriesByName("penumbra:paint").at(-1).duration;
 }"""
+WRITE = """async (text) => {
+    const { EditorView } = await import("/web/vendor/codemirror/codemirror.js");
+    const view = EditorView.findFromDOM(document.querySelector(".editor"));
+    view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: text } });
+    view.focus();
+    return view.state.doc.lines;
+}"""
+# From the key until the next frame is painted.
+KEY = """async () => {
+    const start = performance.now();
+    document.execCommand("insertText", false, " ");
+    await new Promise(requestAnimationFrame);
+    await new Promise((done) => setTimeout(done));
+    return performance.now() - start;
+}"""
 EXPOSED = """() => performance.getEntriesByName("penumbra:expose").at(-1).duration"""
+# Each step ends by reading a pixel: a graphics card has finished then.
+LARGE = """async ([side, runs]) => {
+    const pictures = "/web/views/picture/";
+    const { Film } = await import(pictures + "film.js");
+    const { Developer } = await import(pictures + "develop.js");
+    const { Layer } = await import(pictures + "layers.js");
+    const { hasGpuFor } = await import(pictures + "gpu.js");
+    const { countClipped, histogramOf } = await import(pictures + "histogram.js");
+    const { absolute, drawHeat, metricsOf } = await import("/web/views/compare/differences.js");
+    const wave = (i) => 0.6 * (1 + Math.sin(i / 7000)) + ((i * 2654435761) % 1024) / 20480;
+    const film = new Film(side, side);
+    film.fill(Float32Array.from({ length: 3 * side * side }, (_, i) => wave(i)));
+    const other = new Film(side, side);
+    other.fill(film.values.map((value, i) => value + (i % 97) / 1000));
+    const depths = Float32Array.from({ length: side * side }, (_, i) => wave(i));
+    const depth = new Layer("depth", [side, side], depths);
+    const gpu = hasGpuFor(side * side);
+    const context = new OffscreenCanvas(side, side).getContext("2d", { willReadFrequently: !gpu });
+    const developer = new Developer({ context, redraw() {} }, film);
+    const heat = new Uint32Array(side * side);
+    const steps = {
+        "exposure changed": (run) => developer.expose((run % 5) - 2, "srgb"),
+        "a layer in false colours": () => developer.show(depth),
+        "the difference of two pictures": () => absolute(film, other),
+        "the heat map of two pictures": () => drawHeat(film, other, heat),
+        "metrics of two pictures": () => metricsOf(film, other, film.whole),
+        "a histogram": () => [histogramOf(film), countClipped(film, 0)],
+    };
+    const times = {};
+    for (const [name, step] of Object.entries(steps)) {
+        times[name] = [];
+        for (let run = -1; run < runs; run++) {
+            const start = performance.now();
+            step(run + 1);
+            context.getImageData(0, 0, 1, 1);
+            if (run >= 0) times[name].push(performance.now() - start);
+        }
+    }
+    return { gpu, times };
+}"""
 
 
 def main() -> None:
@@ -124,8 +183,24 @@ def _measured(runs: int) -> dict[str, list[float]]:
         times[f"exposure of {SIDE} x {SIDE} pixels changed"] = _repeated(
             runs, lambda run: _exposed(page, run)
         )
+        large = page.evaluate(LARGE, [LARGE_SIDE, runs])
+        developed = "with a graphics card" if large["gpu"] else "without a graphics card"
+        size = f"{LARGE_SIDE} x {LARGE_SIDE} pixels"
+        times |= {f"{name}, {size} {developed}": found for name, found in large["times"].items()}
+        times["a key typed in a scene of 33,500 lines"] = _typed(page, server.url, runs)
         browser.close()
     return times
+
+
+def _typed(page: Page, url: str, runs: int) -> list[float]:
+    page.goto(url)
+    page.get_by_role("button", name="Render", exact=True).and_(page.locator(":enabled")).wait_for()
+    # Each shape takes ten lines.
+    long = SCENE | {"shapes": SCENE["shapes"] * 3345}
+    lines = page.evaluate(WRITE, json.dumps(long, indent=2))
+    if not 33_000 < lines < 34_000:
+        raise SystemExit(f"The long scene has {lines} lines.")
+    return _repeated(runs, lambda _: page.evaluate(KEY))
 
 
 def _first_paints(browser: Browser, address: str, runs: int) -> Iterator[float]:

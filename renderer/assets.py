@@ -225,7 +225,21 @@ def _values(image: Image.Image) -> NDArray[np.float32]:
         if image.mode in {"I;16", "I;16B", "I"}:
             grey = np.asarray(image, dtype=np.float32) / np.float32(65535)
             return np.repeat(grey[:, :, None], 3, axis=2)
-        return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255)
+        return _in_bands(image if image.mode == "RGB" else image.convert("RGB"))
+
+
+BAND_PIXELS = 1 << 20
+"""Pixels that are converted at once: beside the picture as floats only these take memory."""
+
+
+def _in_bands(image: Image.Image) -> NDArray[np.float32]:
+    """Values of an RGB picture, converted band by band."""
+    values = np.empty((image.height, image.width, 3), dtype=np.float32)
+    rows = max(1, BAND_PIXELS // max(1, image.width))
+    for top in range(0, image.height, rows):
+        band = image.crop((0, top, image.width, min(top + rows, image.height)))
+        np.divide(np.asarray(band), np.float32(255), out=values[top : top + rows], dtype=np.float32)
+    return values
 
 
 def _no_picture(content: bytes) -> str:

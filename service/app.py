@@ -20,6 +20,7 @@ from schemas.api.comparisons import ComparisonRequest
 from schemas.api.inspections import InspectionRequest, TraceRequest
 from schemas.api.jobs import JobRequest, Region
 from schemas.api.plans import QuoteRequest
+from schemas.api.previews import PreviewRequest
 from schemas.errors import ProblemDocument
 from service.access.keys import CredentialCache
 from service.api import problems
@@ -50,6 +51,7 @@ from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.folder import ASSETS, JOBS, place_of
+from service.storage.reserve import Reserve
 from service.storage.tiles import TileStore
 from service.telemetry import spans
 from service.telemetry.spans import SILENT, Telemetry
@@ -116,7 +118,7 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
         telemetry=telemetry.of_requests(),
     )
-    problems.install(app, partial(allowed, ROUTERS))
+    problems.install(app, partial(allowed, ROUTERS), page.missing)
     for router in ROUTERS:
         is_public = router in PUBLIC
         dependencies = [] if is_public else [Depends(authenticate)]
@@ -137,6 +139,7 @@ def _document_bodies(app: FastAPI) -> None:
         for model in (
             JobRequest,
             QuoteRequest,
+            PreviewRequest,
             TraceRequest,
             ComparisonRequest,
             InspectionRequest,
@@ -196,6 +199,7 @@ def assemble(
     store = store or TileStore(place.within(JOBS))
     asset_store = AssetStore(place.within(ASSETS), settings.limits)
     engine = engine_of(settings, _setup(settings))
+    reserve = Reserve(settings.data, database)
     job_spans = telemetry.of_jobs(database)
     dispatcher = Dispatcher(database, store, engine, job_events, settings, job_spans)
     return Service(
@@ -204,7 +208,8 @@ def assemble(
         store=store,
         assets=asset_store,
         dispatcher=dispatcher,
-        retention_thread=RetentionThread(database, store, asset_store, retention.rules_of(settings)),
+        retention_thread=RetentionThread(database, store, asset_store, retention.rules_of(settings), reserve),
+        reserve=reserve,
         job_events=job_events,
         quote_limit=asyncio.Semaphore(settings.max_quotes),
         comparison_limit=asyncio.Semaphore(settings.max_comparisons),

@@ -13,6 +13,7 @@ ServiceError
 ├── ForbiddenError              this user may not do that
 │   └── CrossSiteError          a page of another site has sent a browser
 ├── UnknownJobError
+├── DamagedJobError             its record in the database cannot be read
 ├── ReusedKeyError              an Idempotency-Key came with another request before
 ├── PictureNotReadyError
 ├── PictureGoneError
@@ -39,6 +40,7 @@ ServiceError
 │   └── StoreTakenError         another service uses the data folder or the bucket
 ├── TraceFailedError
 ├── QuoteFailedError
+├── PreviewFailedError
 ├── ComparisonFailedError
 ├── InspectionFailedError
 └── UnavailableError            try again later
@@ -155,6 +157,15 @@ class UnknownJobError(ServiceError):
         super().__init__("There is no job with this id. It may have been deleted.")
 
 
+class DamagedJobError(ServiceError):
+    """The record of a job in the database cannot be read."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "The record of this job in the database is damaged. Submit its scene again, or restore a backup."
+        )
+
+
 class ReusedKeyError(ServiceError):
     """An ``Idempotency-Key`` came with another request before.
 
@@ -269,7 +280,8 @@ class EngineMissingError(EngineError):
 
     def __init__(self) -> None:
         super().__init__(
-            "This engine needs the package distributed. Install it with: pip install 'penumbra-render[dask]'"
+            "This engine needs the packages distributed and cryptography. Install them with: "
+            "pip install 'penumbra-render[dask]'"
         )
 
 
@@ -320,6 +332,10 @@ class TraceFailedError(ServiceError):
 
 class QuoteFailedError(ServiceError):
     """A scene could not be quoted."""
+
+
+class PreviewFailedError(ServiceError):
+    """A preview could not be rendered."""
 
 
 class ComparisonFailedError(ServiceError):

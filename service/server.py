@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import socket
 import subprocess
@@ -78,8 +79,8 @@ def run(settings: Settings) -> None:
         try:
             shared = is_shared(settings.database_url)
             stack.enter_context(ownership.held(settings.data, shared=shared))
-            _prepare_database(settings)
-            check_engine(settings)
+            keys_made = _prepare_database(settings)
+            check_engine(settings, keys_made=keys_made)
             _check_port(settings.host, settings.port)
         except OPENING_ERRORS as error:
             log.error("not started", reason=reason(error, settings.data))  # noqa: TRY400  (the reason is enough)
@@ -111,8 +112,14 @@ def _is_taken(family: int, address: tuple[object, ...]) -> bool:
     return False
 
 
-def _prepare_database(settings: Settings) -> None:
-    """Bring the database to this version, and require keys if the service is reachable from outside."""
+def _prepare_database(settings: Settings) -> bool:
+    """Bring the database to this version, and require keys if the service is reachable from outside.
+
+    Returns
+    -------
+    bool
+        Whether there are keys.
+    """
     database = Database(settings.database_url)
     try:
         upgrade(database)
@@ -120,14 +127,13 @@ def _prepare_database(settings: Settings) -> None:
             place = place_of(settings.place)
             place.check()
             ownership.check(database, place)
-        if settings.behind_proxy or is_loopback(settings.host):
-            return
         with database.reading() as session:
-            if any_made(session):
-                return
+            keys_made = any_made(session)
     finally:
         database.close()
-    raise NoKeysError(settings.host, settings.data)
+    if not (keys_made or settings.behind_proxy or is_loopback(settings.host)):
+        raise NoKeysError(settings.host, settings.data)
+    return keys_made
 
 
 def _serve(settings: Settings) -> None:
@@ -140,6 +146,9 @@ def _serve(settings: Settings) -> None:
         access_log=False,
         server_header=False,
         http=connection_type(settings),
+        # The timer of `service.api.connections` ends earlier, so it alone decides. Uvicorn's default is the 5
+        # seconds for which httpx keeps an idle connection too: it would send on one that is being closed.
+        timeout_keep_alive=math.ceil(settings.client_timeout_seconds) + 1,
         forwarded_allow_ips=settings.trusted_proxies.split() if settings.trusted_proxies else None,
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )

@@ -176,8 +176,8 @@ class Settings(BaseSettings):
     dask_tls_key: Path | None = Field(default=None, description="PEM file of its key.")
     dask_trusted_network: bool = Field(
         default=False,
-        description="Use a scheduler on another machine without TLS: the network itself encrypts, and lets "
-        "in no one else.",
+        description="Use a scheduler without TLS on another machine, or although keys are required: the "
+        "network itself encrypts, and lets in no one else.",
     )
     tile_size: int | None = Field(
         default=None,

@@ -1,7 +1,13 @@
-"""Shared by all tests: slow tests run last, and hypothesis generates the same examples on every run."""
+"""Slow tests run last, skips can be forbidden, and hypothesis generates the same examples on every run."""
+
+import os
+from collections.abc import Generator
 
 import pytest
 from hypothesis import settings
+
+SKIPS_FORBIDDEN = "SKIPS_FORBIDDEN"
+"""Set by the build, where what tests need is installed: a test that is skipped there protects nothing."""
 
 # A failure on one machine is a failure on all: examples depend on the test alone, and never on the clock.
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
@@ -11,3 +17,18 @@ settings.load_profile("repeatable")
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run what answers fast first; the order is otherwise that of collection."""
     items.sort(key=lambda item: item.get_closest_marker("slow") is not None)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Call a skipped test failed where that is forbidden; one that is expected to fail is not skipped."""
+    report = yield
+    if report.skipped and not hasattr(report, "wasxfail") and os.environ.get(SKIPS_FORBIDDEN):
+        reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr
+        report.outcome = "failed"
+        report.longrepr = (
+            f"{reason}. {SKIPS_FORBIDDEN} is set, so that this is an error: install what is missing."
+        )
+    return report

@@ -19,7 +19,6 @@ from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.models import Base
 
-REQUIRED = "POSTGRES_TESTS_REQUIRED"
 PLACES = ("/usr/lib/postgresql/*/bin", "/usr/pgsql-*/bin", "/opt/homebrew/opt/postgresql*/bin")
 START_SECONDS = 30
 # It refuses to run as root.

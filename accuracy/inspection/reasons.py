@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from accuracy.inspection.shares import NOTHING, Shares
 from schemas.api.inspections import Blocker, InspectedLight, InspectedRay, InspectedSurface, Reason
 from schemas.scene import Scene
 
@@ -15,16 +16,20 @@ SHOWS = {
 
 
 def reasons(scene: Scene, ray: InspectedRay) -> tuple[Reason, ...]:
-    """Sentences about the place that a camera ray hits, what explains most first."""
+    """Sentences about the place that a camera ray hits, what adds most to the pixel first."""
     if ray.surface is None:
         return (_no_shape(scene, ray),)
-    lit = any(any(light.diffuse) or any(light.specular) for light in ray.surface.lights)
-    black = list(_black(ray.surface))
-    seen = [_of_light(scene, ray.surface, light) for light in ray.surface.lights]
-    if not lit:
-        seen = [_alone(seen[0]), *seen[1:]] if seen else [_dark_scene()]
-    rest = [] if lit else [_ambient(scene, ray.surface)]
-    return (*black, *seen, *rest, *_sent_on(ray))
+    shares = Shares(ray)
+    lights = [(shares.of_light(ray, light), light) for light in ray.surface.lights]
+    seen = [(share, _of_light(scene, ray.surface, light, share)) for share, light in lights]
+    if not any(share > NOTHING for share, _ in lights):
+        dark = [_alone(seen[0][1]), *(reason for _, reason in seen[1:])] if seen else [_dark_scene()]
+        # These sentences belong together: why there is no light, then what is left.
+        seen = [(shares.of_ambient(ray), reason) for reason in (*dark, _ambient(scene, ray.surface))]
+    black = [(shares.own(ray), reason) for reason in _black(ray.surface)]
+    found = [*black, *seen, *_sent_on(ray, shares)]
+    ordered = sorted(found, key=lambda pair: -pair[0] if pair[0] > NOTHING else 0.0)
+    return tuple(reason for _, reason in ordered)
 
 
 def _no_shape(scene: Scene, ray: InspectedRay) -> Reason:
@@ -47,7 +52,7 @@ def _black(surface: InspectedSurface) -> Iterator[Reason]:
         yield Reason(code="black_material", text=text, pointers=(surface.material.pointer,))
 
 
-def _of_light(scene: Scene, surface: InspectedSurface, light: InspectedLight) -> Reason:
+def _of_light(scene: Scene, surface: InspectedSurface, light: InspectedLight, share: float) -> Reason:
     """A clause about one light, which begins a sentence and may follow a colon too."""
     name, place = f"light {light.light}", light.pointer
     if not any(scene.lights[light.light].color):
@@ -60,6 +65,9 @@ def _of_light(scene: Scene, surface: InspectedSurface, light: InspectedLight) ->
         return _blocked(light)
     if not any(light.diffuse) and not any(light.specular):
         text = f"the material `{surface.material.name}` reflects no light from {name}"
+        return _reason("unanswered", text, place, surface.material.pointer)
+    if share <= NOTHING:
+        text = f"the material `{surface.material.name}` reflects next to no light from {name}"
         return _reason("unanswered", text, place, surface.material.pointer)
     return _lit(light)
 
@@ -91,10 +99,14 @@ def _lit(light: InspectedLight) -> Reason:
 
 
 def _names(blockers: tuple[Blocker, ...]) -> str:
-    names = [f"shape {one.shape}" + (f" `{one.name}`" if one.name else "") for one in blockers]
+    names = [_named(one.shape, one.name) for one in blockers]
     if len(names) > 3:
         return f"{names[0]} and {len(names) - 1} other shapes"
     return " and ".join((", ".join(names[:-1]), names[-1])) if len(names) > 1 else names[0]
+
+
+def _named(shape: int, name: str | None) -> str:
+    return f"shape {shape}" + (f" `{name}`" if name else "")
 
 
 def _reason(code: str, clause: str, *pointers: str) -> Reason:
@@ -122,9 +134,26 @@ def _ambient(scene: Scene, surface: InspectedSurface) -> Reason:
     return Reason(code="no_ambient", text=text, pointers=("/ambient", surface.material.pointer))
 
 
-def _sent_on(ray: InspectedRay) -> Iterator[Reason]:
+def _sent_on(ray: InspectedRay, shares: Shares) -> Iterator[tuple[float, Reason]]:
+    """Sentences about scattered rays, with their shares; none about one that adds nothing to a lit pixel."""
     assert ray.surface is not None
     for following in ray.rays:
-        share = following.weight / ray.weight
-        text = f"{SHOWS[following.kind].capitalize()}: {share:.3g} of the radiance along that ray is added."
-        yield Reason(code=following.kind, text=text, pointers=(ray.surface.material.pointer,))
+        share = shares.beyond(following)
+        weight = following.weight / ray.weight
+        text = f"{SHOWS[following.kind].capitalize()}: {weight:.3g} of the radiance along that ray is added"
+        if shares.total > 0:
+            if share <= NOTHING:
+                continue
+            source = _source(shares.brightest(following))
+            text += f", {share:.0%} of the brightness of the pixel, most of it from {source}"
+        pointers = (ray.surface.material.pointer,)
+        yield share, Reason(code=following.kind, text=f"{text}.", pointers=pointers)
+
+
+def _source(ray: InspectedRay) -> str:
+    """What a ray hits, as a sentence names it."""
+    if ray.surface is not None:
+        return _named(ray.surface.shape, ray.surface.part.name)
+    if ray.light is not None:
+        return f"light {ray.light.pointer.rpartition('/')[2]}"
+    return "the background"

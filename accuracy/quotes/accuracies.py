@@ -40,6 +40,20 @@ UNIT = 0.04
 FEWEST = 2
 """Blocks below which nothing is said about errors."""
 
+FEWEST_PIXELS = 256
+"""Pixels below which nothing is said about errors, unless they are from all over the picture.
+
+Most of an error is in few pixels, at edges. In pictures of the gallery the intervals of 256 pixels held the
+error in nine of ten tries, those of 128 in eight, and those of 64 in seven, with estimates as low as a tenth.
+"""
+
+TOO_FEW = "Only {pixels} pixels were sampled, too few to estimate an error: edges may lie between them."
+AS_ZERO = "In the {pixels} pixels that were sampled the error cannot be distinguished from zero."
+
+
+class UnknownAccuracyError(Exception):
+    """The sampled pixels say nothing about errors; the message is why."""
+
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
@@ -132,14 +146,34 @@ class Sampled:
         self.pixels += block.columns.size
         self.weights.append(cell.width * cell.height)
 
-    def accuracy(self, number: int) -> Accuracy | None:
-        """Errors of a ladder, the last of which is that of the two sets; None if too little is known."""
-        squares = self.squares[number] if self.squares else {}
-        if not squares or min(map(len, squares.values())) < FEWEST:
-            return None
-        known = {count: self._mean(found) for count, found in squares.items()}
+    def accuracy(self, number: int) -> Accuracy:
+        """Errors of a ladder, the last of which is that of the two sets.
+
+        Raises
+        ------
+        UnknownAccuracyError
+            If too few pixels were sampled, or they show no error that differs from zero.
+        """
+        if len(self.weights) < FEWEST or not (self.pixels >= FEWEST_PIXELS or self._is_whole):
+            raise UnknownAccuracyError(TOO_FEW.format(pixels=self.pixels))
+        squares = self.squares[number]
+        known = {count: self._mean(found) for count, found in squares.items() if self._shows_error(found)}
+        if not known:
+            raise UnknownAccuracyError(AS_ZERO.format(pixels=self.pixels))
         power, unsure = _law({count: found.estimate for count, found in known.items()})
         return Accuracy({count: found.root() for count, found in known.items()}, power / 2, unsure / 2)
+
+    @property
+    def _is_whole(self) -> bool:
+        """Whether pixels from all over the picture were sampled."""
+        return sum(self.weights) >= self.halves[0].width * self.halves[0].height
+
+    def _shows_error(self, squares: list[float]) -> bool:
+        """Whether squared errors say how large an error is: chance may bring estimates of them below zero.
+
+        Where nothing differs anywhere, as in a picture of the background alone, there is no error.
+        """
+        return self._mean(squares).estimate > 0 or (self._is_whole and not any(squares))
 
     def _mean(self, squares: list[float]) -> Interval:
         total = self.halves[0].width * self.halves[0].height

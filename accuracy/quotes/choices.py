@@ -26,6 +26,9 @@ BETWEEN = 0.5
 FINEST = 1e-6
 """Smallest error that target quality takes."""
 
+AT_LIMIT = "The time limit may end the picture before its target error is reached."
+"""Why the error of target quality is not known."""
+
 FARTHEST = 0.1
 """Errors are offered down to this part of what was tried: beyond, nothing is known."""
 
@@ -39,19 +42,22 @@ class Fixed:
     ladder : Ladder
     timing : Timing
     accuracy : Accuracy or None
+    unknown : str or None
+        Why there is no accuracy.
     workers : int
     """
 
     ladder: Ladder
     timing: Timing
     accuracy: Accuracy | None
+    unknown: str | None
     workers: int
 
     def priced(self, count: int) -> Offer:
         """One of its qualities."""
         cpu = self.timing.cpu_seconds(count)
         error = self.accuracy.error(count) if self.accuracy else None
-        return _offer(self.ladder.quality(count), cpu, cpu.scaled(1 / self.workers), error)
+        return _offer(self.ladder.quality(count), cpu, cpu.scaled(1 / self.workers), error, self.unknown)
 
     def for_error(self, error: float) -> Offer | None:
         """The least count whose error is predicted to be at most this."""
@@ -101,7 +107,7 @@ class Adaptive:
             # Where the time limit ends the picture, its error by then is not known.
             reached = reached if seconds.estimate <= limit else None
             cpu, seconds = _limited(cpu, seconds, limit)
-        return _offer(target(error, self.precision, limit, self.confidence), cpu, seconds, reached)
+        return _offer(target(error, self.precision, limit, self.confidence), cpu, seconds, reached, AT_LIMIT)
 
     def _power(self, error: float) -> float:
         """Like which the seconds grow as the error falls."""
@@ -129,12 +135,15 @@ class Adaptive:
         return self.priced(_rounded(best * max(spare ** (-1 / FALLS), FARTHEST)), seconds)
 
 
-def _offer(quality: Quality, cpu: Interval, seconds: Interval, error: Interval | None) -> Offer:
+def _offer(
+    quality: Quality, cpu: Interval, seconds: Interval, error: Interval | None, unknown: str | None
+) -> Offer:
     return Offer(
         quality=quality,
         cpu_seconds=_predicted(cpu),
         seconds=_predicted(seconds),
         error=None if error is None else _predicted(error),
+        error_unknown=unknown if error is None else None,
     )
 
 

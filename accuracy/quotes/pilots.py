@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 
-from accuracy.quotes.accuracies import SAMPLES, Sampled
+from accuracy.quotes.accuracies import SAMPLES, Accuracy, Sampled, UnknownAccuracyError
 from accuracy.quotes.choices import Adaptive, Fixed
 from accuracy.quotes.deadlines import Deadline, within
 from accuracy.quotes.rehearsals import Rehearsal
@@ -37,6 +37,9 @@ SEEDS = 101, 102
 
 QUICK = 0.04
 """Share of the time that compiling may take for plans that are not needed but welcome."""
+
+NO_TIME = "There was no time to sample pixels for an estimate of the error."
+"""Why no error is known where other work has taken all the time."""
 
 SLOW = 1e-4
 """CPU seconds of a camera ray where not a single block could be timed: slower than nearly all are."""
@@ -150,9 +153,17 @@ class Pilot:
         for number, ladder in enumerate(self.ladders):
             timing = self.stopwatch.timing(number) if self.stopwatch else None
             if timing:
-                accuracy = self.sampled.accuracy(number) if self.sampled else None
-                found.append(Fixed(ladder, timing, accuracy, workers))
+                found.append(Fixed(ladder, timing, *self._accuracy(number), workers))
         return found
+
+    def _accuracy(self, number: int) -> tuple[Accuracy | None, str | None]:
+        """Errors of a ladder, or why they are not known."""
+        if self.sampled is None or not self.sampled.pixels:
+            return None, NO_TIME
+        try:
+            return self.sampled.accuracy(number), None
+        except UnknownAccuracyError as unknown:
+            return None, str(unknown)
 
     def adaptive(self, workers: int) -> Adaptive:
         """What is known of target quality."""

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from benchmarks.chaos import jobs, processes, reads, storage
+from benchmarks.chaos import jobs, processes, reads, recovery, storage, tested
+from benchmarks.chaos.soak import soak
 from benchmarks.load.promises import table, write
 
 if TYPE_CHECKING:
@@ -32,6 +33,12 @@ def findings(*, short: bool, read: int = MANY_READS) -> Iterator[Promise]:
     yield storage.database_locked(expected)
     yield storage.torn_reads(2_000 if short else MANY_READS)
     yield reads.reads_over_http(1_000 if short else read)
+    times = 2 if short else 15
+    yield recovery.started(times)
+    yield recovery.worker_killed(times)
+    yield recovery.leader_killed(times)
+    yield recovery.scheduler_killed(times)
+    yield from tested.findings()
 
 
 def main() -> None:
@@ -41,10 +48,13 @@ def main() -> None:
     parser.add_argument(
         "--reads", type=int, default=MANY_READS, help="reads over HTTP; 100,000 may take 20 minutes"
     )
+    parser.add_argument("--soak", action="store_true", help="random faults among mixed jobs instead")
+    parser.add_argument("--minutes", type=float, default=30.0, help="how long to soak; 30 by default")
     parser.add_argument("--out", type=Path, default=Path("out/chaos.json"), help="where to write the figures")
     options = parser.parse_args()
     found = []
-    for finding in findings(short=options.short, read=options.reads):
+    tried = (soak(options.minutes),) if options.soak else findings(short=options.short, read=options.reads)
+    for finding in tried:
         found.append(finding)
         Console(stderr=True).print(f"{finding['promise']}: {finding['measured']}")
     Console().print(table(found, "Faults"))

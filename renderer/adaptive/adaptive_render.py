@@ -111,8 +111,7 @@ class AdaptiveRender:
     def _limit(self) -> TimeLimit | None:
         if self.deadline == np.inf:
             return None
-        until = time.time() + self._last_moment() - time.monotonic()
-        return TimeLimit(until, self.driver.ray_seconds)
+        return TimeLimit(self._last_moment(), self.driver.ray_seconds)
 
     def _last_moment(self) -> float:
         """When tiles have to end, so that the picture is finished at the deadline."""

@@ -37,7 +37,7 @@ class TimeLimit:
     Attributes
     ----------
     until : float
-        By the clock of `time.time`, which the processes and machines of a cluster have in common.
+        By the clock of `time.monotonic`, which the processes of one machine have in common.
     ray_seconds : float
         What a ray is expected to take.
     """
@@ -47,7 +47,7 @@ class TimeLimit:
 
     def check(self) -> None:
         """Raise `OutOfTimeError` when the time has run out."""
-        if time.time() >= self.until:
+        if time.monotonic() >= self.until:
             raise OutOfTimeError
 
 

@@ -8,6 +8,7 @@ levels.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 import schemas.textures as language
 from renderer.assets import AssetSource
@@ -81,12 +82,33 @@ def halved(values: Floats) -> Floats:
 
 def pyramid(base: ImageTexture) -> MipmapTexture:
     """All levels over an image."""
-    levels, values = [base], base.texels.astype(np.float64)
-    while max(values.shape[:2]) > 1:
-        values = halved(halved(values).swapaxes(0, 1)).swapaxes(0, 1)
-        texels = np.ascontiguousarray(values.astype(np.float32))
-        levels.append(ImageTexture(texels, base.filter, base.wrap))
+    levels, values = [base], _next_level(base.texels)
+    while values is not None:
+        levels.append(ImageTexture(values.astype(np.float32), base.filter, base.wrap))
+        values = _next_level(values)
     return MipmapTexture(tuple(levels))
+
+
+BAND_VALUES = 1 << 20
+"""Values that are halved at once: a large image in double precision takes twice its own memory."""
+
+
+def _next_level(values: NDArray[np.floating]) -> Floats | None:
+    """Means (H // 2, W // 2, 3) of an image (H, W, 3), where a side of 1 stays; None of a single texel."""
+    height, width = values.shape[:2]
+    if height == width == 1:
+        return None
+    low = np.empty((max(1, height // 2), width, 3))
+    columns = max(1, BAND_VALUES // (3 * height))
+    for start in range(0, width, columns):
+        band = slice(start, start + columns)
+        low[:, band] = halved(values[:, band].astype(np.float64))
+    small = np.empty((low.shape[0], max(1, width // 2), 3))
+    rows = max(1, BAND_VALUES // (3 * width))
+    for start in range(0, low.shape[0], rows):
+        band = slice(start, start + rows)
+        small[band] = halved(low[band].swapaxes(0, 1)).swapaxes(0, 1)
+    return small
 
 
 def build(texture: language.ImageTexture, assets: AssetSource) -> ImageTexture | MipmapTexture:

@@ -257,6 +257,11 @@ class Job(Message):
         default=(), description="Parts of the request that are valid, but probably not intended."
     )
     links: JobLinks = Field(description="Paths of everything that belongs to it.")
+    damage: str | None = Field(
+        default=None,
+        description="A sentence for people where the job's record in the database is damaged: then fields "
+        "that cannot be read are 0, empty or null. Null for all other jobs.",
+    )
 
 
 class JobList(Message):

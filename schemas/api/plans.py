@@ -141,6 +141,7 @@ class Offer(Message):
         description="Root mean square error of the linear picture, clipped to 0..1; null if the pilot "
         "could not estimate it.",
     )
+    error_unknown: str | None = Field(default=None, description="Why `error` is null.")
 
 
 class EffectShare(Message):

@@ -12,7 +12,6 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from itertools import accumulate
 
 from schemas.errors import Problem, SceneError
 from schemas.limits import Limits, how_to_raise
@@ -97,8 +96,9 @@ def _as_written(text: str, offset: int) -> str | None:
 Source = bytes | str | Mapping[str, object]
 
 # Possessive quantifiers: a string of a million escapes must not fill the matcher's stack.
-_STRING_OR_BRACKET = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"?|[\[\]{}]', re.DOTALL)
-_STEP = {"[": 1, "{": 1, "]": -1, "}": -1}
+_BRACKET = re.compile(r'(?:[^"\[\]{}]++|"[^"\\]*+(?:\\.[^"\\]*+)*+"?)*+([\[\]{}]|\Z)', re.DOTALL)
+"""The next bracket outside of strings, or the end: without it the matcher would try from each character."""
+_OPENING = ("[", "{")
 _ESCAPED_UNFIT = re.compile(r"\\u(?:0000|[dD][89a-fA-F])")
 _UNFIT = re.compile("[\x00\ud800-\udfff]")
 
@@ -196,18 +196,32 @@ def _decoded(source: bytes | str, limits: Limits) -> str:
 
 
 def _check_nesting(text: str, limits: Limits) -> None:
-    steps = (_STEP.get(match[0], 0) for match in _STRING_OR_BRACKET.finditer(text))
-    deepest = max(accumulate(steps, initial=0))
-    if deepest > limits.max_depth:
-        raise _refused(
-            "too_deep",
-            f"Objects and arrays are nested {deepest} deep; at most {limits.max_depth} levels are allowed. "
-            f"{how_to_raise('max_depth')}",
-        )
-    # Every value but the first follows a comma, a colon or a bracket, so this bounds all later work.
+    """Refuse what is nested too deeply, or has too many values, after no more text than that takes.
+
+    Every value but the first follows a comma, a colon or a bracket, so this bounds all later work.
+    """
     if text.count(",") > limits.max_values:
-        detail = f"The document has more than {limits.max_values} values. {how_to_raise('max_values')}"
-        raise _refused("too_large", detail)
+        raise _too_many_values(limits)
+    depth = opened = 0
+    for match in _BRACKET.finditer(text):
+        if match[1] not in _OPENING:
+            depth -= 1
+            if depth <= 0:
+                # The document ends here: the parser refuses what follows.
+                return
+            continue
+        depth += 1
+        opened += 1
+        if depth > limits.max_depth:
+            detail = f"Objects and arrays are nested more than {limits.max_depth} deep."
+            raise _refused("too_deep", f"{detail} {how_to_raise('max_depth')}")
+        if opened > limits.max_values:
+            raise _too_many_values(limits)
+
+
+def _too_many_values(limits: Limits) -> SceneError:
+    detail = f"The document has more than {limits.max_values} values. {how_to_raise('max_values')}"
+    return _refused("too_large", detail)
 
 
 def _parsed(text: str, limits: Limits) -> Document:

@@ -14,12 +14,14 @@ import renderer
 from schemas.api.inspections import Inspection, InspectionRequest, TraceAnswer, TraceRequest
 from schemas.api.jobs import JobRequest
 from schemas.api.plans import Quote, QuoteRequest
+from schemas.api.previews import PREVIEW_QUALITY, PreviewRequest
 from schemas.api.request_pointers import in_request
 from schemas.errors import Problem
 from schemas.reading import read_document
 from service.access.principals import Principal
 from service.errors import (
     InspectionFailedError,
+    PreviewFailedError,
     QuoteFailedError,
     ServiceError,
     TraceFailedError,
@@ -30,18 +32,24 @@ from service.jobs import lifecycle as jobs
 from service.jobs.admission import compile_admitted, read_request
 from service.jobs.context import Service
 from service.jobs.limits import bounded
+from service.jobs.pricing import priced
 from service.workers.tasks import (
     CallDone,
     CallTask,
     CompareRefused,
     InspectDone,
     InspectTask,
+    PreviewDone,
+    PreviewTask,
     QuoteDone,
     QuoteTask,
     TaskFailed,
     TraceDone,
     TraceTask,
 )
+
+# More would keep a worker from jobs, for a picture that is replaced at the next edit.
+MOST_PREVIEW_SECONDS = 10.0
 
 Done = TypeVar("Done", bound=CallDone)
 
@@ -127,6 +135,47 @@ def _quote_task(service: Service, principal: Principal, body: bytes) -> QuoteTas
 
 def _quoted_job(request: QuoteRequest) -> JobRequest:
     return JobRequest(scene=request.scene, quality=request.quality)
+
+
+async def preview(service: Service, principal: Principal, body: bytes) -> bytes:
+    """Render a small picture of a scene, a PNG file; no job is created.
+
+    Raises
+    ------
+    renderer.SceneError
+        If the request cannot be used, or even a small picture takes too long.
+    BusyError
+        If too many quotes and previews are being made.
+    PreviewFailedError
+        If the renderer refuses the scene.
+    UnavailableError
+        If it took too long, or its worker died.
+    """
+    async with bounded(service.quote_limit, "quotes and previews"):
+        task = await service.read(_preview_task, service, principal, body)
+        done = await ask_worker(
+            service,
+            task,
+            PreviewDone,
+            PreviewFailedError,
+            timed_out="No worker was free for a preview in time. Try again in a moment.",
+            worker_died="The worker died while it rendered this preview.",
+        )
+    return done.png
+
+
+def _preview_task(service: Service, principal: Principal, body: bytes) -> PreviewTask:
+    request, _ = read_request(service, principal, body, PreviewRequest)
+    scene = request.small_scene
+    plan = compile_admitted(JobRequest(scene=scene, quality=PREVIEW_QUALITY))
+    seconds = priced(plan, None, service.settings.workers).cost.cpu_seconds
+    if seconds > MOST_PREVIEW_SECONDS:
+        detail = (
+            f"Even a preview is predicted to take {seconds:.0f} CPU seconds, more than the "
+            f"{MOST_PREVIEW_SECONDS:.0f} allowed. Render the scene as a job."
+        )
+        raise renderer.SceneError([Problem(pointer="/scene", detail=detail, code="cost")])
+    return PreviewTask(scene)
 
 
 async def trace(service: Service, principal: Principal, body: bytes) -> TraceAnswer:

@@ -27,6 +27,7 @@ from schemas.limits import LimitsError
 from schemas.reading.findings import located
 from service import errors
 from service.jobs.context import Service
+from service.lifecycle.damage import DamagedRenderError
 from service.storage.database.connection import PRIMARY
 from service.storage.folder import NO_ROOM, NOT_WRITABLE
 
@@ -73,6 +74,8 @@ KINDS: dict[type[Exception], Kind] = {
     errors.ForbiddenError: Kind(403, "forbidden"),
     errors.CrossSiteError: Kind(403, "cross_site"),
     errors.UnknownJobError: Kind(404, "unknown_job"),
+    errors.DamagedJobError: Kind(500, "job_damaged"),
+    DamagedRenderError: Kind(500, "job_damaged"),
     errors.ReusedKeyError: Kind(422, "idempotency_key_reused"),
     errors.PictureNotReadyError: Kind(404, "picture_not_ready", retry=True),
     errors.PictureGoneError: Kind(410, "picture_gone"),
@@ -99,6 +102,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.StoreTakenError: Kind(500, "store_taken", is_public=False),
     errors.TraceFailedError: Kind(422, "trace_failed"),
     errors.QuoteFailedError: Kind(422, "quote_failed"),
+    errors.PreviewFailedError: Kind(422, "preview_failed"),
     errors.ComparisonFailedError: Kind(422, "comparison_failed"),
     errors.InspectionFailedError: Kind(422, "inspection_failed"),
     errors.UnavailableError: Kind(503, "unavailable", retry=True),
@@ -146,19 +150,27 @@ def refusal(error: Exception, headers: dict[str, str]) -> Response:
     return answer(kind.status, _detail(kind, error), code=kind.code, headers=retry | headers)
 
 
-def install(app: FastAPI, methods: Callable[[str], Sequence[str]] = lambda _: ()) -> None:
+def install(
+    app: FastAPI,
+    methods: Callable[[str], Sequence[str]] = lambda _: (),
+    for_people: Callable[[Request], Response | None] = lambda _: None,
+) -> None:
     """Register handlers for all errors of an app.
 
     Parameters
     ----------
     methods
         Returns the methods of a path: the framework knows those of one route only.
+    for_people
+        Returns what a browser shows at an unknown address, and None to programs.
     """
 
     def of_framework(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
         if error.status_code != HTTPStatus.METHOD_NOT_ALLOWED:
             unknown = error.detail == HTTPStatus.NOT_FOUND.phrase
+            if unknown and (shown := for_people(request)) is not None:
+                return shown
             detail = NOWHERE if unknown else error.detail
             return answer(error.status_code, detail, headers=dict(error.headers or {}))
         own = (error.headers or {}).get("Allow", "").split(", ")

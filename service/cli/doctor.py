@@ -192,10 +192,10 @@ def _store(settings: Settings) -> Check:
 
 
 def _database(settings: Settings) -> Check:
-    from sqlalchemy import text
     from sqlalchemy.exc import SQLAlchemyError
 
-    from service.errors import DatabaseUrlError
+    from service.errors import DatabaseUrlError, DatabaseVersionError
+    from service.storage.database.migrations import check_version
     from service.storage.database.urls import engine_of, parse
 
     try:
@@ -208,9 +208,13 @@ def _database(settings: Settings) -> Check:
         return Check("database", "ok", f"{shown}, created when the service starts")
     try:
         with engine.connect() as connection:
-            connection.execute(text("SELECT 1"))
+            check_version(connection)
+    except DatabaseVersionError as error:
+        return Check("database", "fail", shown, str(error))
     except SQLAlchemyError as error:
         return Check("database", "fail", shown, f"It cannot be reached: {str(error).splitlines()[0]}")
+    finally:
+        engine.dispose()
     return Check("database", "ok", f"{shown}, reachable")
 
 

@@ -30,7 +30,7 @@ from service.client.errors import (
     RequestInvalidError,
     TimedOutError,
 )
-from service.grading.export_errors import ExportError
+from service.grading.errors import ExportError
 
 OUTCOMES: tuple[tuple[type[BaseException], ExitCode, str], ...] = (
     (TyperException, ExitCode.USAGE, "Wrong usage"),

@@ -17,8 +17,8 @@ from service.cli.targets import make_folder, save, write_whole
 if TYPE_CHECKING:
     from schemas.grading.classes import ClassGrade
     from schemas.grading.manifests import Manifest
-    from service.grading.class_grading import StudentResult
-    from service.grading.class_records import Record, Student
+    from service.grading.classes.class_grading import StudentResult
+    from service.grading.classes.class_records import Record, Student
 
 GRADEBOOK, PAGE, RESULT = "gradebook.csv", "index.html", "class.json"
 STAFF_PAGE = "staff.html"
@@ -58,7 +58,7 @@ class ClassRun:
 
     def place(self, student: Student) -> Path:
         """The folder for the result of a student."""
-        from service.grading.class_results import STUDENTS
+        from service.grading.classes.class_grading import STUDENTS
 
         return self.out / STUDENTS / student.folder.name
 
@@ -90,8 +90,8 @@ def file_names(words: Sequence[str]) -> dict[str, str]:
     CommandError
         The form is unknown, or the name is not that of a new file.
     """
-    from service.grading.class_records import KEY, PRINTS
-    from service.grading.class_records import RESULT as STUDENT_RESULT
+    from service.grading.classes.class_records import KEY, PRINTS
+    from service.grading.classes.class_records import RESULT as STUDENT_RESULT
     from service.grading.exports import EXPORTS
 
     taken = {KEY, PRINTS, STUDENT_RESULT, STAFF_PAGE}
@@ -112,7 +112,12 @@ def file_names(words: Sequence[str]) -> dict[str, str]:
 
 def grade_class(run: ClassRun, *, as_json: bool) -> int:
     """Grade a class, write all results, report them, and return the exit code."""
-    from service.grading.class_records import assignment_key, graded_before, submission_key, submissions
+    from service.grading.classes.class_records import (
+        assignment_key,
+        graded_before,
+        submission_key,
+        submissions,
+    )
 
     students, left_out = submissions(run.folder)
     if not students:
@@ -160,8 +165,8 @@ def _with_forms(key: str, exports: Mapping[str, str]) -> str:
 
 def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Student, Record]) -> None:
     """Grade the students without a record, save what each of them gets, and add their records."""
-    from service.grading.class_grading import grade_class as graded
-    from service.grading.class_records import Record
+    from service.grading.classes.class_grading import grade_class as graded
+    from service.grading.classes.class_records import Record
 
     left = [student for student in keys if student not in records]
     try:
@@ -200,8 +205,8 @@ def _shown(bar: Bar, total: int) -> Callable[[Student], None]:
 
 def _save(run: ClassRun, found: StudentResult, key: str) -> None:
     """Write the result of a student; the key comes last, because it says that all is there."""
-    from service.grading.class_records import KEY, PRINTS, packed
-    from service.grading.class_records import RESULT as STUDENT_RESULT
+    from service.grading.classes.class_records import KEY, PRINTS, packed
+    from service.grading.classes.class_records import RESULT as STUDENT_RESULT
     from service.grading.exports import EXPORTS
 
     place = run.place(found.student)
@@ -217,8 +222,8 @@ def _save(run: ClassRun, found: StudentResult, key: str) -> None:
 
 
 def _save_class(run: ClassRun, records: Mapping[Student, Record], left_out: Sequence[str]) -> ClassGrade:
-    from service.grading.class_results import of_class
-    from service.grading.class_signals import shared_files, shared_noise
+    from service.grading.classes.class_grading import of_class
+    from service.grading.classes.class_signals import shared_files, shared_noise
     from service.grading.exports.class_page import class_page
     from service.grading.exports.gradebook import for_class
 

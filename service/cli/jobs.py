@@ -146,6 +146,8 @@ def _show(job: Job) -> None:
         output.result(f"{'queue:':<11}{job.queue_position} ahead of it")
     if job.error is not None:
         output.result(f"{'error:':<11}{output.reached_error(**job.error.model_dump())}")
+    if job.damage is not None:
+        output.result(f"{'damage:':<11}{job.damage}")
     if job.failure is not None:
         output.result(f"{'failure:':<11}{job.failure.message} ({job.failure.code})")
 
@@ -162,8 +164,9 @@ def _cells(job: Job) -> tuple[str, ...]:
 
 
 def state_of(job: Job) -> str:
-    """The state of a job, and whether it is paused."""
-    return f"{job.state}, paused" if job.paused else str(job.state)
+    """The state of a job, and whether it is paused or damaged."""
+    remarks = [name for name, holds in (("paused", job.paused), ("damaged", job.damage)) if holds]
+    return ", ".join([str(job.state), *remarks])
 
 
 def logs(job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: JsonOption = False) -> None:
@@ -173,7 +176,7 @@ def logs(job_id: JobArgument, server: ServerOption = DEFAULT_SERVER, as_json: Js
     lines = _log_by_day if output.on_terminal() else _log_lines
     output.report(found, lines(found.entries), as_json=as_json)
     if found.more and not as_json:
-        output.say(f"{found.more} more tiles were retried.")
+        output.say(f"Retried tiles that are not listed: {found.more:,}.")
 
 
 def _log_lines(entries: Iterable[LogEntry]) -> Iterator[str]:

@@ -11,6 +11,7 @@ import typer
 from service.cli import output, scene_files
 from service.cli.options import JsonOption, SceneArgument, WorkersOption
 from service.cli.quality_options import SampleOptions, spread_quality
+from service.cli.wording import counted
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -82,9 +83,17 @@ def _plain(found: Quote, target_error: float | None, time: float | None) -> Iter
     ):
         if requested is not None:
             yield _line(name, best)
+    for reason in unknown_errors(found):
+        yield f"error unknown\t{reason}"
     for effect in found.effects:
         pointers = " ".join(map(output.harmless, effect.pointers))
         yield f"effect\t{effect.effect}\t{effect.share:.0%}\t{effect.cpu_seconds:.3g}\t{pointers}"
+
+
+def unknown_errors(found: Quote) -> list[str]:
+    """Why errors are not known, each reason once."""
+    offers = (*found.offers, found.asked, found.for_seconds)
+    return list(dict.fromkeys(offer.error_unknown for offer in offers if offer and offer.error_unknown))
 
 
 def _line(name: str, offer: Offer | None) -> str:
@@ -132,8 +141,10 @@ def options(quality: FixedQuality | TargetQuality) -> str:
 
 def _show(found: Quote, target_error: float | None, time: float | None) -> None:
     if found.offers:
-        seconds = f"Seconds on {found.workers} processes. "
+        seconds = f"Seconds on {counted(found.workers, 'worker')}. "
         output.show(offers(found), seconds + "The quality of the scene or of the options is bold.")
+    for reason in unknown_errors(found):
+        output.show(f"Error not known (?): {reason}")
     if target_error is not None:
         _advise(f"For an error of {target_error:.2g}", found.for_error)
     if time is not None:
@@ -210,6 +221,7 @@ def _effect_cells(effect: EffectShare) -> tuple[str, ...]:
 def _pilot(found: Quote) -> str:
     pilot = found.pilot
     return (
-        f"Tried for {pilot.seconds:.1f} s: {pilot.blocks} blocks, {pilot.pixels:,} pixels, "
-        f"{pilot.target_errors} target errors. Intervals are 95 % intervals."
+        f"Tried for {pilot.seconds:.1f} s: {counted(pilot.blocks, 'block')}, "
+        f"{counted(pilot.pixels, 'pixel')}, {counted(pilot.target_errors, 'target error')}. "
+        "Intervals are 95 % intervals."
     )

@@ -26,7 +26,7 @@ from service.cli.options import (
 )
 from service.cli.progress import Bar, progress_bar
 from service.cli.targets import ImageTarget, make_folder
-from service.cli.wording import plain
+from service.cli.wording import counted, plain
 
 if TYPE_CHECKING:
     from schemas.api.jobs import Job, TileBatch
@@ -154,6 +154,10 @@ def demo(
     out: Annotated[
         ImageTarget | None, image_option("Where the picture goes", show_default=DEFAULT_OUT)
     ] = None,
+    keep: Annotated[
+        bool,
+        typer.Option("--keep", help="Leave the service running until Ctrl-C, to see the job on its page."),
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Render a scene of the gallery over HTTP, to see it all work.
@@ -172,16 +176,34 @@ def demo(
             job = client.wait(job.id, on_progress=lambda batch: arrivals.show(batch, bar))
         output.say(arrivals.summary(job))
         save_picture(client, job.id, out)
+        page = f"{server.url}/jobs/{job.id}"
+        if as_json:
+            output.document(
+                {
+                    "out": str(out),
+                    "page": page,
+                    "seconds": arrivals.last,
+                    "first_pixels_seconds": arrivals.first,
+                    "job": job.model_dump(mode="json"),
+                }
+            )
+        if keep:
+            output.say(f"The page of the job is {page}\nCtrl-C stops the service.")
+            _wait_for_interrupt(server)
         output.say("Stopping the service and removing its folder.")
-    if as_json:
-        output.document(
-            {
-                "out": str(out),
-                "seconds": arrivals.last,
-                "first_pixels_seconds": arrivals.first,
-                "job": job.model_dump(mode="json"),
-            }
-        )
+    if not keep:
+        output.say(f"The page of the job was {page}\n`penumbra demo --keep` leaves it open.")
+
+
+def _wait_for_interrupt(server: RunningServer) -> None:
+    """Let a service run until Ctrl-C, which is how it is meant to end."""
+    from service.errors import UnavailableError
+
+    try:
+        code = server.process.wait()
+    except KeyboardInterrupt:
+        return
+    raise UnavailableError(f"The service ended with code {code}.")
 
 
 @dataclass(slots=True)
@@ -225,7 +247,7 @@ def _temporary_service() -> Iterator[RunningServer]:
     with tempfile.TemporaryDirectory(prefix="penumbra-demo-") as folder:
         data = Path(folder)
         settings = Settings(data=data, host="127.0.0.1", port=0, database=f"sqlite:///{data / 'demo.sqlite'}")
-        output.say(f"Starting a service with {settings.workers} workers on a free port.")
+        output.say(f"Starting a service with {counted(settings.workers, 'worker')} on a free port.")
         log = data / "log"
         with log.open("wb") as stderr:
             try:

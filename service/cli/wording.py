@@ -1,4 +1,4 @@
-"""Sentences of pydantic, which checks options and settings, in words for those who give them."""
+"""Sentences of pydantic, which checks options and settings, in plain words; numbers with their nouns."""
 
 from __future__ import annotations
 
@@ -30,3 +30,12 @@ def plain(message: str) -> str:
             message = pattern.sub(instead, message)
             break
     return message if message.endswith((".", ")", "?")) else f"{message}."
+
+
+def counted(number: int, noun: str) -> str:
+    """A number with its noun.
+
+    >>> counted(1, "worker"), counted(0, "tile"), counted(1234, "pixel")
+    ('1 worker', '0 tiles', '1,234 pixels')
+    """
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"

@@ -20,6 +20,7 @@ from schemas.api.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 from service.lifecycle import clock, fairness, rows
+from service.lifecycle.damage import UNREADABLE, DamagedRenderError
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
 from service.storage.tiles import StoredTile
 from service.workers.tasks import WHOLE, AdvanceDone, AdvanceTask, numbered, pass_of
@@ -108,7 +109,10 @@ def expire(session: Session) -> float | None:
     upcoming = []
     limited: Any
     for limited in session.execute(_LIMITED).all():
-        left = tile_time_left(limited)
+        try:
+            left = tile_time_left(limited)
+        except UNREADABLE as error:
+            raise DamagedRenderError(session.get_one(RenderRow, limited.number)) from error
         if left is not None and left > 0:
             upcoming.append(left)
             continue
@@ -119,7 +123,8 @@ def expire(session: Session) -> float | None:
     return min(upcoming, default=None)
 
 
-def _spent(render: RenderRow) -> bool:
+def is_spent(render: RenderRow) -> bool:
+    """Whether no time is left for tiles of a render."""
     left = tile_time_left(render)
     return left is not None and left <= 0
 
@@ -133,7 +138,7 @@ def advance_task(session: Session, render: RenderRow) -> AdvanceTask:
         parts=tuple(fresh(session, render)),
         merged=merged_by(render),
         tile_size=render.tile_size,
-        last=_spent(render),
+        last=is_spent(render),
         attempt=render.compose_attempt,
         layers=tuple(render.layers),
         recorded=tuple(recorded(session, render)) if render.layers else (),

@@ -22,6 +22,7 @@ from sqlalchemy.orm import Session
 
 from schemas.api.jobs import JobState
 from service.dispatch import ledger
+from service.dispatch.holding import HeldTasks
 from service.dispatch.job_events import JobEvents
 from service.dispatch.leadership import BEAT_SECONDS, Leadership
 from service.dispatch.rounds import Round
@@ -94,6 +95,7 @@ class Dispatcher:
         self._flying: set[JobTask] = set()
         self._answers: dict[CallTask, Future[Outcome]] = {}
         self._leaving: dict[str, float] = {}
+        self._held = HeldTasks()
         self._pause_until = 0.0
         self._deadline: float | None = None
         self._starved = False
@@ -178,6 +180,9 @@ class Dispatcher:
                 message = self._inbox.get_nowait()
         except queue.Empty:
             pass
+        for task in self._held.release():
+            self._flying.discard(task)
+            self._reports.append((task, Interrupted()))
         while self._cancelled:
             render = self._cancelled.popleft()
             if self._term is not None:
@@ -193,6 +198,8 @@ class Dispatcher:
         waits += [BEAT_SECONDS] if self._database.shared else []
         if self._deadline:
             waits.append(self._deadline - time.monotonic())
+        held = self._held.seconds_left()
+        waits += [] if held is None else [held]
         return max(0.0, min(waits)) if waits else None
 
     def _record(self, task: Task, outcome: Outcome) -> None:
@@ -299,7 +306,7 @@ class Dispatcher:
 
     def _forget_tasks(self) -> None:
         """Stop what was handed out in an earlier term: the database expects no more of it."""
-        self._stale |= self._flying
+        self._stale |= self._flying - self._held.forget()
         self._flying, self._reports, self._leaving, self._deadline = set(), [], {}, None
         self.throughput.watch(busy=False)
 
@@ -348,6 +355,9 @@ class Dispatcher:
     def _act(self, result: Round) -> None:
         if result.store_closed:
             self._pause()
+        for early in result.early:
+            self._flying.add(early)
+            self._held.hold(early)
         for task in result.tasks:
             self._flying.add(task)
             self.throughput.watch(busy=True)

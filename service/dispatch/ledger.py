@@ -6,7 +6,6 @@ are one write.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Collection, Iterator, Sequence
 
 from sqlalchemy import and_, bindparam, case, exists, literal_column, select, update
@@ -15,6 +14,7 @@ from sqlalchemy.orm import Session
 from schemas.api.jobs import JobState
 from service.dispatch import adaptive_passes as targets
 from service.lifecycle import fairness, progress, rows
+from service.lifecycle.damage import using
 from service.storage.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
 from service.storage.tiles import StoredTile
 from service.workers.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
@@ -102,12 +102,15 @@ def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
         share, until = fairness.next_share(session, resting)
         if share is None:
             return
-        claimed = list(_turn(session, share, until, room, begun))
+        claimed = 0
+        # One by one: those before a damaged render are handed out.
+        for task in _turn(session, share, until, room, begun):
+            claimed += 1
+            yield task
         if not claimed:
             resting.add(share.owner)
             share.active = bool(begun) and _waits(session, share.owner)
-        yield from claimed
-        room -= len(claimed)
+        room -= claimed
 
 
 def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set[int]) -> Iterator[TileTask]:
@@ -118,13 +121,16 @@ def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set
     """
     wanted = {"owner": share.owner, "room": room, "begun": list(begun)}
     for render in session.scalars(_CLAIMABLE, wanted).unique().all():
-        last_pass = len(render.passes)
+        with using(render):
+            last_pass = len(render.passes)
         if render.state == JobState.QUEUED:
             last_pass = 0
             begun.add(render.number)
         for step in _waiting(session, render, last_pass, room):
-            fairness.charge(share, step, rows.expected_cpu_seconds(render, step))
-            yield _hand_out(session, render, step)
+            with using(render):
+                fairness.charge(share, step, rows.expected_cpu_seconds(render, step))
+                task = _hand_out(session, render, step)
+            yield task
             room -= 1
             if not room or share.served > until:
                 return
@@ -158,9 +164,8 @@ def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
     if render.target_error is None:
         return TileTask(*place)
     left = targets.tile_time_left(render) if render.merges else None
-    until = None if left is None else time.time() + left
     ray_seconds = render.merges[-1]["ray_seconds"] if render.merges else 0.0
-    return SampleTask(*place, merged=targets.merged_by(render), until=until, ray_seconds=ray_seconds)
+    return SampleTask(*place, merged=targets.merged_by(render), seconds_left=left, ray_seconds=ray_seconds)
 
 
 def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) -> bool:
@@ -204,7 +209,9 @@ def compose_claims(session: Session, composing: Collection[str]) -> Iterator[Job
         if render.id not in composing:
             # Never reset: a worker of a former leader may still write files of the numbers before.
             render.compose_attempt += 1
-            yield _compose_task(session, render)
+            with using(render):
+                task = _compose_task(session, render)
+            yield task
 
 
 def _compose_task(session: Session, render: RenderRow) -> JobTask:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from typing import TypeVar
 
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
@@ -12,7 +14,8 @@ from sqlalchemy.orm import Session
 from schemas.api.jobs import Failure, JobState
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
-from service.lifecycle import rows, sharing
+from service.lifecycle import damage, rows, sharing
+from service.lifecycle.damage import DamagedRenderError, using
 from service.storage.database.models import JobRow, RenderRow
 from service.workers.tasks import (
     OUT_OF_MEMORY,
@@ -33,6 +36,8 @@ from service.workers.tasks import (
 )
 
 _SHARING = select(JobRow.id).join(RenderRow).where(RenderRow.id.in_(bindparam("renders", expanding=True)))
+
+T = TypeVar("T")
 
 NOT_PUT_TOGETHER = "The picture could not be put together."
 
@@ -75,6 +80,8 @@ class Round:
     """Seconds until the time limit of some render is spent, and a decision is due."""
     store_closed: bool = False
     """Whether a task could not write to the disk, so that trying again at once is useless."""
+    early: list[TileTask] = field(default_factory=list)
+    """Tasks that were given up as late while their job had time left: they are held back for a while."""
     retries: Counter[Cause] = field(default_factory=Counter)
     """How many tasks are to be tried again, by what was in the way."""
 
@@ -83,7 +90,7 @@ class Round:
         for task, outcome in self.reports:
             render = ledger.render_of(session, task.job)
             if render is not None:
-                self._land(session, render, task, outcome)
+                self._past_damage(session, partial(self._land, session, render, task, outcome))
         self._settle(session)
         self._end_late(session)
         session.flush()
@@ -94,10 +101,34 @@ class Round:
         if self.touched:
             self.news |= set(session.scalars(_SHARING, {"renders": list(self.touched)}))
 
+    def _past_damage(self, session: Session, step: Callable[[], T]) -> T | None:
+        """Take a step of the round again as long as a damaged render ends it, which fails."""
+        while True:
+            try:
+                return step()
+            except DamagedRenderError as damaged:
+                render = damaged.render
+                damage.note(render.id, damaged.__cause__)
+                if not render.state.final:
+                    failure = Failure(code="job_damaged", message=str(damaged), retryable=True)
+                    rows.end(session, render, JobState.FAILED, failure)
+                self.touched.add(render.id)
+                self.ended[render.id] = render.state
+
     def _claim(self, session: Session) -> None:
-        composing = {task.job for task in self.flying if isinstance(task, ComposeTask | AdvanceTask)}
-        self.tasks += ledger.compose_claims(session, composing)
-        self.tasks += ledger.tile_claims(session, max(0, self.room - len(self.tasks)))
+        self._past_damage(session, partial(self._claim_pictures, session))
+        self._past_damage(session, partial(self._claim_tiles, session))
+
+    def _claim_pictures(self, session: Session) -> None:
+        merging = (
+            task for task in (*self.flying, *self.tasks) if isinstance(task, ComposeTask | AdvanceTask)
+        )
+        for task in ledger.compose_claims(session, {task.job for task in merging}):
+            self.tasks.append(task)
+
+    def _claim_tiles(self, session: Session) -> None:
+        for task in ledger.tile_claims(session, max(0, self.room - len(self.tasks))):
+            self.tasks.append(task)
 
     def _end_late(self, session: Session) -> None:
         ended, left, upcoming = sharing.end_late(session)
@@ -105,16 +136,18 @@ class Round:
             self.touched.add(render.id)
             self.ended[render.id] = render.state
         self.news |= set(left)
-        self.deadline_in = min(filter(None, (upcoming, targets.expire(session))), default=None)
+        spent = self._past_damage(session, partial(targets.expire, session))
+        self.deadline_in = min(filter(None, (upcoming, spent)), default=None)
 
     def _land(self, session: Session, render: RenderRow, task: JobTask, outcome: Outcome) -> None:
         self.touched.add(render.id)
         if isinstance(outcome, TaskFailed) and outcome.passes:
             self.store_closed = True
-        if isinstance(task, TileTask):
-            self._land_tile(session, render, task, outcome)
-        else:
-            self._land_picture(session, render, task, outcome)
+        with using(render):
+            if isinstance(task, TileTask):
+                self._land_tile(session, render, task, outcome)
+            else:
+                self._land_picture(session, render, task, outcome)
         if render.state.final:
             self.ended[render.id] = render.state
 
@@ -124,6 +157,8 @@ class Round:
                 ledger.land(session, render, task, outcome)
             case TaskFailed(code=code, message=message, passes=False):
                 _fail(session, render, code, message, retryable=False)
+            case Interrupted(late=True) if not targets.is_spent(render):
+                self.early.append(task)
             case _:
                 self._take_back(session, render, task, outcome)
 

@@ -5,24 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of
-from accuracy.comparison.diagnosis import Cause
+from accuracy.comparison.diagnosis import BLURRED, JAGGED, Cause
 from accuracy.comparison.fingerprints import Fingerprint, fingerprint
 from accuracy.comparison.heat import encoded, side_by_side
+from accuracy.comparison.mistakes import candidates
 from accuracy.comparison.regions import Region, named
 from renderer.errors import MissingExtraError
+from renderer.math.arrays import Floats
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
+from schemas.grading.acceptance import Acceptance, Verdict
 from schemas.grading.manifests import ImageTest, SceneTest
 from service.grading import sentences
 from service.grading.accepting import accepted, compared, noiseless
-from service.grading.counterfactuals import explain, is_certain
 from service.grading.errors import BrokenTestError, NotGradableError
-from service.grading.forgiving import forgiven
-from service.grading.inputs import of_picture
-from service.grading.outcomes import Outcome
-from service.grading.program_mistakes import ProgramMistake
+from service.grading.mistakes.counterfactuals import explain, is_certain
+from service.grading.outcomes import Outcome, of_picture
+from service.grading.programs.program_mistakes import ProgramMistake
+from service.grading.programs.repairing import repaired, without_jags
 from service.grading.rendering import rendered
-from service.grading.repairing import repaired
 from service.grading.selection import Selection, select
 from service.grading.settings import Run
 from service.grading.signals import signals
@@ -200,3 +203,28 @@ def _regions(
 
 def _drawn(found: Comparison) -> dict[str, bytes]:
     return {LABEL: encoded(side_by_side(found.image.linear, found.reference.linear))}
+
+
+def forgiven(accept: Acceptance, found: Comparison) -> tuple[Picture, str]:
+    """The picture to judge, and a sentence about the mistake that was undone; empty if none was.
+
+    Parameters
+    ----------
+    found
+        A comparison of the whole picture; only a mistake that its diagnosis names is undone.
+    """
+    pardoned = accept.forgiven if isinstance(accept, Verdict) else ()
+    cause = next((cause.cause for cause in found.causes if cause.cause in pardoned), None)
+    if cause is None:
+        return found.image, ""
+    # Undoing a mistake changes the noise.
+    picture = replace(noiseless(found.image), linear=_undone(cause, found))
+    return picture, f"It is judged as if {cause} were fixed; that mistake costs no points here."
+
+
+def _undone(cause: str, found: Comparison) -> Floats:
+    image, reference = found.image.linear, found.reference.linear
+    if cause in {JAGGED, BLURRED}:
+        return without_jags(image, reference)
+    mistake = next(mistake for mistake in candidates(image, reference) if mistake.cause == cause)
+    return np.ascontiguousarray(mistake.undo(image))

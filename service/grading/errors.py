@@ -1,9 +1,10 @@
-"""Errors that leave a test without points and verdict.
+"""Errors that leave a test without points and verdict, and one that leaves a result without its export.
 
 GradingError
 ├── NotSubmittedError     the submission lacks the file
 ├── NotGradableError      the submitted file cannot be compared with the reference
 └── BrokenTestError       the test itself cannot run: its reference is missing, damaged or cannot be rendered
+ExportError               the platform requires a value that is unknown
 """
 
 from __future__ import annotations
@@ -23,3 +24,7 @@ class NotGradableError(GradingError):
 
 class BrokenTestError(GradingError):
     """A test that cannot run with any submission."""
+
+
+class ExportError(Exception):
+    """A value that the platform requires is unknown; the message names it and says how to set it."""

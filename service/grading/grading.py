@@ -17,8 +17,8 @@ from service.grading import results
 from service.grading.folders import Folder
 from service.grading.kinds import findings
 from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
-from service.grading.program_mistakes import NONE
-from service.grading.program_search import search
+from service.grading.programs.program_mistakes import NONE
+from service.grading.programs.program_search import search
 from service.grading.references import Prepared, prepare, wanted
 from service.grading.settings import Run
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from accuracy.comparison import Picture
 from accuracy.comparison.fingerprints import Fingerprint
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.grading.grades import GradeInput, GradeVerdict, Signal
+from service.grading.folders import Role
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,3 +48,25 @@ class Outcome:
     inputs: tuple[GradeInput, ...] = ()
     signals: tuple[Signal, ...] = ()
     fingerprint: Fingerprint | None = None
+
+
+def of_picture(test: str, role: Role, picture: Picture, size: int | None) -> GradeInput:
+    """A picture; `size` is None if it was rendered here."""
+    samples = picture.layers.get("samples")
+    return GradeInput(
+        test=test,
+        role=role,
+        name=picture.name,
+        sha256=picture.sha256,
+        size=size,
+        width=picture.width,
+        height=picture.height,
+        encoding=picture.encoding,
+        samples=None if samples is None else float(samples.mean()),
+    )
+
+
+def of_file(test: str, role: Role, name: str, content: bytes) -> GradeInput:
+    """Any other file."""
+    digest = hashlib.sha256(content).hexdigest()
+    return GradeInput(test=test, role=role, name=name, sha256=digest, size=len(content))

@@ -25,6 +25,7 @@ from service.access.principals import Principal
 from service.jobs import uploads
 from service.jobs.context import Service
 from service.jobs.pricing import check_cost, priced, target_of
+from service.jobs.texture_memory import too_large
 from service.storage.assets import PREFIX, is_mesh, is_sha256
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -80,7 +81,18 @@ def read_request(
     unusable = _unusable_assets(service, principal, scene)
     if unusable:
         raise renderer.SceneError(unusable)
+    _check_memory(service, request, scene)
     return request, warnings
+
+
+def _check_memory(service: Service, request: BaseModel, scene: Scene) -> None:
+    if not uploads.hashes_of(scene):
+        return
+    target = isinstance(getattr(request, "quality", None), TargetQuality)
+    with service.database.reading() as session:
+        problem = too_large(session, scene, service.settings.worker_memory_bytes, target=target)
+    if problem is not None:
+        raise renderer.SceneError([problem])
 
 
 def compile_admitted(request: JobRequest) -> renderer.RenderPlan:

@@ -21,6 +21,7 @@ from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
+from service.storage.reserve import Reserve
 from service.storage.tiles import TileStore
 from service.telemetry.spans import JobSpans
 
@@ -36,6 +37,7 @@ class Service:
     database: Database
     store: TileStore
     assets: AssetStore
+    reserve: Reserve
     dispatcher: Dispatcher
     retention_thread: RetentionThread
     job_events: JobEvents

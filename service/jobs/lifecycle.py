@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from fastapi.concurrency import run_in_threadpool
+from fastapi.concurrency import contextmanager_in_threadpool, run_in_threadpool
 from sqlalchemy import Select, bindparam, exists, func, select, text
 from sqlalchemy.orm import Session, aliased, defer, joinedload
 
@@ -18,7 +18,7 @@ from schemas.reading import read_document
 from service.access.principals import Principal
 from service.errors import ForbiddenError, PictureGoneError, UnavailableError, UnknownJobError
 from service.jobs.context import Service
-from service.lifecycle import rows, sharing
+from service.lifecycle import damage, rows, sharing
 from service.lifecycle.documents import documents
 from service.storage.database.models import JobRow, LabelRow, RenderRow, RequestRow
 
@@ -48,8 +48,9 @@ class JobStatus(NamedTuple):
 
 
 def find(session: Session, job_id: str) -> JobRow:
-    """Find a job; UnknownJobError if there is none."""
-    row = session.scalar(select(JobRow).where(JobRow.id == job_id)) if job_id.isalnum() else None
+    """Find a job; UnknownJobError if there is none, DamagedJobError if it cannot be read."""
+    with damage.reading(job_id):
+        row = session.scalar(select(JobRow).where(JobRow.id == job_id)) if job_id.isalnum() else None
     if row is None:
         raise UnknownJobError
     return row
@@ -82,7 +83,10 @@ def find_render(session: Session, job_id: str) -> RenderRow:
 def show(service: Service, job_id: str) -> Job:
     """Describe a job as it is now."""
     with service.database.reading() as session:
-        [job] = documents(session, [find(session, job_id)], service.settings.keep_seconds)
+        found = damage.load(session, select(JobRow).where(JobRow.id == job_id)) if job_id.isalnum() else ()
+        if not found:
+            raise UnknownJobError
+        [job] = documents(session, found, service.settings.keep_seconds)
         return job
 
 
@@ -104,7 +108,7 @@ def page(
     """
     query = _listed(owner, state, labels, cursor).limit(limit + 1)
     with service.database.reading() as session:
-        found = session.scalars(query).all()
+        found = damage.load(session, query)
         following = str(found[limit - 1].number) if len(found) > limit else None
         jobs = documents(session, found[:limit], service.settings.keep_seconds)
     return JobList(jobs=jobs, next=following)
@@ -212,10 +216,11 @@ async def remove(service: Service, job_id: str) -> None:
     UnavailableError
         If it could not be stopped in time.
     """
-    job = await stop(service, job_id)
-    if not job.state.final:
-        raise UnavailableError("The job is being stopped. Delete it again in a moment.")
-    await run_in_threadpool(_forget, service, job_id)
+    async with contextmanager_in_threadpool(service.reserve.given_up()):
+        job = await stop(service, job_id)
+        if not job.state.final:
+            raise UnavailableError("The job is being stopped. Delete it again in a moment.")
+        await run_in_threadpool(_forget, service, job_id)
 
 
 def _forget(service: Service, job_id: str) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import IO, Literal
 
@@ -204,6 +204,15 @@ def _count(service: Service, number: int, name: str, size: int) -> None:
         log.warning("bytes of an encoding not counted", render=number, error=type(error).__name__)
 
 
+def unnamed(write: Callable[[IO[bytes]], None]) -> Stored:
+    """Have something written to a file that is there as long as it is sent."""
+    with translate_errors(), tempfile.NamedTemporaryFile() as file:
+        write(file)
+        file.flush()
+        kept = _Unnamed(os.dup(file.fileno()))
+    return Stored(kept.size, time.time(), None, kept.read)
+
+
 class _Unnamed:
     """A temporary file that goes when nothing reads it any more."""
 
@@ -220,10 +229,7 @@ class _Unnamed:
 
 def _temporary(store: TileStore, finished: Finished, requested: ImageRequest) -> Stored:
     """Encode a picture to a file that is there as long as it is sent."""
-    with translate_errors(), tempfile.NamedTemporaryFile() as file:
-        _write(file, store, finished, requested)
-        unnamed = _Unnamed(os.dup(file.fileno()))
-    return Stored(unnamed.size, time.time(), None, unnamed.read)
+    return unnamed(lambda file: _write(file, store, finished, requested))
 
 
 def _write(file: IO[bytes], store: TileStore, finished: Finished, requested: ImageRequest) -> None:
@@ -266,8 +272,8 @@ def visible_events(events: Sequence[TileEvent]) -> list[TileEvent]:
 
 def target_pixels(
     service: Service, render: RenderRow, events: Sequence[TileEvent], fresh: Sequence[StoredTile]
-) -> list[tuple[TileEvent, Pixels]]:
-    """Return the visible events of a render of target quality, each with its pixels as they are now.
+) -> Iterator[tuple[TileEvent, Pixels]]:
+    """Yield the visible events of a render of target quality, each with its pixels as they are now.
 
     Parameters
     ----------
@@ -275,19 +281,16 @@ def target_pixels(
         The finished tiles of the pass that is not merged yet.
     """
     shown = visible_events(events)
-    wanted = {event.tile for event in shown if event.pass_index == len(render.merges)}
-    parts = [part for part in fresh if part.tile.index in wanted]
+    part_of = {part.tile.index: part for part in fresh}
+    is_fresh = [event.pass_index == len(render.merges) for event in shown]
+    parts = [part_of[event.tile] for event, new in zip(shown, is_fresh, strict=True) if new]
     tiles = service.store.get_tiles(render.id, parts)
-    newest = {part.tile.index: found for part, found in zip(parts, tiles, strict=True)}
-    return [
-        (
-            event,
-            newest[event.tile]
-            if event.pass_index == len(render.merges)
-            else _merged(service, render)[event.y0 : event.y1, event.x0 : event.x1],
-        )
-        for event in shown
-    ]
+    merged = None if all(is_fresh) else _merged(service, render)
+    for event, new in zip(shown, is_fresh, strict=True):
+        if new:
+            yield event, next(tiles)
+        elif merged is not None:
+            yield event, merged[event.y0 : event.y1, event.x0 : event.x1]
 
 
 def _merged(service: Service, render: RenderRow) -> Pixels:

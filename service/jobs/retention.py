@@ -24,6 +24,7 @@ from service.storage.assets import AssetStore
 from service.storage.database.conditions import HAS_PICTURE, MAY_BE_FORGOTTEN, UNMEASURED
 from service.storage.database.connection import Database
 from service.storage.database.models import AssetRow, IdempotencyRow, JobRow, RenderRow
+from service.storage.reserve import Reserve
 from service.storage.tiles import UNFINISHED_SECONDS, TileStore
 
 KEY_LIFE = timedelta(hours=24)
@@ -180,8 +181,11 @@ class RetentionThread:
     Several services of one database may have one each: what one has deleted is not there for the other.
     """
 
-    def __init__(self, database: Database, store: TileStore, assets: AssetStore, rules: Rules) -> None:
+    def __init__(
+        self, database: Database, store: TileStore, assets: AssetStore, rules: Rules, reserve: Reserve
+    ) -> None:
         self._database, self._store, self._assets = database, store, assets
+        self._reserve = reserve
         self.rules = rules
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="retention", daemon=True)
@@ -192,6 +196,7 @@ class RetentionThread:
             known = set(session.scalars(select(AssetRow.sha256)))
         age = UNFINISHED_SECONDS if self._database.shared else 0.0
         self._assets.sweep(known, self._unused_since(self.rules), age)
+        self._reserve.keep()
         self._thread.start()
 
     def stop(self) -> None:
@@ -226,7 +231,9 @@ class RetentionThread:
         pause = min(SWEEP_SECONDS, self.rules.keep_seconds or SWEEP_SECONDS)
         while not self._stopping.wait(pause):
             try:
-                swept = self.prune(self.rules)
+                with self._reserve.given_up():
+                    swept = self.prune(self.rules)
+                self._reserve.keep()
             except (SQLAlchemyError, StoreError) as error:
                 log.warning("nothing swept, trying again", error=type(error).__name__)
                 continue

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import IO
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -14,12 +16,14 @@ from schemas.api.jobs import JobState, TileBatch, TileEvent
 from schemas.scene import Display
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
-from service.jobs.bands import means
+from service.jobs.bands import BAND_PIXELS, means
 from service.jobs.context import Service
 from service.jobs.lifecycle import find
-from service.jobs.pictures import target_pixels, visible_events
+from service.jobs.pictures import target_pixels, unnamed, visible_events
+from service.lifecycle import damage
 from service.lifecycle.documents import failure_of, progress_of
 from service.storage.database.models import JobRow, RenderRow, TileRow
+from service.storage.objects import Stored
 from service.storage.tiles import Pixels, StoredTile, TileStore
 
 ENCODINGS = {"float32": FLOAT32, "rgb8": RGB8}
@@ -33,6 +37,11 @@ def batch(service: Service, job_id: str, after: int) -> TileBatch:
 
 
 def _batch(session: Session, row: JobRow, after: int, limit: int) -> TileBatch:
+    with damage.reading(row.id):
+        return _events_of(session, row, after, limit)
+
+
+def _events_of(session: Session, row: JobRow, after: int, limit: int) -> TileBatch:
     events = _events(session, row.render, after, limit) if row.render else ()
     following = events[-1].seq if events else after
     newest = row.render.last_seq if row.render else 0
@@ -78,32 +87,45 @@ class _News:
     parts: tuple[StoredTile, ...]
 
 
-def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> bytes:
-    """Return the events after a number with their pixels, in the form of ``schemas.api.batches``."""
+def pixels_of(events: Sequence[TileEvent]) -> int:
+    """Count the pixels that a batch of these events has, about: each tile once."""
+    newest = {event.tile: event for event in events}
+    areas = ((event.x1 - event.x0) * (event.y1 - event.y0) // event.stride**2 for event in newest.values())
+    return sum(areas)
+
+
+def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> Stored:
+    """Return the events after a number with their pixels, in the form of ``schemas.api.batches``.
+
+    They are written to a file: readers may be slow, and a batch may have all pixels of a large picture.
+    """
     try:
-        return _pixel_batch(service, job_id, after, encoding)
+        return unnamed(partial(_write, service, job_id, after, encoding))
     except FileNotFoundError:
         # The job has ended meanwhile: its pixels are in the final picture, or deleted.
-        return _pixel_batch(service, job_id, after, encoding)
+        return unnamed(partial(_write, service, job_id, after, encoding))
 
 
-def _pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> bytes:
+def _write(service: Service, job_id: str, after: int, encoding: int, file: IO[bytes]) -> None:
     with service.database.reading() as session:
         news = _news(session, find(session, job_id), after, service.settings.max_events)
-    tiles = _parcels(service, news.render, news, encoding) if news.render else []
     head = BatchHead(
         encoding=encoding,
-        tiles=len(tiles),
+        tiles=0,
         next=news.events.next,
         complete=news.events.complete,
         succeeded=news.state is JobState.SUCCEEDED,
     )
-    return b"".join([head.pack(), *tiles])
-
-
-def _parcels(service: Service, render: RenderRow, news: _News, encoding: int) -> list[bytes]:
-    display = Display.model_validate(render.display)
-    return [_parcel(event, pixels, display, encoding) for event, pixels in _pixels(service, render, news)]
+    file.write(head.pack())
+    tiles = 0
+    if news.render is not None:
+        display = Display.model_validate(news.render.display)
+        for event, pixels in _pixels(service, news.render, news):
+            _write_parcel(file, event, pixels, display, encoding)
+            tiles += 1
+    # How many there are is known at the end.
+    file.seek(0)
+    file.write(head._replace(tiles=tiles).pack())
 
 
 def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
@@ -120,14 +142,14 @@ def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
     return _News(row.state, render, events, coarse, parts)
 
 
-def _pixels(service: Service, render: RenderRow, news: _News) -> list[tuple[TileEvent, Pixels]]:
+def _pixels(service: Service, render: RenderRow, news: _News) -> Iterator[tuple[TileEvent, Pixels]]:
     events = news.events.events
     if news.state is JobState.SUCCEEDED:
         image = service.store.get_array(render.id, f"{render.final_prefix}image.npy")
         shown = _newest(render, events)
-        return [(event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in shown]
+        return ((event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in shown)
     if news.state.final:
-        return []
+        return iter(())
     if render.target_error is not None:
         return target_pixels(service, render, events, news.parts)
     return _so_far(service.store, render, news)
@@ -141,18 +163,17 @@ def _newest(render: RenderRow, events: Sequence[TileEvent]) -> Sequence[TileEven
     return sorted(newest.values(), key=lambda event: event.seq)
 
 
-def _so_far(store: TileStore, render: RenderRow, news: _News) -> list[tuple[TileEvent, Pixels]]:
+def _so_far(store: TileStore, render: RenderRow, news: _News) -> Iterator[tuple[TileEvent, Pixels]]:
     newest = {event.tile: event for event in news.events.events if event.pass_index > 0}
-    found: list[tuple[TileEvent, Pixels]] = []
     if news.coarse is not None:
-        found.append((news.events.events[0], store.get_tile(render.id, news.coarse)))
-    found += [(newest[tile.index], pixels) for tile, pixels in means(store, render.id, news.parts)]
-    return sorted(found, key=lambda one: one[0].seq)
+        yield news.events.events[0], store.get_tile(render.id, news.coarse)
+    parts = sorted(news.parts, key=lambda part: (newest[part.tile.index].seq, part.pass_.index))
+    for tile, pixels in means(store, render.id, parts):
+        yield newest[tile.index], pixels
 
 
-def _parcel(event: TileEvent, pixels: Pixels, display: Display, encoding: int) -> bytes:
-    shown = pixels.astype("<f4") if encoding == FLOAT32 else image_files.displayed(pixels, display)
-    data = shown.tobytes()
+def _write_parcel(file: IO[bytes], event: TileEvent, pixels: Pixels, display: Display, encoding: int) -> None:
+    height, width, channels = pixels.shape
     head = TileHead(
         seq=event.seq,
         pass_index=event.pass_index,
@@ -161,6 +182,11 @@ def _parcel(event: TileEvent, pixels: Pixels, display: Display, encoding: int) -
         x1=event.x1,
         y1=event.y1,
         stride=event.stride,
-        length=len(data),
+        length=height * width * channels * (4 if encoding == FLOAT32 else 1),
     )
-    return head.pack() + data
+    file.write(head.pack())
+    rows = max(1, BAND_PIXELS // width)
+    for top in range(0, height, rows):
+        band = pixels[top : top + rows]
+        shown = band.astype("<f4") if encoding == FLOAT32 else image_files.displayed(band, display)
+        file.write(shown.tobytes())

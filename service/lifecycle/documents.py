@@ -10,9 +10,10 @@ from typing import Any
 from sqlalchemy import bindparam, literal_column, select
 from sqlalchemy.orm import Session
 
-from schemas.api.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress, TileAtWork
+from schemas.api.jobs import Failure, Job, JobCost, JobLinks, JobState, Numerics, Progress, TileAtWork
 from schemas.errors import Problem
-from service.lifecycle import fairness, progress
+from service.lifecycle import damage, fairness, progress
+from service.lifecycle.damage import UnreadableRow
 from service.storage.database.models import JobRow, RenderRow, TileRow
 
 # SQLite uses the index of running steps only where the condition stands in the statement as in the index.
@@ -26,23 +27,33 @@ _AT_WORK = (
 )
 
 
-def documents(session: Session, jobs: Sequence[JobRow], keep_seconds: float | None = None) -> tuple[Job, ...]:
-    """Describe jobs as they are now, with a constant number of queries.
+def documents(
+    session: Session, jobs: Sequence[JobRow | UnreadableRow], keep_seconds: float | None = None
+) -> tuple[Job, ...]:
+    """Describe jobs as they are now, with a constant number of queries; damaged ones take some more.
 
     Parameters
     ----------
     keep_seconds
         Age at which a picture is removed.
     """
-    before, at_work = fairness.positions(session, jobs), _at_work(session, jobs)
-    return tuple(
-        _document(row, keep_seconds, before.get(row.number), at_work.get(row.render_number, ()))
-        for row in jobs
-    )
+    rows = [row for row in jobs if isinstance(row, JobRow)]
+    before, at_work = fairness.positions(session, rows), _at_work(session, rows)
+    found = []
+    for row in jobs:
+        if isinstance(row, UnreadableRow):
+            found.append(damage.describe(session, row.number, row.error, _links))
+            continue
+        rendering = at_work.get(row.render_number, ())
+        try:
+            found.append(_document(row, keep_seconds, before.get(row.number), rendering))
+        except damage.UNREADABLE as error:
+            found.append(damage.describe(session, row.number, error, _links))
+    return tuple(found)
 
 
 def _document(
-    row: JobRow, keep_seconds: float | None, position: int | None, rendering: tuple[TileAtWork, ...]
+    row: JobRow, keep_seconds: float | None, position: int | None, rendering: Sequence[TileRow]
 ) -> Job:
     work = work_of(row)
     return Job(
@@ -58,7 +69,7 @@ def _document(
         height=work["height"],
         quality=row.quality,
         progress=_progress(row, work),
-        rendering=rendering,
+        rendering=tuple(TileAtWork.model_validate(step, from_attributes=True) for step in rendering),
         queue_position=position,
         last_seq=work["last_seq"],
         created_at=row.created_at,
@@ -130,8 +141,9 @@ def _work(render: RenderRow) -> dict[str, Any]:
 
 
 def _numerics(render: RenderRow) -> dict[str, int] | None:
-    """Counts of invalid numbers; they are known at the end."""
-    return render.numerics if render.state is JobState.SUCCEEDED else None
+    """Counts of invalid numbers; they are known at the end, and not of renders older than one of them."""
+    known = render.state is JobState.SUCCEEDED and Numerics.model_fields.keys() <= render.numerics.keys()
+    return render.numerics if known else None
 
 
 def _error(render: RenderRow) -> dict[str, float] | None:
@@ -140,19 +152,16 @@ def _error(render: RenderRow) -> dict[str, float] | None:
     return entries[-1]["error"] if entries else None
 
 
-def _at_work(session: Session, jobs: Sequence[JobRow]) -> dict[int | None, tuple[TileAtWork, ...]]:
-    """Return the tiles that workers have in hand, by the numbers of the renders of running jobs."""
+def _at_work(session: Session, jobs: Sequence[JobRow]) -> dict[int | None, list[TileRow]]:
+    """Return the steps that workers have in hand, by the numbers of the renders of running jobs."""
     renders = {row.render_number for row in jobs if row.state is JobState.RUNNING and row.render is not None}
     if not renders:
         return {}
     steps = session.scalars(_AT_WORK, {"renders": list(renders)})
-    return {
-        render: tuple(TileAtWork.model_validate(step, from_attributes=True) for step in of_render)
-        for render, of_render in groupby(steps, lambda step: step.render)
-    }
+    return {render: list(of_render) for render, of_render in groupby(steps, lambda step: step.render)}
 
 
-def _links(job_id: str, layers: list[str]) -> JobLinks:
+def _links(job_id: str, layers: Sequence[str] = ()) -> JobLinks:
     path = f"/v1/jobs/{job_id}"
     return JobLinks(
         self=path,

@@ -51,6 +51,9 @@ def begin_passes(passes: Sequence[int]) -> list[dict[str, Any]]:
 def note_step(render: RenderRow, pass_index: int, done: TileDone) -> None:
     """Record a finished step of fixed quality."""
     assert render.started_at is not None
+    if pass_index >= len(render.pass_costs):
+        # A render older than these entries: its passes are not reported.
+        return
     before = render.pass_costs[pass_index]
     now = {
         "left": before["left"] - 1,

@@ -22,7 +22,7 @@ from service.lifecycle.rows import OPEN
 from service.storage.database.conditions import WITH_ERROR
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow
-from service.workers.tasks import Cause, JobTask, Outcome, TaskFailed, TileDone, WorkerDied
+from service.workers.tasks import Cause, Interrupted, JobTask, Outcome, TaskFailed, TileDone, WorkerDied
 
 RECENT = 200
 """Pictures of target quality, the newest, of which the error is reported."""
@@ -50,6 +50,7 @@ class Metrics:
         self.retries = Counter("penumbra_retries", "Tasks that are retried.", ["cause"], registry=here)
         # A counter that appears with its first retry shows no increase.
         self.note_retries(dict.fromkeys(Cause, 0))
+        self.late = Counter("penumbra_late_tiles", "Tiles given up at a time limit.", registry=here)
         self.failures = Counter("penumbra_task_failures", "Tasks that failed.", ["code"], registry=here)
         self.cpu_seconds = Counter("penumbra_user_cpu_seconds", "Work of workers.", ["user"], registry=here)
         self._lock = threading.Lock()
@@ -64,6 +65,8 @@ class Metrics:
                 self.deaths.inc()
             case TaskFailed(code=code):
                 self.failures.labels(code).inc()
+            case Interrupted(late=True):
+                self.late.inc()
             case _:
                 pass
         with self._lock:

@@ -9,18 +9,27 @@ import { h } from "./dom.js";
  * @param {string} verb - Label of the button that confirms.
  * @returns {Promise<boolean>} Whether the user confirmed.
  */
-export function confirmed(question, verb) {
+export async function confirmed(question, verb) {
+  const answer = await asked(
+    question,
+    h("button", { value: "yes", className: "danger" }, verb),
+    h("button", { value: "", autofocus: true }, "Keep it"),
+  );
+  return answer === "yes";
+}
+
+/** Say something that is to be read before going on. */
+export async function notified(text) {
+  await asked(text, h("button", { value: "", autofocus: true }, "OK"));
+}
+
+function asked(text, ...buttons) {
   return new Promise((resolve) => {
     const dialog = h(
       "dialog",
-      { "aria-label": question, onclose: () => (dialog.remove(), resolve(dialog.returnValue === "yes")) },
-      h("p", {}, question),
-      h(
-        "form",
-        { method: "dialog", className: "row" },
-        h("button", { value: "yes", className: "danger" }, verb),
-        h("button", { value: "", autofocus: true }, "Keep it"),
-      ),
+      { "aria-label": text, onclose: () => (dialog.remove(), resolve(dialog.returnValue)) },
+      h("p", {}, text),
+      h("form", { method: "dialog", className: "row" }, buttons),
     );
     document.body.append(dialog);
     dialog.showModal();

@@ -28,7 +28,7 @@ export function count(value) {
 }
 
 /** A number with its noun: 1 file, 2 files. */
-export const plural = (number, noun) => `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
+export const plural = (number, noun, many = `${noun}s`) => `${count(number)} ${number === 1 ? noun : many}`;
 
 /** One code value of an 8-bit image, as a linear error. */
 export const CODE_VALUE = 1 / 255;

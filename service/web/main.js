@@ -1,8 +1,10 @@
 // The router: one view at a time in <main>, chosen by the path.
 
 import { announce, h } from "./dom.js";
-import { MOVED, navigate } from "./navigation.js";
+import { acceptDrops } from "./drop.js";
+import { AMENDED, MOVED, navigate } from "./navigation.js";
 import { showSession } from "./session.js";
+import { skeleton } from "./skeleton.js";
 
 // For each view: the pattern of its path, the names of the pattern's groups, the module, and the style sheets to wait for.
 const ROUTES = [
@@ -12,13 +14,22 @@ const ROUTES = [
     /^\/jobs\/([^/]+)$/,
     ["id"],
     () => import("./views/job.js"),
-    ["editor.css", "views/job.css", "views/picture/picture.css", "vendor/uplot/uPlot.min.css"],
+    [
+      "editor.css",
+      "views/job.css",
+      "views/picture/picture.css",
+      "views/picture/tools.css",
+      "views/picture/stage.css",
+      "views/job/viewer.css",
+      "views/job/drawer.css",
+      "vendor/uplot/uPlot.min.css",
+    ],
   ],
   [
     /^\/compare\/([^/]+)\/([^/]+)$/,
     ["a", "b"],
     () => import("./views/compare.js"),
-    ["views/job.css", "views/picture/picture.css", "views/compare/compare.css"],
+    ["views/job.css", "views/picture/picture.css", "views/picture/tools.css", "views/compare/compare.css"],
   ],
 ];
 
@@ -31,12 +42,20 @@ let shown = null;
 function found(path) {
   for (const [form, names, load, styles] of ROUTES) {
     const match = form.exec(path);
-    if (match) {
-      const params = Object.fromEntries(names.map((name, i) => [name, decodeURIComponent(match[i + 1])]));
-      return { load, params, styles };
-    }
+    const values = match && match.slice(1).map(decoded);
+    if (values && !values.includes(null))
+      return { load, params: Object.fromEntries(names.map((name, i) => [name, values[i]])), styles };
   }
   return { load: () => import("./views/missing.js"), params: {}, styles: [] };
+}
+
+/** A part of a path, or null if it is no UTF-8. */
+function decoded(part) {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return null;
+  }
 }
 
 /** Add a style sheet unless it is there, and wait until it applies. */
@@ -59,6 +78,8 @@ async function show({ focus }) {
   main.replaceChildren();
   document.title = `${view.title ?? "Penumbra"} · Penumbra`;
   unmount = view.mount(main, { ...params, query: new URLSearchParams(location.search) });
+  // A view that waits for the service has nothing to show yet; it replaces all that is here.
+  if (!main.childElementCount) main.append(skeleton(3));
   for (const link of document.querySelectorAll("nav a")) {
     const here =
       link.pathname === location.pathname ||
@@ -86,8 +107,10 @@ addEventListener("popstate", () => {
   // Jumps to an anchor fire this event too.
   if (location.pathname + location.search !== shown) show({ focus: true });
 });
+addEventListener(AMENDED, () => (shown = location.pathname + location.search));
 addEventListener(MOVED, () => show({ focus: true }));
 
+acceptDrops();
 show({ focus: false });
 // The view does not wait for the name of the user.
 showSession(document.getElementById("session")).catch(() => {});

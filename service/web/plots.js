@@ -4,14 +4,39 @@ import { h } from "./dom.js";
 import uPlot from "./vendor/uplot/uPlot.esm.js";
 import { digits } from "./format.js";
 
-const HEIGHT = 240;
+const HEIGHT = 210;
+// The data keep this share of an axis free at both its ends, and ticks are at least this many.
+const MARGIN = 0.06;
+const FEWEST = 3;
+// CSS pixels.
+const MARK = 9;
 
-/** Whole decades around a range, so that the axes have ticks even for a narrow range. */
-function decades(low, high) {
-  return [
-    10 ** Math.floor(Math.log10(low)),
-    10 ** Math.max(Math.ceil(Math.log10(high)), Math.floor(Math.log10(low)) + 1),
-  ];
+/** A logarithmic range with all values and a margin. */
+function around(values) {
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  const margin = Math.max(1.15, (high / low) ** MARGIN);
+  return [low / margin, high * margin];
+}
+
+/** Round numbers of a range: decades if they are enough, else finer steps of them, else equal steps. */
+export function ticks(low, high) {
+  const first = Math.floor(Math.log10(low));
+  const decades = Array.from(
+    { length: Math.ceil(Math.log10(high)) - first + 1 },
+    (_, i) => 10 ** (first + i),
+  );
+  for (const steps of [[1], [1, 2, 5], [1, 1.5, 2, 3, 4, 5, 6, 7, 8, 9]]) {
+    const found = decades
+      .flatMap((decade) => steps.map((step) => Number((step * decade).toPrecision(2))))
+      .filter((tick) => tick >= low && tick <= high);
+    if (found.length >= FEWEST) return found;
+  }
+  const power = 10 ** Math.floor(Math.log10(high - low));
+  const steps = [5, 2, 1, 0.5, 0.2, 0.1].map((factor) => factor * power);
+  const count = (step) => Math.floor(high / step) - Math.ceil(low / step) + 1;
+  const step = steps.find((one) => count(one) >= FEWEST);
+  const least = Math.ceil(low / step);
+  return Array.from({ length: count(step) }, (_, i) => Number(((least + i) * step).toPrecision(6)));
 }
 
 function colours() {
@@ -19,8 +44,8 @@ function colours() {
   return (name) => style.getPropertyValue(`--${name}`).trim();
 }
 
-/** Draw the interval of each point, and the limit. */
-function extras(plot, { points, limit }, colour) {
+/** Draw the interval of each point, the limit, and marks on the axis below. */
+function extras(plot, { points, limit, marks }, colour) {
   const { ctx, bbox } = plot;
   const place = (value) => plot.valToPos(value, "y", true);
   const stroke = (name, dash, path) => {
@@ -44,6 +69,14 @@ function extras(plot, { points, limit }, colour) {
       ctx.lineTo(column, low > 0 ? place(low) : bbox.top + bbox.height);
     }
   });
+  const foot = bbox.top + bbox.height;
+  stroke("line-strong", [], () => {
+    for (const x of marks) {
+      const column = plot.valToPos(x, "x", true);
+      ctx.moveTo(column, foot);
+      ctx.lineTo(column, foot - MARK * devicePixelRatio);
+    }
+  });
   if (limit === null) return;
   stroke("ink-soft", [6, 4], () => {
     ctx.moveTo(bbox.left, place(limit));
@@ -54,7 +87,6 @@ function extras(plot, { points, limit }, colour) {
 function options({ xLabel, yLabel }, width, content) {
   const colour = colours();
   const font = `12px ${colour("sans")}`;
-  const whole = (_plot, ticks) => ticks.map((tick) => (tick === null || !isDecade(tick) ? null : tick));
   const axis = (label, size) => ({
     label,
     labelFont: font,
@@ -62,25 +94,25 @@ function options({ xLabel, yLabel }, width, content) {
     size,
     labelSize: 20,
     stroke: colour("ink-soft"),
-    filter: whole,
-    grid: { stroke: colour("line"), width: 1, filter: whole },
-    ticks: { stroke: colour("line"), width: 1, filter: whole },
-    values: (_plot, ticks) => ticks.map((tick) => (tick === null ? "" : short(tick))),
+    splits: (_plot, _axis, low, high) => ticks(low, high),
+    filter: (_plot, found) => found,
+    grid: { stroke: colour("line"), width: 1, filter: (_plot, found) => found },
+    ticks: { stroke: colour("line"), width: 1, filter: (_plot, found) => found },
+    values: (_plot, found) => found.map(short),
   });
   const accent = colour("accent");
-  const range = (pick) => () => decades(Math.min(...pick()), Math.max(...pick()));
+  const times = () => [...content.points.map(({ x }) => x), ...content.marks];
+  // An interval may reach down to 0, which has no place on the axis.
   const heights = () =>
-    content.points
-      .flatMap(({ y, low, high }) => [y, high, Math.max(low, y / 10)])
-      .concat(content.limit ?? []);
+    content.points.flatMap(({ y, low, high }) => [y, high, Math.max(low, y / 4)]).concat(content.limit ?? []);
   return {
     width,
     height: HEIGHT,
     legend: { show: false },
     cursor: { drag: { x: false, y: false } },
     scales: {
-      x: { time: false, distr: 3, range: range(() => content.points.map(({ x }) => x)) },
-      y: { distr: 3, range: range(heights) },
+      x: { time: false, distr: 3, range: () => around(times()) },
+      y: { distr: 3, range: () => around(heights()) },
     },
     axes: [axis(xLabel, 34), axis(yLabel, 48)],
     series: [{}, { stroke: accent, width: 2, points: { show: true, size: 8, fill: accent } }],
@@ -88,25 +120,25 @@ function options({ xLabel, yLabel }, width, content) {
   };
 }
 
-const isDecade = (value) => Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-9;
 const short = (value) =>
-  value >= 0.01 && value < 1e5 ? String(Number(value.toPrecision(1))) : value.toExponential(0);
+  value >= 0.01 && value < 1e5 ? String(Number(value.toPrecision(3))) : value.toExponential(0);
 
 /**
  * A plot with a line, an interval around it, and a limit.
  *
  * @param {{label: string, xLabel: string, yLabel: string}} words
  * @returns {{element: HTMLElement, draw: (points: {x: number, y: number, low: number, high: number}[], limit: number |
- *   null) => void, destroy: () => void}} Only points above 0 can be drawn.
+ *   null, marks: number[]) => void, destroy: () => void}} Only points above 0 can be drawn.
  */
 export function makePlot(words) {
   const element = h("div", { className: "plot", role: "img", "aria-label": words.label });
-  const content = { points: [], limit: null };
+  const content = { points: [], limit: null, marks: [] };
   let plot = null;
 
-  function draw(points, limit) {
+  function draw(points, limit, marks = []) {
     content.points = points.filter(({ x, y }) => x > 0 && y > 0);
     content.limit = limit;
+    content.marks = marks.filter((x) => x > 0);
     if (!content.points.length || !element.clientWidth) return;
     const data = [content.points.map(({ x }) => x), content.points.map(({ y }) => y)];
     const last = content.points[content.points.length - 1];
@@ -118,13 +150,13 @@ export function makePlot(words) {
   function again() {
     plot?.destroy();
     plot = null;
-    draw(content.points, content.limit);
+    draw(content.points, content.limit, content.marks);
   }
 
   const sizes = new ResizeObserver(() => {
     if (plot && plot.width !== element.clientWidth)
       plot.setSize({ width: element.clientWidth, height: HEIGHT });
-    else if (!plot) draw(content.points, content.limit);
+    else if (!plot) draw(content.points, content.limit, content.marks);
   });
   sizes.observe(element);
   const dark = matchMedia("(prefers-color-scheme: dark)");

@@ -31,10 +31,11 @@ export const inScene = (pointer) => pointer.replace(/^\/scene(?=\/|$)/, "");
  * Split the request of a job into its parts.
  *
  * @param {string} body - The request of the job, as it was sent.
- * @returns {{scene: string, quality: object | null, layers: string[]}} The scene as its own text.
+ * @returns {{scene: string, quality: object | null, layers: string[], labels: Record<string, string>}} The scene as its
+ *   own text.
  */
 export function takenApart(body) {
   const place = places(body, ["/scene"]).get("/scene");
-  const { quality = null, layers = [] } = JSON.parse(body);
-  return { scene: readable(body.slice(place.value, place.end).trim()), quality, layers };
+  const { quality = null, layers = [], labels = {} } = JSON.parse(body);
+  return { scene: readable(body.slice(place.value, place.end).trim()), quality, layers, labels };
 }

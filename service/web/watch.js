@@ -6,11 +6,15 @@ import { pause } from "./dom.js";
 // The document of the job is fetched at most this often: nothing on the page needs it sooner.
 const REFRESH_MS = 250;
 
-export const FINAL = new Set(["succeeded", "failed", "cancelled", "expired"]);
+// A job that nothing happens to may still be deleted elsewhere.
+const LOOK_MS = 5000;
+
+export const FINAL = new Set(["succeeded", "failed", "cancelled", "expired", "deleted"]);
 
 /**
  * Events: `job` (detail: the job's document), `tiles` (detail: a batch of `decodeBatch`), `connection` (detail: true
- * while the service answers), `gone` (the job was deleted).
+ * while the service answers), `gone` (the job was deleted; its state is then `deleted`), `locked` (the session has ended and
+ * nothing more is asked).
  */
 export class Watch extends EventTarget {
   #life = new AbortController();
@@ -38,6 +42,7 @@ export class Watch extends EventTarget {
   }
 
   async start() {
+    this.#look();
     try {
       const options = { signal: this.signal, onConnection: (live) => this.#connection(live) };
       for await (const batch of followTiles(this.id, options)) {
@@ -46,8 +51,26 @@ export class Watch extends EventTarget {
       }
       await this.refresh();
     } catch (error) {
-      if (!this.signal.aborted) this.#emit("gone", error);
+      this.#end(error);
     }
+  }
+
+  async #look() {
+    while (!this.signal.aborted && !this.final) {
+      await pause(LOOK_MS, this.signal);
+      if (!document.hidden) await this.refresh();
+    }
+  }
+
+  /** End after an error of the service that trying again does not cure. */
+  #end(error) {
+    if (this.signal.aborted) return;
+    if (error.status === 404) {
+      this.job = { ...this.job, state: "deleted", paused: false, rendering: [] };
+      this.#emit("job", this.job);
+      this.#emit("gone", error);
+    } else this.#emit("locked", error);
+    this.stop();
   }
 
   stop() {
@@ -75,7 +98,7 @@ export class Watch extends EventTarget {
       this.job = await get(jobPath(this.id), { signal: this.signal });
       this.#emit("job", this.job);
     } catch (error) {
-      if (error instanceof Problem && error.status === 404) this.#emit("gone", error);
+      if (error instanceof Problem && [401, 403, 404].includes(error.status)) this.#end(error);
       else if (!this.signal.aborted) this.#stale = true;
     }
   }

@@ -12,6 +12,7 @@ import threading
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from dataclasses import dataclass
+from math import inf
 from uuid import uuid4
 
 import dask.config
@@ -222,10 +223,12 @@ Connect = Callable[[], AbstractAsyncContextManager[Client]]
 
 CONNECT_SECONDS = 5.0
 # A worker that dies takes its tasks with it, none is moved once it is somewhere, and a worker may have a
-# process of its own. deploy/dask.yaml has the same for clusters that operators run.
+# process of its own. Tasks wait at workers, which measure for how long. deploy/dask.yaml has the same for
+# clusters that operators run.
 LOCAL = {
     "distributed.scheduler.allowed-failures": 0,
     "distributed.scheduler.work-stealing": False,
+    "distributed.scheduler.worker-saturation": inf,
     "distributed.scheduler.worker-ttl": "30s",
     "distributed.worker.daemon": False,
     "distributed.worker.profile.enabled": False,
@@ -267,6 +270,9 @@ def _security(address: str, settings: Settings) -> Security | None:
 
 @asynccontextmanager
 async def _local(workers: int) -> AsyncIterator[Client]:
+    # The scheduler is in this process and runs the code of all who connect, and all users of the machine
+    # reach loopback. The key of the certificate is known to this process and its workers alone.
+    security = Security.temporary()
     with dask.config.set(LOCAL):
         async with (
             LocalCluster(
@@ -274,6 +280,7 @@ async def _local(workers: int) -> AsyncIterator[Client]:
                 threads_per_worker=1,
                 host="127.0.0.1",
                 memory_limit=0,
+                security=security,
                 # Any free port: two services may be developed at once.
                 dashboard_address="127.0.0.1:0",
                 worker_dashboard_address="127.0.0.1:0",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from concurrent.futures import Future
 from dataclasses import replace
 from importlib.metadata import version
@@ -14,13 +15,15 @@ from distributed import Worker, WorkerPlugin, get_worker
 from service.errors import StoreError, UnusableWorkerError
 from service.storage.folder import ASSETS, place_of
 from service.workers.slots import SlotEngine
-from service.workers.tasks import Interrupted, Outcome, Task
+from service.workers.tasks import Interrupted, Outcome, Task, after
 from service.workers.worker import WorkerSetup
 
 NAME = "penumbra"
 BEGUN = "penumbra-begun"
 """The topic under which a worker reports that a task has begun."""
 
+# What Dask calls the states of a task that a worker has no more to do with.
+GONE = {"released", "forgotten", "memory", "error"}
 # How often `stop` looks for the running task, seconds.
 LOOK_SECONDS = 0.05
 
@@ -52,6 +55,7 @@ class SlotPlugin(WorkerPlugin):
         self._lock = threading.Lock()
         self._unwanted = threading.Event()
         self._key: str | None = None
+        self._came: dict[str, float] = {}
         self._ending: Future[Outcome] = Future()
         self._slot: SlotEngine | None = None
         try:
@@ -70,7 +74,11 @@ class SlotPlugin(WorkerPlugin):
             self._end(Interrupted())
 
     def transition(self, key: str, start: str, finish: str, **_: object) -> None:
-        """Stop a task that was cancelled, or whose client is gone."""
+        """Note when a task comes; stop one that was cancelled, or whose client is gone."""
+        if finish in GONE:
+            self._came.pop(key, None)
+        else:
+            self._came.setdefault(key, time.monotonic())
         if start == "executing" and finish == "released":
             self.stop(key)
 
@@ -80,7 +88,8 @@ class SlotPlugin(WorkerPlugin):
         assert slot is not None
         self._begin(key)
         self._worker.log_event(BEGUN, {"key": key, "worker": self._worker.address})
-        slot.submit(task)
+        # It has waited here behind others.
+        slot.submit(after(task, time.monotonic() - self._came.get(key, time.monotonic())))
         return self._outcome(slot)
 
     def stop(self, key: str | None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Protocol
 from urllib.parse import urlsplit
 
@@ -36,8 +37,13 @@ class Engine(Protocol):
         """Stop everything at once. Nothing is reported afterwards."""
 
 
-def check_engine(settings: Settings) -> None:
+def check_engine(settings: Settings, *, keys_made: bool = False) -> None:
     """Refuse an engine that is not installed, or that anyone on the network could give orders to.
+
+    Parameters
+    ----------
+    keys_made
+        Whether the service requires keys: then users of the machine are not trusted either.
 
     Raises
     ------
@@ -56,8 +62,9 @@ def check_engine(settings: Settings) -> None:
             import distributed  # noqa: F401, PLC0415  (an extra, which most services do without)
         except ImportError:
             raise EngineMissingError from None
-
-        check_address(settings)
+        if settings.dask is None and find_spec("cryptography") is None:
+            raise EngineMissingError
+        check_address(settings, keys_made=keys_made)
 
 
 def engine_of(settings: Settings, setup: WorkerSetup) -> Engine:
@@ -69,14 +76,19 @@ def engine_of(settings: Settings, setup: WorkerSetup) -> Engine:
     return DaskEngine(connector(settings), setup)
 
 
-def check_address(settings: Settings) -> None:
+def check_address(settings: Settings, *, keys_made: bool = False) -> None:
     """Refuse a cluster that anyone on the network could give orders to.
+
+    Parameters
+    ----------
+    keys_made
+        As in `check_engine`.
 
     Raises
     ------
     UnsafeClusterError
         If the address is not one of a scheduler, or is another machine's and connections to it would not be
-        encrypted; the message says what to do.
+        encrypted, or where keys are required; the message says what to do.
     """
     if settings.dask is None:
         return
@@ -87,12 +99,21 @@ def check_address(settings: Settings) -> None:
         )
     if parts.scheme == "tls":
         _check_certificates(settings)
-    elif not is_loopback(parts.hostname) and not settings.dask_trusted_network:
+    elif settings.dask_trusted_network:
+        return
+    elif not is_loopback(parts.hostname):
         raise UnsafeClusterError(
             f"{settings.dask} is on another machine, and tcp:// is not encrypted: anyone who reaches it "
             "runs code on every worker. Start the cluster with certificates and write "
             f"tls://{parts.netloc}, with the settings dask_tls_ca, dask_tls_cert and dask_tls_key. "
             "If the network itself is encrypted and closed to others, set dask_trusted_network."
+        )
+    elif keys_made:
+        raise UnsafeClusterError(
+            f"This service requires keys, but {settings.dask} does not: every user of this machine runs "
+            "code on its workers. Start the cluster with certificates, which deploy/certificates.sh makes, "
+            f"and write tls://{parts.netloc}, with the settings dask_tls_ca, dask_tls_cert and dask_tls_key. "
+            "If all users of this machine are trusted, set dask_trusted_network."
         )
 
 

@@ -34,11 +34,17 @@ class PassWorker:
     store: TileStore
     workers: int
 
-    def sample(self, plan: RenderPlan, task: SampleTask) -> TileDone | Interrupted:
-        """Render what the pass wants in a tile, unless the job's time is spent before it is finished."""
+    def sample(self, plan: RenderPlan, task: SampleTask, until: float | None) -> TileDone | Interrupted:
+        """Render what the pass wants in a tile, unless the job's time is spent before it is finished.
+
+        Parameters
+        ----------
+        until
+            When that is, by `time.monotonic` here.
+        """
         begun = time.process_time()
         levels, before = self._levels(plan, task)
-        limit = None if task.until is None else TimeLimit(task.until, task.ray_seconds)
+        limit = None if until is None else TimeLimit(until, task.ray_seconds)
         around = partial(self._around, task)
         request = tile_request(plan, task.tile, levels, around, limit, first=not task.merged)
         try:

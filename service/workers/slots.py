@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from multiprocessing import get_context
@@ -18,6 +19,7 @@ from multiprocessing.context import SpawnProcess
 import structlog
 
 from service.workers.heartbeats import beats
+from service.workers.leash import Leash, run
 from service.workers.tasks import (
     TOOK_TOO_LONG,
     Interrupted,
@@ -26,6 +28,7 @@ from service.workers.tasks import (
     Task,
     TaskFailed,
     WorkerDied,
+    after,
     log_names,
 )
 from service.workers.worker import WorkerSetup, work
@@ -106,6 +109,7 @@ class Slot:
         self._lock = threading.Lock()
         self._closing = threading.Event()
         self._tasks: deque[Task] = deque()
+        self._came: dict[Task, float] = {}
         self._verdict: tuple[Task, Outcome] | None = None
         self._process: SpawnProcess | None = None
         self._thread = threading.Thread(target=self._run, name="slot", daemon=True)
@@ -123,6 +127,7 @@ class Slot:
     def submit(self, task: Task) -> None:
         """Have a task executed after those that were given before."""
         with self._lock:
+            self._came[task] = time.monotonic()
             self._tasks.append(task)
             if len(self._tasks) == 1 and self.pid is not None:
                 self._send_first()
@@ -160,7 +165,9 @@ class Slot:
             self._verdict = None
             self._connection, there = context.Pipe()
             pulse, beating = context.Pipe(duplex=False)
-            self._process = context.Process(target=work, args=(there, beating, self._setup), daemon=True)
+            # In this order: the leash is read before the rest, whose modules take seconds to import.
+            arguments = Leash(self._setup.parent), work, there, beating, self._setup
+            self._process = context.Process(target=run, args=arguments, daemon=True)
             self._process.start()
         # The process alone holds these now, and they close with it.
         there.close()
@@ -228,11 +235,12 @@ class Slot:
 
     def _send_first(self) -> None:
         """Give the process, which has nothing to do, the first task."""
+        first = self._tasks[0]
         try:
-            self._connection.send(self._tasks[0])
+            self._connection.send(after(first, time.monotonic() - self._came.pop(first)))
         except OSError:
             # It is dead, as the listener will find: no task is to blame.
-            self._verdict = self._tasks[0], Interrupted()
+            self._verdict = first, Interrupted()
 
     def _end_first(self, outcome: Outcome) -> None:
         """Kill the process, which is at the first task, with the outcome to report."""
@@ -246,6 +254,7 @@ class Slot:
             verdict, lost = self._verdict, list(self._tasks)
             ran = self.pid is not None
             self._tasks.clear()
+            self._came.clear()
             self.pid = None
         for number, task in enumerate(lost):
             self._report(task, _became_of(task, verdict) if ran and number == 0 else Interrupted())

@@ -39,12 +39,13 @@ class SampleTask(TileTask):
     """Bring the pixels of a tile to the levels that a pass wants, and keep the samples in the store.
 
     ``merged`` is the attempt that has merged the pass before and said what this one wants; 0 where there
-    was none. What is not finished ``until`` then, seconds since the epoch, is given up; a camera ray is
-    expected to take ``ray_seconds``.
+    was none. What is not finished when the ``seconds_left`` are over is given up. They count from when the
+    task was handed out: clocks of two machines are never compared. A camera ray is expected to take
+    ``ray_seconds``.
     """
 
     merged: int
-    until: float | None
+    seconds_left: float | None
     ray_seconds: float = 0.0
 
 
@@ -103,6 +104,13 @@ class QuoteTask:
     workers: int
 
 
+@dataclass(frozen=True, eq=False)
+class PreviewTask:
+    """Render a small picture of a scene."""
+
+    scene: Scene
+
+
 @dataclass(frozen=True)
 class ComparedPicture:
     """A picture of a job, with these of its layers, or the content of a file where there is no job.
@@ -138,8 +146,15 @@ class InspectTask:
 
 
 JobTask = TileTask | AdvanceTask | ComposeTask
-CallTask = TraceTask | QuoteTask | CompareTask | InspectTask
+CallTask = TraceTask | QuoteTask | PreviewTask | CompareTask | InspectTask
 Task = JobTask | CallTask
+
+
+def after(task: Task, seconds: float) -> Task:
+    """Return a task with what is left of its time after it has waited for so many seconds."""
+    if isinstance(task, SampleTask) and task.seconds_left is not None:
+        return replace(task, seconds_left=task.seconds_left - seconds)
+    return task
 
 
 @dataclass(frozen=True)
@@ -205,6 +220,13 @@ class QuoteDone:
 
 
 @dataclass(frozen=True)
+class PreviewDone:
+    """A small picture, as a PNG file."""
+
+    png: bytes = field(repr=False)
+
+
+@dataclass(frozen=True)
 class CompareDone:
     """What comparing two pictures has shown."""
 
@@ -265,7 +287,7 @@ def log_names(task: Task | None) -> dict[str, str | int]:
     return names
 
 
-CallDone = TraceDone | QuoteDone | CompareDone | CompareRefused | InspectDone
+CallDone = TraceDone | QuoteDone | PreviewDone | CompareDone | CompareRefused | InspectDone
 Outcome = TileDone | AdvanceDone | ComposeDone | CallDone | TaskFailed | WorkerDied | Interrupted
 
 

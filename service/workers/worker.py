@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
 import json
 import os
 import resource
 import signal
-import sys
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
@@ -26,6 +25,7 @@ from accuracy.quotes import quote
 from renderer import film, progressive
 from renderer.images import files as image_files
 from schemas.api.jobs import JobRequest
+from schemas.api.previews import PREVIEW_QUALITY
 from schemas.limits import Limits
 from service import logs
 from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
@@ -52,6 +52,8 @@ from service.workers.tasks import (
     InspectTask,
     Interrupted,
     Outcome,
+    PreviewDone,
+    PreviewTask,
     QuoteDone,
     QuoteTask,
     SampleTask,
@@ -72,7 +74,6 @@ PASSING: dict[type[Exception], str] = {
     StoreReadOnlyError: STORAGE_READ_ONLY,
     StoreAwayError: STORAGE_AWAY,
 }
-PR_SET_PDEATHSIG = 1
 PLANS_KEPT = 4
 
 
@@ -117,7 +118,9 @@ class Worker:
 
     @execute.register
     def _(self, task: SampleTask) -> TileDone | Interrupted:
-        return self._passes.sample(self._plan(task), task)
+        # Making the plan is part of the time.
+        until = None if task.seconds_left is None else time.monotonic() + task.seconds_left
+        return self._passes.sample(self._plan(task), task, until)
 
     @execute.register
     def _(self, task: AdvanceTask) -> AdvanceDone:
@@ -167,6 +170,11 @@ class Worker:
             workers=task.workers,
         )
         return QuoteDone(quoted)
+
+    @execute.register
+    def _(self, task: PreviewTask) -> PreviewDone:
+        plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets), PREVIEW_QUALITY)
+        return PreviewDone(image_files.encode_png(renderer.render(plan).image, task.scene.display))
 
     @execute.register
     def _(self, task: CompareTask) -> CompareDone | CompareRefused:
@@ -221,17 +229,13 @@ def work(connection: Connection, pulse: Connection, setup: WorkerSetup) -> None:
 
 
 def _prepare(setup: WorkerSetup) -> None:
-    """See that this process dies with its parent, leaves no core file and keeps to its memory.
+    """See that this process leaves no core file and keeps to its memory.
 
     It logs as the service does: other forms of a traceback show the values of names.
     """
     logs.configure(setup.log_level)
     # The service's own, which may come from a file that is not on this machine.
     os.environ.update(setup.limits.variables())
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != setup.parent:
-        os._exit(1)  # the parent died before the line above could notice
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (setup.memory_bytes, setup.memory_bytes))

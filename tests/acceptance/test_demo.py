@@ -4,6 +4,7 @@ import signal
 import subprocess
 from pathlib import Path
 
+import httpx2
 import pytest
 from PIL import Image
 
@@ -28,7 +29,7 @@ def test_the_demo_shows_tiles_arriving_writes_the_picture_and_leaves_nothing_run
         text=True,
         cwd=tmp_path,
         env=environment,
-        timeout=120,
+        timeout=400,
         check=False,
     )
     assert done.returncode == 0, done.stderr
@@ -36,8 +37,34 @@ def test_the_demo_shows_tiles_arriving_writes_the_picture_and_leaves_nothing_run
     assert document["job"]["state"] == "succeeded"
     assert document["first_pixels_seconds"] < document["seconds"]
     assert "tile " in done.stderr
+    assert document["page"].endswith(f"/jobs/{document['job']['id']}")
+    *_, address, hint = done.stderr.splitlines()
+    assert address == f"The page of the job was {document['page']}"
+    assert "--keep" in hint
     with Image.open(tmp_path / "out" / "demo.png") as picture:
         assert picture.size == (document["job"]["width"], document["job"]["height"])
+    _assert_nothing_left(tmp_path)
+
+
+def test_a_kept_demo_shows_the_page_of_its_job_until_ctrl_c(
+    tmp_path: Path, environment: dict[str, str]
+) -> None:
+    with subprocess.Popen(
+        ["env", "--default-signal=INT", *COMMAND, "demo", "--keep"],
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        env=environment,
+    ) as demo:
+        assert demo.stderr is not None
+        page = next(line.split()[-1] for line in demo.stderr if line.startswith("The page of the job is"))
+        assert httpx2.get(page).headers["Content-Type"].startswith("text/html")
+        job = httpx2.get(page.replace("/jobs/", "/v1/jobs/")).json()
+        assert job["state"] == "succeeded"
+        next(line for line in demo.stderr if "Ctrl-C" in line)
+        demo.send_signal(signal.SIGINT)
+        demo.stderr.read()
+    assert demo.returncode == 0
     _assert_nothing_left(tmp_path)
 
 

@@ -8,7 +8,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("schemas", "renderer", "accuracy", "service", "scenes", "benchmarks", "tools")
 FOLDERS = (*PACKAGES, "tests", "docs", "deploy", ".ci", ".github")
 INSTALLED = {"__pycache__", "node_modules"}
-"""Folders whose files nobody here wrote."""
+"""Folders of files that come from elsewhere."""
 
 
 def modules() -> list[Path]:

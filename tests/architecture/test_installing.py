@@ -7,6 +7,7 @@ import tomllib
 
 from service.cli.doctor import DEVELOPERS
 from tests.architecture.sources import ROOT, text_files
+from tools import try_pythons
 
 PAGE = (ROOT / "docs" / "how-to" / "installing.md").read_text()
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -29,6 +30,12 @@ def test_every_command_that_installs_an_extra_names_one_that_there_is() -> None:
     named = {extra for text in texts for extra in re.findall(r"penumbra-render\[([a-z0-9]+)\]", text)}
     assert len(named) > 5
     assert named <= EXTRAS
+
+
+def test_the_oldest_numpy_that_is_allowed_is_the_oldest_that_is_tried() -> None:
+    (allowed,) = (line for line in PROJECT["dependencies"] if line.startswith("numpy"))
+    assert allowed.startswith(try_pythons.OLDEST_NUMPY.replace("==", ">=").removesuffix(".*") + ",")
+    assert PROJECT["requires-python"] == f">={try_pythons.VERSIONS[0]}"
 
 
 def test_pip_adds_an_extra_by_its_name_without_a_package_index_that_has_the_package() -> None:

@@ -14,7 +14,7 @@ from tools.docs import generate_http_reference as http
 from tools.docs import http_examples
 from tools.docs.templates import PLACE
 
-WHOLE_SERVICE = {"internal", "database", "store_away", "store_read_only", "store_full"}
+WHOLE_SERVICE = {"internal", "job_damaged", "database", "store_away", "store_read_only", "store_full"}
 """Codes of faults that any call may meet."""
 OF_HTTP_ITSELF = {"bad_request", "body_incomplete", "not_usable"}
 """Codes of requests that are broken before a call looks at them."""

@@ -13,7 +13,7 @@ from schemas.grading.manifests import Manifest, RaysTest
 from service.grading.folders import Folder
 from service.grading.grading import grade
 from service.grading.kinds import findings
-from service.grading.program_search import search
+from service.grading.programs.program_search import search
 from service.grading.settings import Run
 from tests.assignment import submissions
 from tests.assignment.mistakes import MISTAKES, RAYS, Mistake

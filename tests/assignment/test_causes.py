@@ -10,9 +10,9 @@ import renderer
 from accuracy.comparison import compare, picture_of
 from scenes.make_assignment_parts import FOLDER
 from schemas.grading.manifest_reading import read_manifest
-from service.grading.counterfactuals import explain
 from service.grading.folders import Folder
 from service.grading.kinds import findings
+from service.grading.mistakes.counterfactuals import explain
 from service.grading.settings import Run
 from tests.assignment import program, submissions
 from tests.assignment.tracer import Tracer

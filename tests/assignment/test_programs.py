@@ -16,7 +16,7 @@ from scenes.make_assignment_parts import FOLDER
 from scenes.make_assignment_rays import RAYS
 from schemas.grading.manifest_reading import read_manifest
 from service.grading.grading import grade
-from service.grading.hints import HINTS
+from service.grading.mistakes.hints import HINTS
 from tests.assignment import program
 from tests.assignment.programs import PROGRAMS, Program, reached
 from tests.assignment.shapes import Wrong

@@ -41,8 +41,12 @@ OUTLINED = """(rectangles) => {
     return rectangles.filter(([x0, y0, x1, y1]) => {
         const [left, top] = place(x0, y0);
         const [right, bottom] = place(x1, y1);
-        const [x, y] = [Math.round((left + right) / 2), Math.round((top + bottom) / 2)];
-        return [[x, top + 2], [x, bottom - 2], [left + 2, y], [right - 2, y]].every(orange);
+        // On an arm of each corner: they are 16 dots long, or a third of a side.
+        const arm = Math.min(8, Math.min(right - left, bottom - top) / 6);
+        return [
+            [left + arm, top + 2], [right - 2, top + arm],
+            [right - arm, bottom - 2], [left + 2, bottom - arm],
+        ].every(orange);
     });
 }"""
 COVERED = """() => {
@@ -78,6 +82,11 @@ def opened(open_page: Open, job: str, **options: Any) -> Page:
     page = open_page(f"/jobs/{job}", **options)
     page.wait_for_function(COVERED)
     return page
+
+
+def tab(page: Page, name: str) -> None:
+    """Show a tab of the drawer."""
+    page.get_by_role("tab", name=name).click()
 
 
 def at_work(client: httpx2.Client, job: str) -> set[Rectangle]:

@@ -43,6 +43,44 @@ def editor(page: Page) -> Locator:
     return page.get_by_role("textbox", name="Scene, as JSON")
 
 
+PASTE = """(element, text) => {
+  const clipboardData = new DataTransfer();
+  clipboardData.setData("text/plain", text);
+  element.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true, cancelable: true }));
+}"""
+# The lines that are out of sight are no elements: the editor itself knows the whole text.
+VIEW = """async (wanted) => {
+  const { EditorView } = await import("/web/vendor/codemirror/codemirror.js");
+  const { state } = EditorView.findFromDOM(document.querySelector(".editor"));
+  const { from, to } = state.selection.main;
+  const text = state.doc.toString();
+  return { text, selected: text.slice(from, to), same: text === wanted };
+}"""
+
+
+def write(page: Page, text: str) -> None:
+    """Paste a text into the editor in place of its own, and go to its beginning."""
+    editor(page).press("Control+A")
+    editor(page).evaluate(PASTE, text)
+    editor(page).press("Control+Home")
+
+
+def go_to_problem(page: Page, line: int) -> None:
+    """Click on a problem below the editor, which brings its line into sight."""
+    page.get_by_role("button", name=f"Line {line} ").click(timeout=TIMEOUT)
+
+
+def expect_written(page: Page, text: str) -> None:
+    """Wait until this text is in the editor."""
+    expect(editor(page)).to_be_visible(timeout=TIMEOUT)
+    page.wait_for_function(f"async (wanted) => (await ({VIEW})(wanted)).same", arg=text, timeout=TIMEOUT)
+
+
+def selected(page: Page) -> str:
+    """What is selected in the editor."""
+    return str(page.evaluate(VIEW, "")["selected"])
+
+
 def render_button(page: Page) -> Locator:
     return page.get_by_role("button", name="Render", exact=True)
 
@@ -52,18 +90,19 @@ def opened(page: Page) -> None:
     expect(render_button(page)).to_be_enabled(timeout=TIMEOUT)
 
 
-DROP = """async (files) => {
+DROP = """async ([onto, files]) => {
   const transfer = new DataTransfer();
   for (const [name, bytes] of Object.entries(files)) {
     transfer.items.add(new File([Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0))], name));
   }
   const event = (type) => new DragEvent(type, { dataTransfer: transfer, bubbles: true, cancelable: true });
-  document.body.dispatchEvent(event("dragover"));
-  document.body.dispatchEvent(event("drop"));
+  const target = document.querySelector(onto);
+  target.dispatchEvent(event("dragover"));
+  target.dispatchEvent(event("drop"));
 }"""
 
 
-def drop(page: Page, **files: bytes) -> None:
-    """Drop files on the page; a double underscore in a name stands for the dot."""
+def drop(page: Page, *, onto: str = "body", **files: bytes) -> None:
+    """Drop files on the page or on the element of a selector; `__` in a name stands for the dot."""
     named = {name.replace("__", "."): b64encode(content).decode() for name, content in files.items()}
-    page.evaluate(DROP, named)
+    page.evaluate(DROP, [onto, named])

@@ -11,7 +11,8 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Shoot
-from tests.browser.scenes import TIMEOUT, editor, opened, small
+from tests.browser.pictures import COVERED, click_at, tab
+from tests.browser.scenes import TIMEOUT, opened, small, write
 from tests.integration.support import finish, submit
 
 AXE = (Path(__file__).parent / "vendor" / "axe-core" / "axe.min.js").read_text()
@@ -40,9 +41,7 @@ def start(page: Page, _jobs: list[str]) -> None:
 
 def start_with_mistakes(page: Page, _jobs: list[str]) -> None:
     opened(page)
-    editor(page).fill(
-        small("basic").replace('"cobalt"', '"cobald"', 1).replace('"version": 1', '"version": 2')
-    )
+    write(page, small("basic").replace('"cobalt"', '"cobald"', 1).replace('"version": 1', '"version": 2'))
     expect(page.locator(".line.wrong").first).to_be_visible(timeout=TIMEOUT)
 
 
@@ -52,8 +51,24 @@ def listed(page: Page, jobs: list[str]) -> None:
 
 
 def one_job(page: Page, _jobs: list[str]) -> None:
-    expect(page.locator(".stages li").first).to_be_visible(timeout=TIMEOUT)
+    page.wait_for_function(COVERED)
     expect(page.locator(".plot canvas")).to_be_visible(timeout=TIMEOUT)
+
+
+def one_pixel(page: Page, _jobs: list[str]) -> None:
+    page.wait_for_function(COVERED)
+    click_at(page, 9, 20, (32, 32))
+    expect(page.get_by_role("heading", name="Pixel 9, 20")).to_be_visible(timeout=TIMEOUT)
+
+
+def one_plan(page: Page, _jobs: list[str]) -> None:
+    tab(page, "Plan")
+    expect(page.locator(".stages li").first).to_be_visible(timeout=TIMEOUT)
+
+
+def one_other(page: Page, _jobs: list[str]) -> None:
+    tab(page, "Compare")
+    expect(page.get_by_label("Compare with")).to_be_visible(timeout=TIMEOUT)
 
 
 def compared(page: Page, _jobs: list[str]) -> None:
@@ -70,6 +85,9 @@ VIEWS = {
     "mistakes": ("/", start_with_mistakes),
     "jobs": ("/jobs", listed),
     "job": ("/jobs/{0}", one_job),
+    "job-pixel": ("/jobs/{0}", one_pixel),
+    "job-plan": ("/jobs/{0}", one_plan),
+    "job-compare": ("/jobs/{0}", one_other),
     "compare": ("/compare/{0}/{1}", compared),
     "missing": ("/compare", nothing),
     "reference": ("/docs", nothing),

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import re
 from collections.abc import Iterator
 
 import httpx2
 import numpy as np
 import pytest
-from playwright.sync_api import expect
+from PIL import Image
+from playwright.sync_api import Page, expect
 
 from service.server import RunningServer
 from tests.browser.conftest import Open, Shoot
-from tests.browser.pictures import codes_of, finished, opened, served
-from tests.integration.support import scene
+from tests.browser.pictures import codes_of, finished, opened, point_at, served, tab
+from tests.integration.support import image, scene
 
 
 @pytest.fixture(scope="module")
@@ -35,8 +38,8 @@ def test_the_verdict_is_shown_and_the_worst_region_is_one_click_away(
     assert before is not None
     assert after is not None
     assert after["width"] > 1.5 * before["width"]
-    page.get_by_label("Difference").check()
-    expect(page.locator(".legend-ends")).to_contain_text("0.25")
+    page.get_by_label("Difference", exact=True).check()
+    expect(page.get_by_label("Highest value")).to_have_value("0.25")
     shoot(page, "compare-region")
 
 
@@ -60,23 +63,68 @@ def test_the_f_key_shows_both_in_turn(open_page: Open, client: httpx2.Client, pa
         np.testing.assert_array_equal(codes_of(page), served(client, job))
 
 
+def choose_reference(page: Page, kind: str, content: bytes) -> None:
+    page.get_by_label("Reference: a PNG, NPY or EXR file").set_input_files(
+        {"name": f"reference.{kind}", "mimeType": "application/octet-stream", "buffer": content}
+    )
+    page.get_by_role("button", name="Compare").click()
+
+
 @pytest.mark.parametrize("kind", ["png", "npy", "exr"])
 def test_a_file_can_be_the_reference(
     open_page: Open, client: httpx2.Client, pair: tuple[str, str], kind: str
 ) -> None:
     page = open_page(f"/compare/{pair[0]}/file")
     content = client.get(f"/v1/jobs/{pair[1]}/image.{kind}").content
-    page.get_by_label("Reference: a PNG, NPY or EXR file").set_input_files(
-        {"name": f"reference.{kind}", "mimeType": "application/octet-stream", "buffer": content}
-    )
-    page.get_by_role("button", name="Compare").click()
+    choose_reference(page, kind, content)
     expect(page.locator(".verdict")).to_contain_text("Not the same")
     page.get_by_label("B alone").check()
     np.testing.assert_array_equal(codes_of(page), served(client, pair[1]))
 
 
+VIRIDIS_BEGIN = [68, 1, 84]
+
+
+@pytest.mark.parametrize("kind", ["npy", "png"])
+def test_a_picture_brighter_than_white_does_not_differ_from_its_own_file(
+    open_page: Open, client: httpx2.Client, kind: str
+) -> None:
+    bright = scene(40, 24, samples=1, light_samples=1) | {"ambient": [30, 30, 30]}
+    job = finished(client, bright)
+    assert image(client, job).max() > 2
+    page = open_page(f"/compare/{job}/file")
+    choose_reference(page, kind, client.get(f"/v1/jobs/{job}/image.{kind}").content)
+    expect(page.locator(".verdict")).to_contain_text("The same")
+    page.get_by_label("Difference", exact=True).check()
+    point_at(page, 20, 22, (40, 24))
+    a, b = page.locator(".readout").inner_text().split("A ")[1].split("   B ")
+    if kind == "npy":
+        assert a == b
+        assert (codes_of(page) == VIRIDIS_BEGIN).all()
+    else:
+        # Eight bits hold no more than white, so the page says that.
+        assert max(float(word) for word in b.split()) == 1
+        expect(
+            page.get_by_text("B is shown with 8 bits a channel and nothing outside 0 to 1.")
+        ).to_be_visible()
+
+
+def test_the_heat_map_is_that_of_the_service(
+    open_page: Open, client: httpx2.Client, pair: tuple[str, str]
+) -> None:
+    request = {"image": {"job": pair[0]}, "reference": {"job": pair[1]}, "pictures": True}
+    png = client.post("/v1/comparisons", json=request).raise_for_status().json()["images"]["heat_map"]
+    expected = np.asarray(Image.open(io.BytesIO(base64.b64decode(png)))).astype(int)
+    page = open_page("/compare/{}/{}".format(*pair))
+    page.get_by_label("Heat map").check()
+    # A colour is one of 256, and half a step is at most two code values.
+    assert np.abs(codes_of(page) - expected).max() <= 2
+    assert expected.max() > 100
+
+
 def test_from_the_page_of_a_job_another_is_chosen(open_page: Open, pair: tuple[str, str]) -> None:
     page = opened(open_page, pair[0])
+    tab(page, "Compare")
     page.get_by_label("Compare with").select_option(pair[1])
     page.get_by_role("button", name="Compare").click()
     expect(page.locator(".verdict")).to_contain_text("Not the same")

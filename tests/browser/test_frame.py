@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open
+from tests.browser.scenes import TIMEOUT, drop, expect_written, small
 
 
 @pytest.mark.parametrize("path", ["/", "/jobs", "/jobs/0123456789abcdef", "/compare/a/b"])
@@ -32,6 +33,28 @@ def test_a_file_that_the_browser_has_costs_no_transfer(client: httpx2.Client) ->
     assert again.headers[rules] == first.headers[rules] == client.get("/").headers[rules]
 
 
+@pytest.mark.parametrize("path", ["/", "/web/main.js", "/web/style.css", "/gallery/basic.json", "/docs"])
+def test_text_of_the_page_is_compressed_where_the_browser_accepts_that(
+    client: httpx2.Client, path: str
+) -> None:
+    plain, packed = (client.get(path, headers={"Accept-Encoding": coding}) for coding in ("identity", "gzip"))
+    assert "content-encoding" not in plain.headers
+    assert packed.headers["content-encoding"] == "gzip"
+    assert int(packed.headers["content-length"]) < len(plain.content) / 1.5
+    assert packed.content == plain.content
+    # Two representations: a cache must not give the one for the other.
+    assert packed.headers["etag"] != plain.headers["etag"]
+    assert packed.headers["vary"] == plain.headers["vary"] == "Accept-Encoding"
+    known = {"Accept-Encoding": "gzip", "If-None-Match": packed.headers["etag"]}
+    assert client.get(path, headers=known).status_code == 304
+
+
+@pytest.mark.parametrize("path", ["/web/thumbnails/basic.webp", "/v1/jobs", "/v1/session", "/web/none.js"])
+def test_pictures_and_answers_for_one_user_are_not_compressed(client: httpx2.Client, path: str) -> None:
+    answer = client.get(path, headers={"Accept-Encoding": "gzip"})
+    assert "content-encoding" not in answer.headers
+
+
 def test_the_policy_forbids_all_that_does_not_come_from_the_service(client: httpx2.Client) -> None:
     policy = client.get("/").headers["content-security-policy"]
     directives = dict(part.strip().split(" ", 1) for part in policy.split(";"))
@@ -48,6 +71,52 @@ def test_views_change_without_loading_the_page_again(page: Page) -> None:
     assert page.evaluate("window.mark") == 1
 
 
-def test_an_address_without_a_view_says_so(open_page: Open) -> None:
-    page = open_page("/compare")
+@pytest.mark.parametrize("path", ["/nothing", "/jobs/a/b", "/jobs/%E0%A4"])
+def test_an_address_without_a_view_says_so(open_page: Open, path: str) -> None:
+    page = open_page(path)
     expect(page.get_by_role("heading", level=1)).to_have_text("There is no such page")
+    page.get_by_role("main").get_by_role("link", name="jobs").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
+
+
+def test_an_unknown_address_is_the_page_for_browsers_and_a_problem_for_programs(
+    client: httpx2.Client,
+) -> None:
+    shown = client.get("/nothing", headers={"Accept": "text/html,*/*;q=0.8"})
+    assert (shown.status_code, shown.headers["content-type"]) == (404, "text/html; charset=utf-8")
+    answer = client.get("/nothing", headers={"Accept": "*/*"})
+    assert (answer.status_code, answer.headers["content-type"]) == (404, "application/problem+json")
+
+
+def test_comparing_without_pictures_says_where_to_choose_them(open_page: Open) -> None:
+    page = open_page("/compare")
+    page.get_by_role("main").get_by_role("link", name="jobs").click()
+    expect(page.get_by_role("button", name="Compare two")).to_be_visible()
+
+
+def test_a_scene_dropped_on_any_view_is_opened(open_page: Open) -> None:
+    page = open_page("/jobs")
+    drop(page, mine__json=small("basic").encode())
+    expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible(timeout=TIMEOUT)
+    expect_written(page, small("basic"))
+
+
+def test_another_file_dropped_on_a_view_leaves_it_as_it_is(open_page: Open) -> None:
+    page = open_page("/jobs")
+    drop(page, tiles__png=b"a picture")
+    page.get_by_role("dialog").get_by_role("button", name="OK").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
+
+
+@pytest.mark.parametrize("held", ["**/web/views/*.js", "**/v1/jobs**"], ids=["the view", "its content"])
+@pytest.mark.parametrize("path", ["/jobs", "/jobs/0123456789abcdef"])
+def test_on_a_slow_link_the_frame_and_a_placeholder_are_there_at_once(
+    open_page: Open, path: str, held: str
+) -> None:
+    page = open_page("/compare")
+    # Requests that are not answered yet.
+    page.route(held, lambda _: None)
+    page.goto(path, wait_until="commit")
+    expect(page.locator(".skeleton .bone").first).to_be_visible(timeout=TIMEOUT)
+    expect(page.get_by_role("navigation", name="Pages")).to_be_visible()
+    page.unroute(held)

@@ -11,7 +11,8 @@ import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
 from tests.browser.conftest import Open, Shoot
-from tests.browser.scenes import TIMEOUT, editor, endless, opened, render_button, small
+from tests.browser.pictures import tab
+from tests.browser.scenes import TIMEOUT, endless, expect_written, opened, render_button, small
 from tests.integration.support import finish, submit, until
 
 
@@ -30,8 +31,10 @@ def job(client: httpx2.Client, text: str) -> str:
 
 def test_a_click_on_who_asked_shows_the_line_of_the_scene(open_page: Open, job: str, text: str) -> None:
     page = open_page(f"/jobs/{job}")
+    tab(page, "Plan")
     stage = page.get_by_role("listitem").filter(has_text="hits of ellipsoids")
-    stage.get_by_role("button", name="cobalt pebble").click(timeout=TIMEOUT)
+    page.get_by_text("more stages").click(timeout=TIMEOUT)
+    stage.get_by_role("button", name="cobalt pebble").click()
     pointed = page.locator(".line.pointed")
     first = text[: text.index('"cobalt pebble"')].rindex("{")
     expect(pointed.first).to_have_attribute("data-number", str(text[:first].count("\n") + 1))
@@ -42,22 +45,39 @@ def test_effects_left_out_are_listed_with_their_reason(
     open_page: Open, client: httpx2.Client, job: str
 ) -> None:
     page = open_page(f"/jobs/{job}")
+    tab(page, "Plan")
     for effect in client.get(f"/v1/jobs/{job}/plan").json()["left_out"]:
         expect(page.locator(".left-out")).to_contain_text(effect["reason"], timeout=TIMEOUT)
 
 
-def test_the_stages_are_those_of_the_plan_in_their_order(
+def test_the_stages_are_those_of_the_plan_the_longest_first(
     open_page: Open, client: httpx2.Client, job: str
 ) -> None:
     page = open_page(f"/jobs/{job}")
-    names = [stage["name"] for stage in client.get(f"/v1/jobs/{job}/plan").json()["stages"]]
+    tab(page, "Plan")
+    stages = client.get(f"/v1/jobs/{job}/plan").json()["stages"]
+    names = [stage["name"] for stage in sorted(stages, key=lambda stage: -stage["share"])]
     expect(page.locator(".stages .stage-name > strong")).to_have_text(names, timeout=TIMEOUT)
+    # Five of them, and one piece for all others.
+    expect(page.locator(".stages-bar .part")).to_have_count(6)
+    expect(page.locator(".stages .stage-name > strong").nth(5)).to_be_hidden()
+
+
+def test_stages_of_many_lights_are_one_stage(open_page: Open, client: httpx2.Client) -> None:
+    document = json.loads(small("basic"))
+    lights = [document["lights"][0] | {"center": [x, 3.1, 0]} for x in (-1, 0, 1)]
+    job = submit(client, document | {"lights": lights})
+    page = open_page(f"/jobs/{job}")
+    tab(page, "Plan")
+    stage = page.get_by_role("listitem").filter(has_text="points of 3 lights")
+    expect(stage).to_have_count(1, timeout=TIMEOUT)
+    expect(stage.get_by_role("button")).to_have_count(3)
 
 
 def test_rays_are_those_that_were_cast(open_page: Open, client: httpx2.Client, job: str) -> None:
     page = open_page(f"/jobs/{job}")
     cast = client.get(f"/v1/jobs/{job}").json()["cost"]["rays"]
-    rays = page.locator(".job-progress").get_by_role("definition").filter(has_text="camera")
+    rays = page.get_by_role("tabpanel", name="Render").get_by_role("definition").filter(has_text="camera")
     expect(rays).to_contain_text(f"{cast['camera']:,} camera")
     expect(rays).to_contain_text(f"{sum(cast.values()):,}")
 
@@ -72,17 +92,15 @@ def test_the_error_against_time_is_there_as_numbers_too(open_page: Open, client:
     finish(client, job)
     passes = client.get(f"/v1/jobs/{job}/convergence").json()["passes"]
     page = open_page(f"/jobs/{job}")
-    page.get_by_text("As a table").click(timeout=TIMEOUT)
-    expect(page.locator(".numbers tbody tr")).to_have_count(
-        sum(entry["error"] is not None for entry in passes)
-    )
+    page.get_by_text("Show table").click(timeout=TIMEOUT)
+    expect(page.locator(".numbers tbody tr")).to_have_count(len(passes))
     expect(page.get_by_role("img", name="Error in code values").locator("canvas")).to_be_visible()
 
 
 def test_a_job_is_changed_and_rendered_again(open_page: Open, job: str, text: str) -> None:
     page = open_page(f"/jobs/{job}")
     page.get_by_role("link", name="Change and render again").click()
-    expect(editor(page)).to_have_value(text, timeout=TIMEOUT)
+    expect_written(page, text)
 
 
 def test_a_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> None:
@@ -143,6 +161,54 @@ def test_a_job_stands_still_until_it_is_resumed(open_page: Open, client: httpx2.
     expect(page.get_by_role("button", name="Pause")).to_be_hidden(timeout=TIMEOUT)
 
 
+def test_a_job_deleted_elsewhere_is_shown_as_deleted_without_live_buttons(
+    open_page: Open, client: httpx2.Client
+) -> None:
+    job = endless(client, "deleted elsewhere")
+    page = open_page(f"/jobs/{job}")
+    state = page.locator(".job-progress .state")
+    expect(state).to_have_text("▶ running", timeout=TIMEOUT)
+    # Refused as long as workers have not stopped its tiles.
+    until(lambda: client.delete(f"/v1/jobs/{job}").is_success)
+    expect(state).to_have_text("✕ deleted", timeout=TIMEOUT)
+    expect(page.get_by_text("This job was deleted.")).to_be_visible()
+    for name in ("Pause", "Cancel", "Delete", "This part first"):
+        expect(page.get_by_role("button", name=name, exact=True)).to_be_hidden()
+    expect(page.get_by_text("Download")).to_be_hidden()
+
+
+def test_a_cancelled_job_offers_no_picture_to_download(open_page: Open, client: httpx2.Client) -> None:
+    job = endless(client, "given up")
+    page = open_page(f"/jobs/{job}")
+    expect(page.get_by_text("Download")).to_be_visible(timeout=TIMEOUT)
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=TIMEOUT)
+    expect(page.get_by_text("Download")).to_be_hidden()
+
+
+def test_a_job_opened_while_the_service_is_away_comes_with_it(open_page: Open, job: str) -> None:
+    page = open_page("/jobs")
+    link = page.locator(f'a.name[href="/jobs/{job}"]')
+    link.click()
+    expect(page.locator(".job-progress .state")).to_be_visible(timeout=TIMEOUT)
+    page.go_back()
+    expect(link).to_be_visible(timeout=TIMEOUT)
+    page.context.set_offline(True)
+    link.click()
+    expect(page.get_by_text("The service does not answer. Trying again")).to_be_visible()
+    page.context.set_offline(False)
+    expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=TIMEOUT)
+
+
+def test_what_is_rendered_again_keeps_labels_and_layers(open_page: Open, client: httpx2.Client) -> None:
+    sent = {"labels": {"course": "graphics", "week": "3"}, "layers": []}
+    job = submit(client, json.loads(small("basic")), **sent)
+    page = open_page(f"/?job={job}")
+    opened(page)
+    expect(page.get_by_label("Labels")).to_have_value("course:graphics, week:3")
+    expect(page.get_by_label("Keep layers")).not_to_be_checked()
+
+
 def test_an_unknown_job_is_reported(open_page: Open) -> None:
     page = open_page("/jobs/0123456789abcdef")
     expect(page.get_by_role("heading", level=1)).to_have_text("This job cannot be shown")
@@ -161,6 +227,7 @@ def visit_all(page: Page, job: str, times: int) -> None:
     for _ in range(times):
         page.get_by_role("link", name="Jobs").click()
         page.locator(f'a.name[href="/jobs/{job}"]').click()
+        tab(page, "Plan")
         expect(page.locator(".stages li").first).to_be_visible(timeout=TIMEOUT)
         page.get_by_role("link", name="Start").click()
         expect(page.get_by_role("button", name="Render", exact=True)).to_be_enabled(timeout=TIMEOUT)

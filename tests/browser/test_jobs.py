@@ -11,7 +11,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import Open
 from tests.browser.scenes import TIMEOUT, endless, small
-from tests.integration.support import finish, submit
+from tests.integration.support import finish, job_of, submit, until
 
 
 def wide(width: int, height: int) -> dict[str, Any]:
@@ -114,6 +114,24 @@ def test_two_chosen_jobs_are_compared_the_older_one_first(open_page: Open, clien
     page.wait_for_url(f"**/compare/{older}/{newer}")
 
 
+def test_a_list_without_active_jobs_says_that_others_are_being_rendered(
+    open_page: Open, client: httpx2.Client
+) -> None:
+    done(client, "shown")
+    running = endless(client, "not in this list")
+    until(lambda: job_of(client, running)["state"] == "running")
+    page = open_page("/jobs")
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.get_by_label("State").select_option("succeeded")
+    expect(page.get_by_text("Other jobs are queued or running.")).to_be_visible(timeout=TIMEOUT)
+    # One answer is enough.
+    assert any("state=running&limit=1" in url for url in asked)
+    assert not any("state=queued" in url for url in asked)
+    client.post(f"/v1/jobs/{running}/cancel")
+    expect(page.get_by_text("No job is queued or running.")).to_be_visible(timeout=TIMEOUT)
+
+
 @pytest.mark.slow
 def test_older_jobs_follow_page_by_page(open_page: Open, client: httpx2.Client) -> None:
     names = [f"number {number}" for number in range(22)]
@@ -124,3 +142,14 @@ def test_older_jobs_follow_page_by_page(open_page: Open, client: httpx2.Client) 
     expect(row(page, names[0])).to_have_count(0)
     page.get_by_role("button", name="Older jobs").click()
     expect(row(page, names[0])).to_have_count(1)
+    # While a job is active the newest are fetched again and again, the older ones are not.
+    running = endless(client, "makes the list lively")
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    expect(row(page, "makes the list lively")).to_have_count(1, timeout=TIMEOUT)
+    asked.clear()
+    while sum(url.endswith("limit=20") for url in asked) < 4:
+        page.wait_for_event("request", timeout=TIMEOUT)
+    assert sum(url.endswith("limit=40") for url in asked) < 3
+    assert not any("state=" in url for url in asked)
+    client.post(f"/v1/jobs/{running}/cancel")

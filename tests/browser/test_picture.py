@@ -34,7 +34,7 @@ from tests.browser.pictures import (
     point_at,
     served,
 )
-from tests.browser.scenes import ENDLESS_SIDE, endless
+from tests.browser.scenes import ENDLESS_SIDE, TIMEOUT, endless
 from tests.integration.support import finish, image, long_scene, scene, submit, until
 
 ENCODE = """async ([text, exposure, transfer]) => {
@@ -42,14 +42,14 @@ ENCODE = """async ([text, exposure, transfer]) => {
     const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
     const bits = new Uint32Array(bytes.buffer);
     const rgba = new Uint8ClampedArray((bits.length / 3) * 4);
-    new Encoder(exposure, transfer).write(bits, 0, rgba, 0, bits.length / 3);
+    new Encoder(exposure, transfer).write(bits, 0, new Uint32Array(rgba.buffer), 0, bits.length / 3);
     let codes = "";
     rgba.forEach((code, i) => i % 4 < 3 && (codes += String.fromCharCode(code)));
     return btoa(codes);
 }"""
 LAYERS = ["depth", "normal", "shape", "samples"]
-VIRIDIS_FIT = 4
-"""Codes by which the polynomials of the false colours are off at most, rounding included."""
+VIRIDIS_FIT = 2
+"""Codes by which the false colours are off at most between their samples, rounding included."""
 
 
 GRID = {
@@ -129,7 +129,7 @@ def test_tiles_that_workers_render_are_outlined_until_there_are_none(
 
     until(all_shown)
     client.post(f"/v1/jobs/{job}/cancel")
-    expect(page.locator(".state")).to_contain_text("cancelled")
+    expect(page.locator(".state")).to_contain_text("cancelled", timeout=TIMEOUT)
     until(lambda: not outlined(page, GRID))
 
 
@@ -154,7 +154,7 @@ def test_a_cancelled_picture_stays_as_far_as_it_came(open_page: Open, client: ht
     page = open_page(f"/jobs/{job}")
     page.wait_for_function(COVERED)
     page.get_by_role("button", name="Cancel").click()
-    expect(page.locator(".state")).to_contain_text("cancelled")
+    expect(page.locator(".state")).to_contain_text("cancelled", timeout=TIMEOUT)
     assert codes_of(page).any()
     assert client.get(f"/v1/jobs/{job}").json()["state"] == "cancelled"
 
@@ -163,7 +163,10 @@ def test_where_there_is_no_picture_the_page_says_why(open_page: Open, client: ht
     job = submit(client, long_scene() | {"name": "in vain"})
     client.post(f"/v1/jobs/{job}/cancel")
     page = open_page(f"/jobs/{job}")
-    expect(page.get_by_text("There is no picture: the job ended as cancelled.")).to_be_visible()
+    # Workers first stop the tiles that they may have begun.
+    expect(page.get_by_text("There is no picture: the job ended as cancelled.")).to_be_visible(
+        timeout=TIMEOUT
+    )
     expect(page.locator(".screen")).to_be_hidden()
 
 
@@ -219,7 +222,7 @@ def test_the_wheel_zooms_where_the_mouse_is_and_dragging_pans(open_page: Open, c
     page.mouse.down()
     page.mouse.move(middle[0] + 130, middle[1] + 40, steps=4)
     page.mouse.up()
-    expect(page.get_by_role("heading", name="Why this colour?")).to_be_visible()  # dragging is no click
+    expect(page.get_by_role("heading", name="Pixel")).to_have_count(0)  # dragging is no click
     assert readout.inner_text() == before  # what was under the mouse has come along
     page.mouse.move(*middle)
     expect(readout).not_to_have_text(before)
@@ -243,7 +246,7 @@ def test_two_fingers_zoom_where_they_are(open_page: Open, client: httpx2.Client)
     # The point between them stays there, to a dot.
     assert after["x"] + after["width"] / 3 == pytest.approx(x, abs=1)
     assert after["y"] + after["height"] / 2 == pytest.approx(y, abs=1)
-    expect(page.get_by_role("heading", name="Why this colour?")).to_be_visible()  # no pixel was chosen
+    expect(page.get_by_role("heading", name="Pixel")).to_have_count(0)  # no pixel was chosen
 
 
 def test_a_stop_more_exposure_shows_the_double(open_page: Open, client: httpx2.Client) -> None:
@@ -268,8 +271,8 @@ def test_a_layer_is_shown_in_false_colours_with_a_scale(
     expect(page.locator(".readout")).to_contain_text(f"depth {depth[20, 40]:.4g}")
     expect(page.locator(".legend")).to_contain_text("scene units")
     near, far = depth.min(), depth[np.isfinite(depth)].max()
-    ends = page.locator(".legend-ends span").all_inner_texts()
-    assert [float(ends[0]), float(ends[2])] == [float(f"{value:.4g}") for value in (near, far)]
+    ends = [page.get_by_label(f"{end} value").input_value() for end in ("Lowest", "Highest")]
+    assert [float(end) for end in ends] == [float(f"{value:.4g}") for value in (near, far)]
     codes = codes_of(page).astype(int)
     assert (codes[~np.isfinite(depth)] == 128).all()
     hit = np.isfinite(depth)

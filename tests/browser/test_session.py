@@ -14,7 +14,7 @@ from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from tests.browser.conftest import Open
-from tests.browser.scenes import TIMEOUT, editor, opened, render_button, small
+from tests.browser.scenes import TIMEOUT, endless, opened, render_button, small, write
 from tests.integration.support import until
 
 
@@ -98,7 +98,7 @@ def test_a_job_is_rendered_and_followed_with_the_cookie(open_page: Open, key: st
     page = open_page("/")
     give(page, key)
     opened(page)
-    editor(page).fill(small("basic"))
+    write(page, small("basic"))
     opened(page)
     render_button(page).click()
     expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=TIMEOUT)
@@ -110,3 +110,29 @@ def test_after_leaving_the_key_is_asked_for_again(open_page: Open, key: str) -> 
     page.get_by_role("button", name="Sign out").click()
     expect(page.get_by_role("dialog")).to_be_visible(timeout=TIMEOUT)
     assert page.context.cookies() == []
+
+
+def test_a_session_that_ends_while_watching_asks_once_and_says_so(
+    open_page: Open, server: RunningServer, key: str
+) -> None:
+    with httpx2.Client(base_url=server.url, headers={"Authorization": f"Bearer {key}"}) as client:
+        job = endless(client, "watched")
+        page = open_page(f"/jobs/{job}")
+        give(page, key)
+        expect(page.locator(".job-progress .state")).to_have_text("▶ running", timeout=TIMEOUT)
+        page.context.clear_cookies()
+        dialog = page.get_by_role("dialog")
+        expect(dialog).to_be_visible(timeout=TIMEOUT)
+        dialog.get_by_role("button", name="Not now").click()
+        notice = page.get_by_text("The page no longer follows this job.")
+        expect(notice).to_be_visible()
+        expect(page.get_by_text("This job was deleted.")).to_be_hidden()
+        asked: list[str] = []
+        page.on("request", lambda request: asked.append(request.url))
+        page.wait_for_timeout(2500)
+        assert asked == []
+        expect(dialog).to_have_count(0)
+        page.get_by_role("button", name="Sign in").click()
+        give(page, key)
+        expect(page.locator(".job-progress .state")).to_have_text("▶ running", timeout=TIMEOUT)
+        client.post(f"/v1/jobs/{job}/cancel")

@@ -3,12 +3,28 @@
 from __future__ import annotations
 
 import json
+import re
+from typing import Any
 
 import httpx2
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Shoot
-from tests.browser.scenes import GALLERY, TIMEOUT, drop, editor, line_of, opened, render_button, small
+from tests.browser.scenes import (
+    GALLERY,
+    TIMEOUT,
+    drop,
+    editor,
+    expect_written,
+    go_to_problem,
+    line_of,
+    opened,
+    render_button,
+    selected,
+    small,
+    write,
+)
+from tests.integration.support import submit
 
 TILES = (GALLERY / "textures" / "tiles.png").read_bytes()
 
@@ -20,7 +36,7 @@ def finished(page: Page) -> None:
 def ask_for_samples(page: Page, camera: int, light: int) -> None:
     page.get_by_role("radio", name="Samples").check()
     page.get_by_label("Samples per pixel").fill(str(camera))
-    page.get_by_label("Points per light").fill(str(light))
+    page.get_by_label("Samples per light").fill(str(light))
 
 
 def test_a_scene_of_the_gallery_is_rendered_with_the_quality_asked_for(
@@ -28,7 +44,7 @@ def test_a_scene_of_the_gallery_is_rendered_with_the_quality_asked_for(
 ) -> None:
     opened(page)
     page.get_by_role("button", name="Texturing", exact=True).click()
-    expect(editor(page)).to_have_value((GALLERY / "texturing.json").read_text().rstrip())
+    expect_written(page, (GALLERY / "texturing.json").read_text().rstrip())
     ask_for_samples(page, 1, 4)
     opened(page)
     render_button(page).click()
@@ -42,7 +58,7 @@ def test_a_scene_of_the_gallery_is_rendered_with_the_quality_asked_for(
 
 def test_a_job_gets_the_labels_that_were_written(page: Page, client: httpx2.Client) -> None:
     opened(page)
-    editor(page).fill(small("basic"))
+    write(page, small("basic"))
     page.get_by_label("Labels").fill("course: graphics, time:12:30")
     opened(page)
     render_button(page).click()
@@ -55,14 +71,15 @@ def test_a_mistake_is_marked_at_its_line_while_it_is_typed(page: Page) -> None:
     opened(page)
     good = small("basic")
     bad = good.replace('"material": "cobalt"', '"material": "cobald"')
-    editor(page).fill(bad)
+    write(page, bad)
+    go_to_problem(page, line_of(bad, "cobald"))
     wrong = page.locator(".line.wrong")
     expect(wrong).to_have_count(1, timeout=TIMEOUT)
-    expect(wrong).to_have_attribute("data-number", str(line_of(bad, "cobald")))
+    expect(page.locator(".cm-lineNumbers .wrong")).to_have_text(str(line_of(bad, "cobald")))
     expect(wrong.locator(".culprit")).to_have_text('"cobald"')
-    expect(wrong).to_contain_text("no material of this name")
+    expect(editor(page)).to_contain_text("no material of this name")
     expect(render_button(page)).to_be_disabled()
-    editor(page).fill(good)
+    write(page, good)
     expect(wrong).to_have_count(0, timeout=TIMEOUT)
     opened(page)
 
@@ -70,10 +87,10 @@ def test_a_mistake_is_marked_at_its_line_while_it_is_typed(page: Page) -> None:
 def test_a_click_on_a_mistake_selects_it_in_the_text(page: Page) -> None:
     opened(page)
     text = small("basic").replace('"material": "cobalt"', '"material": "cobald"')
-    editor(page).fill(text)
-    page.get_by_role("button", name=f"Line {line_of(text, 'cobald')}").click(timeout=TIMEOUT)
-    start, end = page.evaluate("[document.activeElement.selectionStart, document.activeElement.selectionEnd]")
-    assert text[start:end] == '"cobald"'
+    write(page, text)
+    go_to_problem(page, line_of(text, "cobald"))
+    expect(editor(page)).to_be_focused()
+    assert selected(page) == '"cobald"'
 
 
 def test_a_quality_that_does_not_fit_marks_no_line(page: Page) -> None:
@@ -90,8 +107,8 @@ def test_a_file_that_is_no_json_is_shown_with_its_mistake(page: Page) -> None:
     opened(page)
     drop(page, mine__json=b'{\n  "version": 1,\n  "name" "mine"\n}')
     expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible()
-    expect(page.locator(".line.wrong")).to_have_attribute("data-number", "3", timeout=TIMEOUT)
-    expect(page.locator(".line.wrong")).to_contain_text("This is not JSON")
+    expect(page.locator(".cm-lineNumbers .wrong")).to_have_text("3", timeout=TIMEOUT)
+    expect(editor(page)).to_contain_text("This is not JSON")
 
 
 def test_a_scene_is_dropped_together_with_its_texture(page: Page) -> None:
@@ -110,9 +127,10 @@ def test_a_missing_texture_is_marked_at_its_line_and_can_follow(page: Page) -> N
     opened(page)
     text = small()
     drop(page, mine__json=text.encode())
-    wrong = page.locator(".line.wrong")
-    expect(wrong).to_have_attribute("data-number", str(line_of(text, '"asset"')), timeout=TIMEOUT)
-    expect(wrong).to_contain_text("The file textures/tiles.png is not here yet.")
+    go_to_problem(page, line_of(text, '"asset"'))
+    wrong = page.locator(".cm-lineNumbers .wrong")
+    expect(wrong).to_have_text(str(line_of(text, '"asset"')), timeout=TIMEOUT)
+    expect(editor(page)).to_contain_text("The file textures/tiles.png is not here yet.")
     drop(page, tiles__png=TILES)
     expect(wrong).to_have_count(0, timeout=TIMEOUT)
     opened(page)
@@ -122,14 +140,15 @@ def test_a_texture_that_is_no_picture_is_marked_at_its_line(page: Page) -> None:
     opened(page)
     text = small()
     drop(page, mine__json=text.encode(), tiles__png=b"no picture at all")
-    wrong = page.locator(".line.wrong")
-    expect(wrong).to_have_attribute("data-number", str(line_of(text, '"asset"')), timeout=TIMEOUT)
-    expect(wrong).to_contain_text("The file textures/tiles.png cannot be used.")
+    go_to_problem(page, line_of(text, '"asset"'))
+    wrong = page.locator(".cm-lineNumbers .wrong")
+    expect(wrong).to_have_text(str(line_of(text, '"asset"')), timeout=TIMEOUT)
+    expect(editor(page)).to_contain_text("The file textures/tiles.png cannot be used.")
 
 
 def test_the_price_is_shown_before_anything_is_rendered(page: Page, client: httpx2.Client) -> None:
     opened(page)
-    editor(page).fill(small("basic", name="only priced"))
+    write(page, small("basic", name="only priced"))
     page.get_by_role("radio", name="Samples").check()
     page.get_by_label("Pattern in the pixel").select_option("random")
     quote = page.get_by_role("region", name="Quote")
@@ -145,7 +164,7 @@ def test_what_is_too_expensive_to_be_tried_is_priced_by_the_plan_and_can_be_trie
     opened(page)
     (lamp,) = json.loads(small("basic"))["lights"]
     # With so many lights a single block takes longer than a quote may.
-    editor(page).fill(small("basic", name="too expensive to try", lights=[lamp] * 24))
+    write(page, small("basic", name="too expensive to try", lights=[lamp] * 24))
     ask_for_samples(page, 2048, 4096)
     quote = page.get_by_role("region", name="Quote")
     expect(quote).to_contain_text("from the plan alone", timeout=TIMEOUT)
@@ -159,10 +178,164 @@ def test_what_is_too_expensive_to_be_tried_is_priced_by_the_plan_and_can_be_trie
 def test_what_was_written_survives_a_reload(page: Page) -> None:
     opened(page)
     text = small("basic", name="not lost")
-    editor(page).fill(text)
+    write(page, text)
+    ask_for_samples(page, 9, 3)
+    page.get_by_label("Labels").fill("week:3")
+    page.get_by_label("Keep layers").uncheck()
     opened(page)
     page.reload()
-    expect(editor(page)).to_have_value(text, timeout=TIMEOUT)
+    expect_written(page, text)
+    expect(page.get_by_label("Samples per pixel")).to_have_value("9")
+    expect(page.get_by_label("Labels")).to_have_value("week:3")
+    expect(page.get_by_label("Keep layers")).not_to_be_checked()
+
+
+def test_a_changed_scene_of_a_job_survives_a_reload(open_page: Open, client: httpx2.Client) -> None:
+    job = submit(client, json.loads(small("basic")))
+    page = open_page(f"/?job={job}")
+    opened(page)
+    write(page, small("basic", name="changed"))
+    opened(page)
+    page.reload()
+    expect_written(page, small("basic", name="changed"))
+
+
+def test_an_edited_scene_is_replaced_only_when_asked_and_can_be_brought_back(page: Page) -> None:
+    opened(page)
+    mine = small("basic", name="hours of work")
+    write(page, mine)
+    page.get_by_role("button", name="Falloff", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Keep it").click()
+    expect_written(page, mine)
+    page.get_by_role("button", name="Falloff", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Replace it").click()
+    expect(page.get_by_role("heading", level=2, name="Falloff")).to_be_visible()
+    page.get_by_role("button", name="Undo").click()
+    expect_written(page, mine)
+    expect(page.get_by_role("button", name="Falloff", exact=True)).to_have_attribute("aria-pressed", "false")
+
+
+def test_while_the_service_is_away_the_page_says_so_and_goes_on_after(page: Page) -> None:
+    opened(page)
+    page.context.set_offline(True)
+    write(page, small("basic", name="meanwhile"))
+    expect(page.locator("#scene-problems")).to_have_text("The service does not answer.", timeout=TIMEOUT)
+    quote = page.get_by_role("region", name="Quote")
+    expect(quote).to_have_text("A quote follows when the service answers again.")
+    page.context.set_offline(False)
+    opened(page)
+
+
+def test_render_is_in_sight_on_a_low_screen(open_page: Open) -> None:
+    page = open_page("/", height=420)
+    opened(page)
+    expect(render_button(page)).to_be_in_viewport(ratio=1)
+
+
+def test_long_names_stay_on_a_narrow_screen(open_page: Open) -> None:
+    page = open_page("/", width=390, height=844)
+    opened(page)
+    name = "a_name_without_spaces" * 5
+    text = small().replace("textures/tiles.png", f"textures/{name}.png")
+    drop(page, **{f"{name}__json": text.encode()})
+    for wide in (
+        page.get_by_role("heading", level=2, name=f"{name}.json"),
+        page.get_by_role("listitem").filter(has_text=f"textures/{name}.png").locator("code"),
+        page.get_by_text(f"Choose {name}.png"),
+    ):
+        expect(wide).to_be_visible(timeout=TIMEOUT)
+        box = wide.bounding_box()
+        assert box is not None
+        assert box["x"] + box["width"] <= 390
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def previewed(page: Page) -> str:
+    """Wait for a preview, and return the address of its picture."""
+    picture = page.get_by_role("img", name="Preview of the scene")
+    expect(page.locator(".preview")).to_have_attribute("data-state", "current", timeout=TIMEOUT)
+    return str(picture.get_attribute("src"))
+
+
+def test_a_preview_follows_the_scene_and_leaves_no_job(page: Page, client: httpx2.Client) -> None:
+    opened(page)
+    jobs = client.get("/v1/jobs").json()["jobs"]
+    first = previewed(page)
+    wide = page.get_by_role("img", name="Preview of the scene").evaluate("(image) => image.naturalWidth")
+    assert wide == 128
+    write(page, small("falloff"))
+    opened(page)
+    assert previewed(page) != first
+    assert client.get("/v1/jobs").json()["jobs"] == jobs
+
+
+def test_a_scene_with_mistakes_keeps_the_last_preview_and_says_so(page: Page) -> None:
+    opened(page)
+    before = previewed(page)
+    write(page, small("basic").replace('"version": 1', '"version": 2'))
+    preview = page.locator(".preview")
+    expect(preview).to_contain_text("of the last valid scene", timeout=TIMEOUT)
+    assert page.get_by_role("img", name="Preview of the scene").get_attribute("src") == before
+
+
+def test_no_preview_is_rendered_where_it_is_turned_off(page: Page) -> None:
+    opened(page)
+    page.get_by_label("Live preview").uncheck()
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.reload()
+    expect(page.get_by_label("Live preview")).not_to_be_checked(timeout=TIMEOUT)
+    with page.expect_response(lambda response: response.url.endswith("/v1/quotes"), timeout=TIMEOUT):
+        opened(page)
+    assert not [url for url in asked if url.endswith("/v1/previews")]
+    page.get_by_label("Live preview").check()
+    previewed(page)
+
+
+def two_textures() -> str:
+    document = json.loads(small())
+    document["textures"] = {
+        folder: {"type": "image", "asset": f"{folder}/wood.png"} for folder in ("light", "dark")
+    }
+    return json.dumps(document | {"materials": materials(document)}, indent=2)
+
+
+def materials(document: dict[str, Any]) -> dict[str, Any]:
+    """Those of the scene, whose textures are replaced."""
+    found = json.loads(re.sub(r'"texture": "[^"]*"', '"texture": "light"', json.dumps(document["materials"])))
+    return dict(found)
+
+
+def test_a_file_is_used_for_the_one_path_that_it_was_chosen_for(page: Page) -> None:
+    opened(page)
+    drop(page, mine__json=two_textures().encode())
+    light, dark = (
+        page.get_by_role("listitem").filter(has_text=f"{name}/wood.png") for name in ("light", "dark")
+    )
+    expect(light).to_contain_text("Choose wood.png", timeout=TIMEOUT)
+    with page.expect_file_chooser() as choosing:
+        light.get_by_text("Choose wood.png").click()
+    choosing.value.set_files([{"name": "any.png", "mimeType": "image/png", "buffer": TILES}])
+    expect(light).to_contain_text("here", timeout=TIMEOUT)
+    expect(dark).not_to_contain_text("here")
+
+
+def test_a_file_that_fits_two_paths_is_asked_for(page: Page) -> None:
+    opened(page)
+    drop(page, mine__json=two_textures().encode(), wood__png=TILES)
+    use = page.get_by_role("button", name="Use wood.png as dark/wood.png")
+    use.click(timeout=TIMEOUT)
+    dark = page.get_by_role("listitem").filter(has_text="dark/wood.png")
+    expect(dark).to_contain_text("here", timeout=TIMEOUT)
+    light = page.get_by_role("listitem").filter(has_text="light/wood.png")
+    expect(light).not_to_contain_text("here")
+
+
+def test_a_dropped_file_that_the_scene_does_not_name_is_listed(page: Page) -> None:
+    opened(page)
+    drop(page, stray__png=TILES)
+    stray = page.get_by_role("listitem").filter(has_text="stray.png")
+    expect(stray).to_contain_text("not named by this scene", timeout=TIMEOUT)
 
 
 def test_the_keyboard_alone_is_enough(open_page: Open) -> None:

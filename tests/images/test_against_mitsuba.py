@@ -103,6 +103,7 @@ def score(values: Image) -> float:
     return float(pixels.mean() / pixels.std() * np.sqrt(pixels.size))
 
 
+@pytest.mark.peer
 @pytest.mark.parametrize("name", references.NAMES)
 def test_the_peer_draws_the_reference_again(name: str) -> None:
     """With 64 samples a pixel in place of thousands; its error falls with the samples, its mean stays."""
@@ -115,6 +116,7 @@ def test_the_peer_draws_the_reference_again(name: str) -> None:
     assert abs(references.mean_difference_255(finer, converged)) < 0.01
 
 
+@pytest.mark.peer
 def test_a_scene_that_the_peer_has_is_drawn_with_one_number_of_samples_after_another() -> None:
     """The edges of the shell's lamp have a coordinate that is 0."""
     peer = pytest.importorskip(

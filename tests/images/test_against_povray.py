@@ -13,6 +13,7 @@ from schemas.scene import Scene
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.peer,
     pytest.mark.skipif(povray_pictures.version() is None, reason="needs POV-Ray 3.7"),
 ]
 

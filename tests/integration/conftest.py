@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -19,7 +18,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from tests.integration.support import TIMEOUT, work
-from tests.postgres_server import REQUIRED, PostgresServer, programs
+from tests.postgres_server import PostgresServer, programs
 from tests.s3_server import S3Server
 
 Start = Callable[..., RunningServer]
@@ -87,10 +86,9 @@ def start(tmp_path: Path) -> Iterator[Start]:
 def postgres() -> Iterator[PostgresServer]:
     found = programs()
     if found is None:
-        missing = "no programs of PostgreSQL (initdb, postgres) on this machine: apt-get install postgresql"
-        if os.environ.get(REQUIRED):
-            pytest.fail(missing)
-        pytest.skip(missing)
+        pytest.skip(
+            "no programs of PostgreSQL (initdb, postgres) on this machine: apt-get install postgresql"
+        )
     server = PostgresServer(found)
     yield server
     server.close()

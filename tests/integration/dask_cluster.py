@@ -35,9 +35,9 @@ class Cluster:
         self.workers: list[subprocess.Popen[bytes]] = []
         self.scheduler = self._start_scheduler()
 
-    def start_worker(self) -> None:
+    def start_worker(self, **environment: str) -> None:
         options = ["--nthreads", "1", "--no-nanny", "--memory-limit", "0", "--no-dashboard", *self._options]
-        self.workers.append(_dask("worker", self.address, *options))
+        self.workers.append(_dask("worker", self.address, *options, **environment))
 
     def wait_for_workers(self) -> None:
         """Wait until each has its slot."""
@@ -60,6 +60,6 @@ class Cluster:
         return _dask("scheduler", "--protocol", self._scheme, *place, *self._options)
 
 
-def _dask(*arguments: str) -> subprocess.Popen[bytes]:
+def _dask(*arguments: str, **more: str) -> subprocess.Popen[bytes]:
     environment = os.environ | {"DASK_CONFIG": str(CONFIGURATION), "DASK_LOGGING__DISTRIBUTED": "error"}
-    return subprocess.Popen([sys.executable, "-m", "dask", *arguments], env=environment)
+    return subprocess.Popen([sys.executable, "-m", "dask", *arguments], env=environment | more)

@@ -134,6 +134,27 @@ def test_the_server_decodes_no_textures(client: httpx2.Client) -> None:
     assert client.post("/v1/plans", json={"scene": document}).status_code == 200
 
 
+def test_textures_that_no_worker_has_memory_for_are_refused_with_a_cure(client: httpx2.Client) -> None:
+    file = io.BytesIO()
+    Image.new("RGB", (1000, 1000)).save(file, "PNG")
+    name = put(client, file.getvalue()).json()["name"]
+    names = [f"{kind}{number}" for number in range(100) for kind in "ab"]
+    document = scene()
+    document["textures"] = {one: {"type": "image", "asset": name} for one in names}
+    phong = {"type": "phong", "ambient": 0.2, "diffuse": 1.0}
+    document["materials"] = {
+        str(number): phong | {"color_texture": f"a{number}", "normal_map": f"b{number}"}
+        for number in range(100)
+    }
+    ball = scene()["shapes"][1]
+    document["shapes"] = [ball | {"material": str(number)} for number in range(100)]
+    assert client.post("/v1/plans", json={"scene": document}).status_code == 200
+    request = {"scene": document, "quality": {"mode": "target", "error": 0.01}}
+    (found,) = problem_of(client.post("/v1/plans", json=request), 422)["errors"]
+    assert (found["pointer"], found["code"]) == ("/scene/textures/a0/asset", "too_large")
+    assert "worker_memory_bytes" in found["detail"]
+
+
 def test_a_mesh_that_is_used_often_is_not_read_as_often(client: httpx2.Client) -> None:
     name = put(client, FILES["ply binary"]()).json()["name"]
     document = scene()

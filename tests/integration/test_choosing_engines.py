@@ -7,16 +7,21 @@ from typing import Any
 
 import pytest
 
+from schemas.api.administration import Role
+from service.access import keys
 from service.errors import EngineError, UnsafeClusterError
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
 from service.workers.engines import check_engine
 from tests.integration.conftest import Start
 
 FILES = ("dask_tls_ca", "dask_tls_cert", "dask_tls_key")
 
 
-def check(address: str, **settings: Any) -> None:
-    check_engine(Settings.model_validate({"engine": "dask", "dask": address, **settings}))
+def check(address: str, *, keys_made: bool = False, **settings: Any) -> None:
+    given = {"engine": "dask", "dask": address, **settings}
+    check_engine(Settings.model_validate(given), keys_made=keys_made)
 
 
 @pytest.fixture
@@ -38,6 +43,29 @@ def test_a_cluster_elsewhere_without_encryption_is_refused_and_the_cure_is_named
         check(f"tcp://{host}:8786")
     assert f"tls://{host}:8786" in str(caught.value)
     assert "dask_tls_ca" in str(caught.value)
+
+
+def test_where_keys_are_required_a_cluster_of_this_machine_needs_certificates_too(
+    certificates: dict[str, Path],
+) -> None:
+    with pytest.raises(UnsafeClusterError, match="tls://localhost:8786") as caught:
+        check("tcp://localhost:8786", keys_made=True)
+    assert "dask_tls_ca" in str(caught.value)
+    check("tls://localhost:8786", keys_made=True, **certificates)
+    check("tcp://localhost:8786", keys_made=True, dask_trusted_network=True)
+
+
+def test_a_server_with_keys_does_not_start_with_a_cluster_that_has_none(
+    start: Start, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    database = Database(Settings(data=tmp_path).database_url)
+    upgrade(database)
+    with database.writing() as session:
+        keys.add(session, "ann", Role.SUBMIT)
+    database.close()
+    with pytest.raises(Exception, match="ended with code"):
+        start(engine="dask", dask="tcp://127.0.0.1:8786")
+    assert "every user of this machine" in capfd.readouterr().err
 
 
 def test_a_network_that_is_trusted_needs_no_certificates() -> None:

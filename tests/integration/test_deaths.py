@@ -6,6 +6,7 @@ import os
 import re
 import signal
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import httpx2
@@ -144,6 +145,29 @@ def test_a_killed_server_resumes_and_renders_no_finished_tile_again(
     after = steps(tmp_path)
     assert {key: after[key] for key in finished} == finished
     assert sorted(row["seq"] for row in after.values()) == list(range(1, len(after) + 1))
+
+
+def test_a_worker_that_still_imports_dies_with_its_server(start: Start) -> None:
+    server = start(workers=1)
+    (first,) = workers_of(server.process.pid)
+    os.kill(first, signal.SIGKILL)
+    until(lambda: any(map(is_importing, workers_of(server.process.pid))))
+    (second,) = workers_of(server.process.pid)
+    # As on a busy machine: its imports do not end meanwhile.
+    os.kill(second, signal.SIGSTOP)
+    try:
+        server.process.kill()
+        server.process.wait()
+        until(lambda: not is_alive(second))
+    finally:
+        with suppress(ProcessLookupError):
+            os.kill(second, signal.SIGKILL)
+
+
+def is_importing(process: int) -> bool:
+    with suppress(OSError):
+        return "numpy" in Path(f"/proc/{process}/maps").read_text()
+    return False
 
 
 def test_what_a_killed_server_left_half_written_is_swept(start: Start, tmp_path: Path) -> None:

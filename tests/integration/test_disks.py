@@ -144,6 +144,24 @@ def test_on_a_full_disk_jobs_wait_and_readers_do_not(
     assert image(client, job).tobytes() == undisturbed.tobytes()
 
 
+def test_a_full_disk_is_cured_by_deleting_jobs(disk: Path, client: httpx2.Client) -> None:
+    finished = [submit(client, scene(width, 48)) for width in range(80, 86)]
+    for job in finished:
+        finish(client, job)
+    running = half_done(client)
+    with full(disk) as fill:
+        for job in [*finished[:4], running]:
+            fill()
+            assert client.delete(f"/v1/jobs/{job}").status_code == 204
+            assert client.get(f"/v1/jobs/{job}").status_code == 404
+        fill()
+        pruned = client.post("/v1/prune", json={"max_stored_bytes": 0, "dry_run": False})
+        assert (pruned.status_code, set(finished[4:]) <= set(pruned.json()["expired"])) == (200, True)
+        left = [path for job in finished for path in (disk / "jobs" / job).rglob("*")]
+        assert not left
+    finish(client, submit(client, scene()))
+
+
 def test_on_a_disk_that_can_only_be_read_for_a_while_jobs_wait_and_readers_do_not(
     disk: Path, client: httpx2.Client, undisturbed: np.ndarray
 ) -> None:

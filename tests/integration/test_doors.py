@@ -9,6 +9,8 @@ import stat
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
+from http.client import HTTPConnection
 from pathlib import Path
 
 import httpx2
@@ -107,6 +109,22 @@ def test_a_connection_without_a_request_is_given_up(strict: RunningServer, sent:
     with connected(strict) as connection:
         connection.sendall(sent)
         assert connection.recv(1000) == b""
+
+
+@pytest.mark.slow
+def test_a_connection_outlives_the_seconds_for_which_clients_keep_an_idle_one(server: RunningServer) -> None:
+    """A pool of httpx sends on a connection that was idle for less than 5 seconds."""
+    connection = HTTPConnection(server.url.removeprefix("http://"), timeout=TIMEOUT)
+    with closing(connection):
+        connection.request("GET", "/livez")
+        assert connection.getresponse().read()
+        connection.sock.settimeout(6)
+        # Nothing comes, and in particular not the end of the connection.
+        with pytest.raises(TimeoutError):
+            connection.sock.recv(1)
+        connection.sock.settimeout(TIMEOUT)
+        connection.request("GET", "/livez")
+        assert connection.getresponse().status == 200
 
 
 @pytest.mark.parametrize("length", ["Content-Length: 1000", "Transfer-Encoding: chunked"])

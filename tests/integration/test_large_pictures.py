@@ -17,11 +17,12 @@ from PIL import Image
 from sqlalchemy import update
 
 from renderer.images import files as image_files
+from schemas.api import batches
 from schemas.scene import Display
 from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
-from service.storage.database.models import RenderRow
+from service.storage.database.models import RenderRow, TileRow
 from service.storage.folder import Folder
 from service.storage.tiles import TileStore
 from service.workers.layers import file_name
@@ -109,6 +110,32 @@ def test_large_pictures_take_little_memory_one_by_one_and_together(
     assert (answer.status_code, added <= ONE_MIB) == (200, True), added
     codes = np.asarray(Image.open(io.BytesIO(content)))
     np.testing.assert_array_equal(codes, image_files.displayed(image(client, first), Display()))
+
+
+def test_batches_of_all_pixels_take_little_memory_together(
+    server: RunningServer, client: httpx2.Client, jobs: list[str]
+) -> None:
+    database = Database(f"sqlite:///{server.data / 'penumbra.sqlite'}")
+    with database.writing() as session:
+        session.execute(update(TileRow).where(TileRow.pass_index > 0).values(x1=SIZE[0], y1=SIZE[1]))
+    database.close()
+    # Files that are mapped are not counted.
+    limit = (status(server)["VmData"] + ALL_MIB * 1024) * 1024
+    before = resource.prlimit(server.process.pid, resource.RLIMIT_DATA)
+    resource.prlimit(server.process.pid, resource.RLIMIT_DATA, (limit, before[1]))
+
+    def fetched(job: str) -> bytes:
+        answer = client.get(f"/v1/jobs/{job}/tiles", headers={"Accept": batches.MEDIA_TYPE})
+        assert answer.status_code == 200, answer.text
+        return answer.content
+
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        found = list(pool.map(fetched, jobs[:AT_ONCE]))
+    resource.prlimit(server.process.pid, resource.RLIMIT_DATA, before)
+    for job, content in zip(jobs, found, strict=False):
+        head, [(tile, pixels)] = batches.unpack(content)
+        assert (head.tiles, tile.x1, tile.y1) == (1, *SIZE)
+        assert bytes(pixels) == image(client, job).tobytes()
 
 
 def test_what_was_encoded_is_kept(server: RunningServer, client: httpx2.Client, jobs: list[str]) -> None:

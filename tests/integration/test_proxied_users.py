@@ -1,4 +1,4 @@
-"""Who comes by a proxy, and what they may do: nobody is an admin unless a setting says so."""
+"""Who comes by a proxy, and what they may do: no one is an admin unless a setting says so."""
 
 from __future__ import annotations
 

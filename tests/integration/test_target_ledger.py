@@ -288,13 +288,27 @@ def test_when_the_time_is_spent_no_tile_begins_and_the_finished_ones_are_merged(
     assert job.done_steps == job.total_steps == job.last_seq == 4 + 1 + 1 + 1
 
 
+@BOTH
+def test_a_tile_that_was_late_while_time_is_left_is_not_handed_out_again_at_once(table: Table) -> None:
+    table.add(time_limit=1000)
+    table.round((table.merging(), advanced(1, 2)), room=0)
+    late, other = table.round(room=2)
+    result = Round([(late, Interrupted(late=True))], [other], [], 8, MAX_ATTEMPTS)
+    with table.database.writing() as session:
+        result.decide(session)
+    assert (result.tasks, result.early) == ([], [late])
+    # Released, it is one more task that was interrupted.
+    (again,) = table.round((late, Interrupted()))
+    assert (again.tile, again.attempt) == (late.tile, late.attempt + 1)  # type: ignore[union-attr]
+
+
 def test_the_coarse_picture_is_made_however_short_the_time_is(table: Table) -> None:
     table.add(time_limit=10)
     first = table.round(room=1)
     table.spend(11)
     others = table.round()
     assert len(others) == 3
-    assert all(isinstance(task, SampleTask) and task.until is None for task in (*first, *others))
+    assert all(isinstance(task, SampleTask) and task.seconds_left is None for task in (*first, *others))
     (task,) = table.round(*((task, DONE) for task in (*first, *others)))
     assert isinstance(task, AdvanceTask)
     assert task.last

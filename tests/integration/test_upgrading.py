@@ -287,7 +287,22 @@ def test_a_service_does_not_start_on_the_tables_of_a_later_version(
     )
     assert ended.returncode == STARTUP_FAILURE
     assert "not started" in ended.stderr
+    assert "later version" in ended.stderr
     assert "course" in _columns(database, "jobs")
+
+
+def test_the_doctor_names_the_tables_of_a_later_version(
+    database: Database,
+    later: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    upgrade(database, later)
+    monkeypatch.setenv("PENUMBRA_DATA", str(tmp_path / "data"))
+    monkeypatch.setenv("PENUMBRA_DATABASE", database.engine.url.render_as_string(hide_password=False))
+    assert outcome(["doctor"]) != ExitCode.DONE
+    assert "A later version of the service" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("version", ["0001", "0017"])

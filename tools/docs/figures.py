@@ -27,6 +27,7 @@ COMMANDS = {
     "page": "python -m benchmarks.page_paint --out docs/figures/page.json",
     "peers": "make bench-peers && python -m tools.docs.generate_performance_page out/peers.json",
     "jobs": "python -m benchmarks quotes bursts --out docs/figures/jobs.json",
+    "soak": "python -m benchmarks.chaos --soak --out docs/figures/soak.json",
     "stability": "python -m benchmarks stability --runs 9 --out docs/figures/stability.json",
     "study": "make study && python -m tools.docs.generate_accuracy_page",
     "targets": "python -m benchmarks targets --out docs/figures/targets.json",

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from accuracy.study.journal import describe
 from schemas.grading.manifest_reading import read_manifest
 from service.grading.grading import grade
-from service.grading.hints import HINTS
+from service.grading.mistakes.hints import HINTS
 from tests.assignment import submissions
 from tests.assignment.mistakes import MISTAKES
 from tests.assignment.programs import reached

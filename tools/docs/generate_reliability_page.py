@@ -1,4 +1,4 @@
-"""Write docs/explanation/reliability.md from the kept figures of `make chaos` and `make load`."""
+"""Write docs/explanation/reliability.md from the kept figures of `make chaos`, `soak` and `load`."""
 
 from __future__ import annotations
 
@@ -16,9 +16,17 @@ TEMPLATE = Path(__file__).with_name("reliability_template.txt")
 COLUMNS = ("promise", "measured", "limit", "held")
 
 
-def page(chaos: Mapping[str, Any], load: Mapping[str, Any]) -> str:
+def page(chaos: Mapping[str, Any], soak: Mapping[str, Any], load: Mapping[str, Any]) -> str:
     """The template with the tables in their places."""
-    return TEMPLATE.read_text(encoding="utf-8").format(chaos=section(chaos), load=section(load))
+    sections = {"chaos": section(chaos), "soak": _soaked(soak), "load": section(load)}
+    return TEMPLATE.read_text(encoding="utf-8").format(**sections)
+
+
+def _soaked(measured: Mapping[str, Any]) -> str:
+    """The table of a soak, and how long each kind of fault kept the next tile away."""
+    recovery = measured["promises"][0]["details"]["recovery"]
+    rows = [(fault, f"{one['median']:.1f}", f"{one['worst']:.1f}") for fault, one in recovery.items()]
+    return f"{section(measured)}\n\n{table(('fault', 'seconds to the next tile, median', 'worst'), rows)}"
 
 
 def section(measured: Mapping[str, Any]) -> str:

@@ -24,8 +24,8 @@ from scenes.make_assignment_parts import FOLDER
 from schemas.grading.manifest_reading import read_manifest
 from schemas.grading.manifests import ImageTest
 from service.grading.accepting import accepted, compared
+from service.grading.comparing import forgiven
 from service.grading.folders import Folder
-from service.grading.forgiving import forgiven
 from service.grading.selection import select
 from service.grading.signals import signals
 from service.grading.wanted import read_picture

@@ -64,7 +64,7 @@ GENERATED = (
     Page(generate_capacity_page.PAGE, ("capacity",), generate_capacity_page.page),
     Page(generate_costs_page.PAGE, ("bench", "jobs", "lists", "page"), generate_costs_page.page),
     Page(generate_performance_page.PAGE, ("peers",), generate_performance_page.page),
-    Page(generate_reliability_page.PAGE, ("chaos", "load"), generate_reliability_page.page),
+    Page(generate_reliability_page.PAGE, ("chaos", "soak", "load"), generate_reliability_page.page),
     Page(generate_command_line_reference.PAGE, (), generate_command_line_reference.page),
     Page(generate_constants_reference.PAGE, (), generate_constants_reference.page),
     Page(generate_http_reference.PAGE, (), generate_http_reference.page),

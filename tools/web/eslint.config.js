@@ -5,4 +5,5 @@ export default [
   { ignores: ["**/vendor/**"] },
   js.configs.recommended,
   { files: ["service/web/**/*.js"], languageOptions: { globals: globals.browser } },
+  { files: ["tests/web/**/*.js"], languageOptions: { globals: globals.node } },
 ];

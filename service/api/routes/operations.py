@@ -158,7 +158,8 @@ def _prune(service: Service, asked: PruneRequest) -> Pruned:
         usual.max_stored_bytes if asked.max_stored_bytes is None else asked.max_stored_bytes,
         usual.keep_asset_seconds if asked.keep_asset_seconds is None else asked.keep_asset_seconds,
     )
-    swept = retention_thread.predict(rules) if asked.dry_run else retention_thread.prune(rules)
+    with service.reserve.given_up():
+        swept = retention_thread.predict(rules) if asked.dry_run else retention_thread.prune(rules)
     return Pruned(
         dry_run=asked.dry_run,
         expired=tuple(swept.expired),

@@ -13,6 +13,7 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from starlette.exceptions import HTTPException
 
 import scenes
+from service.api.compression import accepts_gzip, gzipped, is_compressible
 from service.api.middleware import ALWAYS
 from service.api.reference_page import page_of
 from service.api.routes.parameters import not_modified
@@ -54,6 +55,13 @@ def page(request: Request) -> Response:
     return _file(request, WEB, "index.html")
 
 
+def missing(request: Request) -> Response | None:
+    """Serve the page at an unknown address to a browser, with 404: it says where to go instead."""
+    if request.method != "GET" or "text/html" not in request.headers.get("Accept", ""):
+        return None
+    return Response((WEB / "index.html").read_bytes(), 404, HEADERS, TYPES[".html"])
+
+
 @router.get("/web/{path:path}")
 def web_file(request: Request, path: FilePath) -> Response:
     """Serve a script, a style sheet or a picture of the page."""
@@ -88,10 +96,16 @@ def _file(request: Request, folder: Path, path: str) -> Response:
 
 
 def _page(request: Request, content: bytes, media_type: str) -> Response:
-    """Serve some content, or 304 if the browser has it."""
-    etag = f'"{hashlib.sha256(content).hexdigest()[:32]}"'
-    headers = HEADERS | {"ETag": etag, "Cache-Control": "no-cache"}
-    unchanged = not_modified(request, etag)
+    """Serve some content, compressed where the browser accepts that, or 304 if the browser has it."""
+    tag = hashlib.sha256(content).hexdigest()[:32]
+    headers = HEADERS | {"Cache-Control": "no-cache"}
+    if is_compressible(content, media_type):
+        headers["Vary"] = "Accept-Encoding"
+        if accepts_gzip(", ".join(request.headers.getlist("accept-encoding"))):
+            content, tag = gzipped(content), f"{tag}-gzip"
+            headers["Content-Encoding"] = "gzip"
+    headers["ETag"] = f'"{tag}"'
+    unchanged = not_modified(request, headers["ETag"])
     if unchanged is None:
         return Response(content, media_type=media_type, headers=headers)
     # Browsers replace the headers that they have stored by those of this answer.

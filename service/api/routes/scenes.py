@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
 
 from schemas.api.comparisons import ComparisonAnswer, ComparisonRequest
 from schemas.api.inspections import Inspection, InspectionRequest, TraceAnswer, TraceRequest
 from schemas.api.jobs import JobRequest
 from schemas.api.plans import PlanDocument, Quote, QuoteRequest
+from schemas.api.previews import PreviewRequest
 from schemas.grading.manifest_reading import manifest_json_schema
 from schemas.json_schema import scene_json_schema
 from service.analyses import calls, comparisons
@@ -149,6 +150,23 @@ OFFERS: dict[str, Any] = {
 async def quote(here: Here, user: CurrentUser, body: JsonBody) -> Quote:
     """Predict the cost and the error of a scene at several qualities. This takes about 1.5 seconds."""
     return await calls.quote(here, user, body)
+
+
+@router.post(
+    "/previews",
+    response_class=Response,
+    responses={200: {"content": {"image/png": {}}}}
+    | BODY
+    | _of_scene("preview_failed")
+    | problem(429, "Too many quotes and previews are in progress.", "busy")
+    | NO_WORKER,
+    openapi_extra=json_request(PreviewRequest),
+    summary="Preview a scene",
+    response_description="A small PNG picture.",
+)
+async def preview(here: Here, user: CurrentUser, body: JsonBody) -> Response:
+    """Render a small picture of a scene while you wait. No job is created, and nothing is stored."""
+    return Response(await calls.preview(here, user, body), media_type="image/png")
 
 
 PICTURES: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content": WHITE, "encoding": "srgb"}}

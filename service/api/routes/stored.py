@@ -41,12 +41,12 @@ def stored_response(
     if span is not None:
         begin, end = span
         fields["Content-Range"] = f"bytes {begin}-{end - 1}/{stored.size}"
-        return _streamed(206, stored, span, media_type, fields)
+        return streamed(206, stored, span, media_type, fields)
     if stored.path is not None:
         return _WholeFile(stored.path, media_type=media_type, headers=fields)
     if request.method == "HEAD":
         return Response(media_type=media_type, headers=fields | {"Content-Length": str(stored.size)})
-    return _streamed(200, stored, (0, stored.size), media_type, fields)
+    return streamed(200, stored, (0, stored.size), media_type, fields)
 
 
 class _WholeFile(FileResponse):
@@ -90,7 +90,8 @@ def _holds(if_range: str | None, fields: Mapping[str, str]) -> bool:
     return if_range is None or if_range in (fields["ETag"], fields["Last-Modified"])
 
 
-def _streamed(status: int, stored: Stored, span: Span, media_type: str, headers: dict[str, str]) -> Response:
+def streamed(status: int, stored: Stored, span: Span, media_type: str, headers: dict[str, str]) -> Response:
+    """Answer with some bytes of a file, of which few are in memory at once."""
     begin, end = span
     pieces = (stored.read(*ends) for ends in pairwise([*range(begin, end, PIECE), end]))
     # Fetch the first piece before the answer begins, so that an unreachable bucket gives a problem document.

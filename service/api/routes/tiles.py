@@ -14,6 +14,7 @@ from schemas.api import batches
 from schemas.api.jobs import TileBatch
 from service.api.authentication import CurrentUser, JobId
 from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
+from service.api.routes.stored import streamed
 from service.errors import UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs import tile_events
@@ -39,6 +40,8 @@ TILES: dict[int | str, dict[str, Any]] = {
 }
 
 
+BATCH_WEIGHT = 4
+"""A pixel of a batch takes up to 4 times the memory of one of a PNG file while it is encoded."""
 BATCH_FORM = (batches.__doc__ or "").partition("\n\n")[2].partition("\n\n>>>")[0]
 UNKNOWN = problem(404, "There is no such job.", "unknown_job")
 CROWDED = problem(429, "You watch as many jobs at once as you may.", "busy")
@@ -72,8 +75,12 @@ async def get_tiles(
     if negotiate(request, FORMS) != batches.MEDIA_TYPE:
         return await run_in_threadpool(tile_events.batch, here, job_id, after)
     form = tile_events.ENCODINGS[encoding]
-    data = await run_in_threadpool(tile_events.pixel_batch, here, job_id, after, form)
-    return Response(data, media_type=batches.MEDIA_TYPE, headers={"Vary": "Accept"})
+    news = await run_in_threadpool(tile_events.batch, here, job_id, after)
+    async with here.encoding.room(BATCH_WEIGHT * tile_events.pixels_of(news.events)):
+        batch = await run_in_threadpool(tile_events.pixel_batch, here, job_id, after, form)
+    return await run_in_threadpool(
+        streamed, 200, batch, (0, batch.size), batches.MEDIA_TYPE, {"Vary": "Accept"}
+    )
 
 
 async def known(here: Here, job_id: JobId) -> str:

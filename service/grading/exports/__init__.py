@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from service.grading.export_errors import ExportError
+from service.grading.errors import ExportError
 from service.grading.exports import (
     classroom50,
     gradebook,

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from schemas.grading.grades import Grade
-from service.grading.export_errors import ExportError
-from service.grading.exports.documents import encoded
+from service.grading.errors import ExportError
 from service.grading.exports.rows import Row, for_students
+from service.grading.exports.texts import encoded
 
 REQUIRED = {
     "classroom": "CLASSROOM",

@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from schemas.grading.grades import Grade, TestGrade
-from service.grading.exports.documents import encoded
 from service.grading.exports.pictures import Shown, album
 from service.grading.exports.rows import Row, for_staff, headline
-from service.grading.exports.texts import line, rounded, significant
+from service.grading.exports.texts import encoded, line, rounded, significant
 
 MOST_PICTURES = 1_000_000
 """Bytes. Gradescope documents no limit, but the page of a submission loads all pictures at once."""

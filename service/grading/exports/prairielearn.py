@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from schemas.grading.grades import Grade
-from service.grading.exports.documents import encoded
 from service.grading.exports.pictures import Album, Shown, album
 from service.grading.exports.rows import OPEN, Row, for_students, headline
-from service.grading.exports.texts import number, rounded, shortened
+from service.grading.exports.texts import encoded, number, rounded, shortened
 
 MOST = 1_000_000
 """Largest file in bytes: the limit of PrairieLearn is 1 MB."""

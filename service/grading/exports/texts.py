@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
+from typing import Any
+
 
 def harmless(text: str) -> str:
     """Replace each non-printable character by a space, except line ends.
@@ -55,3 +59,8 @@ def number(points: float) -> str:
     ('12.5', '90', '0.33')
     """
     return f"{points:.2f}".rstrip("0").rstrip(".")
+
+
+def encoded(document: Mapping[str, Any]) -> bytes:
+    """Encode a JSON file as UTF-8 with a final newline; NaN and infinity raise ValueError."""
+    return (json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()

@@ -2,15 +2,28 @@
 
 import { get, jobPath, post } from "../api.js";
 import { announce, h } from "../dom.js";
-import { Blending, HOTTEST, MODES } from "./compare/blending.js";
-import { bitmapOf, encoded, filmOfJob, referenceIn } from "./compare/pictures.js";
-import { makeVerdict } from "./compare/verdict.js";
+import { Blending, MODES } from "./compare/blending.js";
+import { HOTTEST, metricsOf } from "./compare/differences.js";
+import { encoded, filmOfFile, filmOfJob, referenceIn } from "./compare/pictures.js";
+import { EIGHT_BITS } from "./compare/references.js";
+import { makeNumbers, makeVerdict } from "./compare/verdict.js";
 import { displayOf, makeDisplay, makeZoom } from "./picture/controls.js";
 import { KEYS } from "./picture/keys.js";
-import { makeLegend } from "./picture/legend.js";
+import { makeScale } from "./picture/legend.js";
+import { keepPlace } from "./picture/place.js";
+import { leastPositive } from "./picture/scales.js";
 import { Screen } from "./picture/screen.js";
+import { catchLine, hearSpace } from "./picture/split.js";
 
 export const title = "Compare";
+
+/** What the scales of the modes are about. */
+const LEGENDS = {
+  difference: "The largest difference of the channels, linear. Grey is infinite or has no value.",
+  relative: "The largest |A − B| / √(B² + 0.01) of the channels, linear. Grey is infinite or has no value.",
+};
+const HEAT_LEGEND = () =>
+  h("p", { className: "soft small legend" }, `The displayed difference, from black to white at ${HOTTEST}.`);
 
 // Instead of a job's id: a file still to be chosen.
 const FILE = "file";
@@ -21,7 +34,7 @@ export function mount(root, { a, b }) {
   const names = h("p", { className: "lead compared-names" });
   const place = h("div", { "aria-busy": "true" });
   root.append(h("h1", {}, "Compare"), names, place);
-  let screen = null;
+  let close = () => {};
 
   function fail(error) {
     if (signal.aborted) return;
@@ -37,16 +50,29 @@ export function mount(root, { a, b }) {
     );
   }
 
+  /**
+   * Show both pictures as soon as they are here, and the verdict of the service when it has come.
+   *
+   * @param {object} reference - For the service.
+   * @param {Promise<{film: Film, note: string} | null>} other - B, null if only the service can read it.
+   */
   async function compare(reference, other) {
     place.replaceChildren(h("p", { className: "soft", role: "status" }, "Comparing …"));
-    const body = { image: { job: a }, reference, pictures: true };
-    const [answer, film] = await Promise.all([
-      post("/v1/comparisons", body, { signal }),
+    const [film, { scene }, read] = await Promise.all([
       filmOfJob(a, signal),
+      get(`${jobPath(a)}/request`, { signal }),
+      other,
     ]);
-    const films = [film, await (other ?? referenceIn(answer.images.side_by_side, film.width, film.height))];
-    const { scene } = await get(`${jobPath(a)}/request`, { signal });
-    screen = show(place, films, answer, await bitmapOf(answer.images.heat_map), displayOf(scene), signal);
+    const asking = post(
+      "/v1/comparisons",
+      { image: { job: a }, reference, pictures: read === null },
+      { signal },
+    );
+    const same = read && read.film.width === film.width && read.film.height === film.height;
+    const b = same ? read : await readByService(await asking, film);
+    const shown = show(place, [film, b.film], b.note, displayOf(scene), signal);
+    close = shown.close;
+    shown.conclude(await asking);
   }
 
   async function begin() {
@@ -54,21 +80,40 @@ export function mount(root, { a, b }) {
     const link = (one) => h("a", { href: `/jobs/${one.id}` }, one.name ?? "an untitled scene");
     if (b === FILE) {
       names.append("A is ", link(job), ", B a file of yours.");
-      place.replaceChildren(picker((sent) => compare(sent).catch(fail)));
+      place.replaceChildren(
+        picker((file, encoding) =>
+          chosen(file, encoding).catch((error) => (place.replaceChildren(), fail(error))),
+        ),
+      );
       return;
     }
     const other = await get(jobPath(b), { signal });
     names.append("A is ", link(job), ", B is ", link(other), ".");
-    await compare({ job: b }, filmOfJob(b, signal));
+    await compare(
+      { job: b },
+      filmOfJob(b, signal).then((film) => ({ film, note: "" })),
+    );
+  }
+
+  async function chosen(file, encoding) {
+    const reference = { content: await encoded(file), ...(encoding && { encoding }) };
+    await compare(reference, filmOfFile(file, encoding));
   }
 
   begin().catch(fail);
   return () => {
     life.abort();
-    screen?.close();
+    close();
   };
 }
 
+/** B as the service has read it, which sends it with 8 bits a channel. */
+const readByService = async ({ images }, { width, height }) => ({
+  film: await referenceIn(images.side_by_side, width, height),
+  note: EIGHT_BITS,
+});
+
+/** @param {(file: File, encoding: "srgb" | "linear" | "") => void} chosen */
 function picker(chosen) {
   const file = h("input", { id: "reference-file", type: "file", accept: ".png,.npy,.exr", required: true });
   const encoding = h(
@@ -80,9 +125,9 @@ function picker(chosen) {
       ["linear", "linear"],
     ].map(([value, name]) => h("option", { value }, name)),
   );
-  const submit = async (event) => {
+  const submit = (event) => {
     event.preventDefault();
-    chosen({ content: await encoded(file.files[0]), ...(encoding.value && { encoding: encoding.value }) });
+    chosen(file.files[0], encoding.value);
   };
   return h(
     "form",
@@ -98,8 +143,8 @@ function picker(chosen) {
   );
 }
 
-function show(place, films, answer, heat, asked, signal) {
-  const [{ width, height }] = films;
+function show(place, films, note, asked, signal) {
+  const [{ width, height, whole }] = films;
   let region = null;
   const screen = new Screen({
     width,
@@ -107,14 +152,14 @@ function show(place, films, answer, heat, asked, signal) {
     label: `Pictures A and B, ${width} by ${height} pixels`,
     overlay,
   });
-  const blending = new Blending(screen, films, heat);
+  const blending = new Blending(screen, films);
   const display = makeDisplay(() => blending.expose(display.exposure, display.transfer), "compare");
   const legend = h("div");
   const readout = h("p", { className: "readout number" });
   const keys = h(
     "p",
     { className: "soft small", id: "compare-keys" },
-    `F switches between A and B. ${KEYS.split(" Enter")[0]}`,
+    `Hold Space for B; F switches between A and B. ${KEYS.split(" Enter")[0]}`,
   );
   const line = h("input", {
     id: "split-line",
@@ -125,6 +170,15 @@ function show(place, films, answer, heat, asked, signal) {
     value: 50,
     oninput: () => blending.split(line.value / 100),
   });
+  catchLine(screen, {
+    at: () => (blending.mode === "split" ? blending.at : null),
+    move: (share) => {
+      line.value = 100 * share;
+      blending.split(share);
+    },
+  });
+  // Space shows B as long as it is held; the choice of what is shown stays as it is.
+  hearSpace((held) => blending.show(held ? "b" : modes.chosen), signal);
   const lineField = h(
     "div",
     { className: "field split-line" },
@@ -132,6 +186,12 @@ function show(place, films, answer, heat, asked, signal) {
     line,
   );
   const modes = makeModes(change);
+  const verdict = h(
+    "section",
+    { className: "panel compared-verdict", "aria-label": "Verdict", "aria-busy": "true" },
+    h("p", { className: "soft", role: "status" }, "Comparing …"),
+    makeNumbers(metricsOf(...films, whole)),
+  );
 
   function overlay(context) {
     blending.overlay(context);
@@ -141,16 +201,21 @@ function show(place, films, answer, heat, asked, signal) {
   function change(mode) {
     blending.show(mode);
     lineField.hidden = mode !== "split";
-    const scale = { name: "difference", kind: "scale", low: 0, high: HOTTEST };
-    const legends = {
-      difference: makeLegend(scale),
-      heat: h(
-        "p",
-        { className: "soft small legend" },
-        `The displayed difference, from black to white at ${HOTTEST}.`,
-      ),
-    };
-    legend.replaceChildren(legends[mode] ?? "");
+    legend.replaceChildren(mode in LEGENDS ? scaleOf(mode) : mode === "heat" ? HEAT_LEGEND() : "");
+  }
+
+  function scaleOf(mode) {
+    const least = leastPositive(blending.apart(mode));
+    return makeScale(blending.scales[mode], least, LEGENDS[mode], (scale) => {
+      blending.scales[mode] = scale;
+      blending.draw();
+    }).element;
+  }
+
+  function conclude(answer) {
+    verdict.removeAttribute("aria-busy");
+    verdict.replaceChildren(makeVerdict(answer, showRegion));
+    announce(answer.reason);
   }
 
   function showRegion(chosen) {
@@ -195,20 +260,17 @@ function show(place, films, answer, heat, asked, signal) {
         lineField,
         readout,
         legend,
+        h("p", { className: "soft small", hidden: !note }, note),
         keys,
       ),
-      h(
-        "section",
-        { className: "panel compared-verdict", "aria-label": "Verdict" },
-        makeVerdict(answer, showRegion),
-      ),
+      verdict,
     ),
   );
   screen.fit();
+  keepPlace(screen, signal);
   display.begin(asked);
   change("split");
-  announce(answer.reason);
-  return screen;
+  return { conclude, close: () => (screen.close(), blending.close()) };
 }
 
 function makeModes(changed) {
@@ -234,6 +296,9 @@ function makeModes(changed) {
         inputs.map(([, name, input]) => h("label", {}, input, ` ${name}`)),
       ),
     ),
+    get chosen() {
+      return inputs.find(([, , input]) => input.checked)[0];
+    },
     choose(wanted) {
       for (const [mode, , input] of inputs) input.checked = mode === wanted;
       changed(wanted);

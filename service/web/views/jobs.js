@@ -5,14 +5,16 @@ import { confirmed } from "../dialog.js";
 import { announce, debounced, h, pause } from "../dom.js";
 import { plural } from "../format.js";
 import { navigate } from "../navigation.js";
-import { FINAL } from "../watch.js";
 import { NAMES, stateName } from "./job/state.js";
+import { skeleton } from "../skeleton.js";
 import { labelsOf, makeRow } from "./jobs/row.js";
 
 export const title = "Jobs";
 
 const PAGE = 20;
-// The list is fetched again this often while a job is queued or running, and otherwise.
+// The most jobs that the service puts on a page.
+const MOST = 100;
+// The newest jobs are fetched again this often while one is queued or running, and all that are shown this often.
 const BUSY_MS = 1500;
 const CALM_MS = 10000;
 const TYPING_MS = 300;
@@ -26,8 +28,10 @@ export function mount(root, { query }) {
   const filter = { state: query.get("state") ?? "", label: query.get("label") ?? "" };
   let next = null;
   let pages = 1;
+  let known = [];
 
   const list = h("ul", { className: "jobs" });
+  const waiting = skeleton(5);
   const lead = h("p", { className: "lead", role: "status" });
   const trouble = h("p", { className: "problem", role: "alert", hidden: true });
   const more = h(
@@ -64,34 +68,65 @@ export function mount(root, { query }) {
     reload();
   }
 
-  async function reload() {
+  async function reload({ newest = false } = {}) {
     try {
-      show(await fetchJobs());
+      known = newest ? await withNewest() : await fetchJobs();
+      const jobs = known.filter((job) => fits(job, filter));
+      show(jobs, jobs.some(isActive) || (await anyActive()));
       trouble.hidden = true;
     } catch (error) {
       if (signal.aborted) return;
+      waiting.remove();
       trouble.textContent = error.message;
       trouble.hidden = false;
     }
   }
 
+  function fetchPage(limit, cursor) {
+    const asked = new URLSearchParams({ limit });
+    if (filter.state) asked.set("state", filter.state);
+    if (WHOLE_LABEL.test(filter.label)) asked.set("label", filter.label);
+    if (cursor) asked.set("cursor", cursor);
+    return get(`/v1/jobs?${asked}`, { signal });
+  }
+
   async function fetchJobs() {
     const jobs = [];
     let cursor = null;
-    for (let page = 0; page < pages && (page === 0 || cursor); page++) {
-      const asked = new URLSearchParams({ limit: PAGE });
-      if (filter.state) asked.set("state", filter.state);
-      if (WHOLE_LABEL.test(filter.label)) asked.set("label", filter.label);
-      if (cursor) asked.set("cursor", cursor);
-      const answer = await get(`/v1/jobs?${asked}`, { signal });
+    do {
+      const answer = await fetchPage(Math.min(MOST, PAGE * pages - jobs.length), cursor);
       jobs.push(...answer.jobs);
       cursor = answer.next;
-    }
+    } while (cursor && jobs.length < PAGE * pages);
     next = cursor;
-    return jobs.filter((job) => fits(job, filter));
+    return jobs;
   }
 
-  function show(jobs) {
+  /** The jobs that are shown, with the newest ones as they are now. */
+  async function withNewest() {
+    const { jobs } = await fetchPage(PAGE, null);
+    const last = jobs.at(-1);
+    if (!last) return [];
+    const older = known.findIndex(({ id }) => id === last.id);
+    return [
+      ...jobs,
+      ...(older < 0 ? known.filter(({ created_at: at }) => at < last.created_at) : known.slice(older + 1)),
+    ];
+  }
+
+  /** Whether the service has an active job that the list does not show. */
+  async function anyActive() {
+    // Without a filter a list that has no older jobs shows all there are.
+    if (!filter.state && !filter.label && next === null) return false;
+    for (const state of ACTIVE) {
+      const { jobs } = await get(`/v1/jobs?state=${state}&limit=1`, { signal });
+      if (jobs.length) return true;
+    }
+    return false;
+  }
+
+  function show(jobs, active) {
+    waiting.remove();
     const wanted = new Set(jobs.map(({ id }) => id));
     for (const [id, row] of rows) if (!wanted.has(id)) (row.element.remove(), rows.delete(id));
     jobs.forEach((job, place) => {
@@ -101,7 +136,7 @@ export function mount(root, { query }) {
       if (list.children[place] !== row.element) list.insertBefore(row.element, list.children[place] ?? null);
     });
     more.hidden = next === null;
-    lead.replaceChildren(...summary(jobs, filter));
+    lead.replaceChildren(...summary(jobs, filter, active));
     picked();
   }
 
@@ -137,10 +172,12 @@ export function mount(root, { query }) {
   }
 
   async function follow() {
+    let all = 0;
     while (!signal.aborted) {
-      if (!document.hidden) await reload();
-      const busy = list.querySelector(".state.queued, .state.running") !== null;
-      await pause(busy ? BUSY_MS : CALM_MS, signal);
+      const newest = Date.now() < all + CALM_MS;
+      if (!newest) all = Date.now();
+      if (!document.hidden) await reload({ newest });
+      await pause(known.some(isActive) ? BUSY_MS : CALM_MS, signal);
     }
   }
 
@@ -155,6 +192,7 @@ export function mount(root, { query }) {
       compare,
     ),
     trouble,
+    waiting,
     list,
     more,
   );
@@ -162,16 +200,24 @@ export function mount(root, { query }) {
   return () => life.abort();
 }
 
+// In the order in which the service is asked: where a job waits, another is usually being rendered.
+const ACTIVE = ["running", "queued"];
+const isActive = ({ state }) => ACTIVE.includes(state);
+
 /** The filter that the service does not have: a part of a label. */
 function fits(job, { state, label }) {
   return (!state || job.state === state) && (!label || labelsOf(job).some((own) => own.includes(label)));
 }
 
-function summary(jobs, filter) {
-  if (jobs.length) {
-    const active = jobs.filter((job) => !FINAL.has(job.state)).length;
-    return [active ? `${plural(active, "job")} queued or running.` : "No job is queued or running."];
+function summary(jobs, filter, active) {
+  const filtered = filter.state || filter.label;
+  const shown = jobs.length ? "" : "No matching jobs. ";
+  if (jobs.length || filtered) {
+    const number = jobs.filter(isActive).length;
+    if (!active) return [`${shown}No job is queued or running.`];
+    return [
+      number ? `${plural(number, "job")} queued or running.` : `${shown}Other jobs are queued or running.`,
+    ];
   }
-  if (filter.state || filter.label) return ["No jobs match this filter."];
   return ["Nothing has been rendered yet. ", h("a", { href: "/" }, "Render a scene"), "."];
 }

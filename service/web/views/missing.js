@@ -5,6 +5,7 @@ import { h } from "../dom.js";
 export const title = "No such page";
 
 export function mount(root) {
+  if (/^\/compare(\/|$)/.test(location.pathname)) return comparing(root);
   root.append(
     h("h1", {}, "There is no such page"),
     h(
@@ -15,6 +16,20 @@ export function mount(root) {
       ", or start with a ",
       h("a", { href: "/" }, "scene"),
       ".",
+    ),
+  );
+  return () => {};
+}
+
+function comparing(root) {
+  root.append(
+    h("h1", {}, "Compare two pictures"),
+    h(
+      "p",
+      { className: "lead" },
+      "Choose two finished ",
+      h("a", { href: "/jobs" }, "jobs"),
+      " and compare them.",
     ),
   );
   return () => {};

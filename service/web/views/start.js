@@ -1,15 +1,18 @@
 // The start page: choose, drop or write a scene, set its quality, get a quote, render it.
 
-import { get, jobPath, post, text } from "../api.js";
-import { announce, h } from "../dom.js";
+import { Unreachable, get, jobPath, post, text } from "../api.js";
+import { confirmed } from "../dialog.js";
+import { announce, h, pause } from "../dom.js";
+import { chosen, isScene, takeDrops } from "../drop.js";
 import { makeEditor } from "../editor.js";
 import { plural } from "../format.js";
 import { lineStarts, readable } from "../json_text.js";
 import { navigate } from "../navigation.js";
 import { requestText, takenApart } from "../requests.js";
-import { acceptDrops, chosen, isScene } from "./start/drop.js";
+import { draftOf, makeKeeper } from "./start/draft.js";
 import { makeFiles } from "./start/files.js";
 import { makeGallery } from "./start/gallery.js";
+import { makePreview } from "./start/preview.js";
 import { makeProblems } from "./start/problems.js";
 import { makeQuality } from "./start/quality.js";
 import { makeQuote } from "./start/quote.js";
@@ -17,28 +20,43 @@ import { makeValidation } from "./start/validation.js";
 
 export const title = "Start";
 
+const KEYS =
+  "Ctrl + Enter renders, Ctrl + F searches, Ctrl + I explains the field at the cursor, F8 goes to the next problem, Tab leaves the editor.";
+
 // Layers that the page of the job can show.
 const LAYERS = ["depth", "normal", "shape", "samples", "error"];
-const DRAFT = "penumbra-draft";
+// Milliseconds before a service that does not answer is asked again.
+const RETRY_MS = 2000;
 
 export function mount(root, { query }) {
   const life = new AbortController();
   const { signal } = life;
   const files = new Map();
+  const job = query.get("job");
   let ready = null;
+  // What was opened: the scene is edited if its text differs from this.
+  let origin = null;
 
-  const editor = makeEditor({ label: "Scene, as JSON", describedBy: "scene-problems", onInput: changed });
+  const keep = makeKeeper(draft, signal);
+  const editor = makeEditor({
+    label: "Scene, as JSON",
+    describedBy: "scene-problems",
+    onInput: changed,
+    signal,
+  });
   const problems = makeProblems("scene-problems", (problem) => pointAt(editor, problem));
   const fileList = makeFiles(addFiles);
   const quality = makeQuality(changed);
   const quote = makeQuote((chosen) => (quality.value = quality.kept(chosen)), signal);
+  const preview = makePreview(signal);
   const validation = makeValidation(checked, signal);
-  const gallery = makeGallery(open, signal);
+  const gallery = makeGallery(replace, signal);
   const heading = h("h2", { id: "scene-title" }, "Scene");
   const notice = h("p", { className: "soft notice" });
-  const layers = h("input", { type: "checkbox", checked: true });
+  const layers = h("input", { type: "checkbox", checked: true, onchange: keepLater });
   const labels = h("input", {
     type: "text",
+    oninput: keepLater,
     placeholder: "course:graphics, week:3",
     autocomplete: "off",
     spellcheck: false,
@@ -51,8 +69,30 @@ export function mount(root, { query }) {
     for (const [path, file] of scene.files) files.set(path, file);
     heading.textContent = scene.title;
     notice.textContent = scene.notice ?? "";
-    editor.text = readable(scene.text);
-    quality.value = scene.quality ?? null;
+    origin = { ...scene, text: readable(scene.text) };
+    gallery.press(scene.entry ?? "");
+    restore({ labels: labels.value, layers: layers.checked, ...origin });
+  }
+
+  function restore(draft) {
+    editor.text = draft.text;
+    labels.value = draft.labels ?? "";
+    layers.checked = draft.layers ?? true;
+    quality.value = draft.quality ?? null;
+  }
+
+  /** Open another scene. One that was edited is asked for first, and can be brought back. */
+  async function replace(scene) {
+    const edited = origin !== null && editor.text !== origin.text;
+    if (edited && !(await confirmed("Replace the scene that you have edited?", "Replace it"))) return;
+    const former = { draft: draft(), origin, files: new Map(files) };
+    open(scene);
+    if (edited) notice.append(" ", h("button", { type: "button", onclick: () => bringBack(former) }, "Undo"));
+  }
+
+  function bringBack(former) {
+    open({ ...former.origin, files: former.files });
+    restore(former.draft);
   }
 
   function changed() {
@@ -61,17 +101,20 @@ export function mount(root, { query }) {
     refusal.hidden = true;
     problems.wait();
     quote.clear("A quote follows when the scene is valid.");
-    keep();
-    validation.want(editor.text, files, quality.value);
+    keepLater();
+    validation.want(() => editor.text, files, quality.value);
   }
 
   function checked(found) {
     editor.mark(found.problems);
     problems.show(found);
-    fileList.show(found.names, found.lacking, files);
+    if (found.names) fileList.show(found.names, found.lacking, files);
+    if (found.failure || !found.plan) preview.wait();
+    if (found.failure) return quote.clear("A quote follows when the service answers again.");
     if (!found.plan) return quote.clear("There is no quote for a scene with errors.");
     ready = found.text;
     button.disabled = false;
+    preview.want(ready);
     quote.want(ready, quality.value, quality.limit);
   }
 
@@ -79,9 +122,8 @@ export function mount(root, { query }) {
     const scene = [...added].find(([path]) => isScene(path));
     if (scene) {
       const [path, file] = scene;
-      gallery.release();
       added.delete(path);
-      open({ title: path.slice(path.lastIndexOf("/") + 1), text: await file.text(), files: added });
+      await replace({ title: path.slice(path.lastIndexOf("/") + 1), text: await file.text(), files: added });
     } else {
       for (const [path, file] of added) files.set(path, file);
       changed();
@@ -89,13 +131,20 @@ export function mount(root, { query }) {
     announce(`${plural(added.size + (scene ? 1 : 0), "file")} added`);
   }
 
-  function keep() {
-    // Where storage is full or forbidden, a reload loses the draft.
-    try {
-      sessionStorage.setItem(DRAFT, JSON.stringify({ text: editor.text, entry: gallery.chosen }));
-    } catch {
-      sessionStorage.clear();
-    }
+  function draft() {
+    return {
+      title: heading.textContent,
+      text: editor.text,
+      entry: origin?.entry ?? "",
+      job,
+      quality: quality.value,
+      labels: labels.value,
+      layers: layers.checked,
+    };
+  }
+
+  function keepLater() {
+    if (origin !== null) keep();
   }
 
   async function submit(event) {
@@ -121,13 +170,13 @@ export function mount(root, { query }) {
   const form = h(
     "form",
     { className: "order", onsubmit: submit },
+    preview.element,
     quality.element,
     layersChoice(layers),
     labelsField(labels),
     quote.element,
     refusal,
     button,
-    h("p", { className: "soft small keys" }, "Ctrl + Enter also renders."),
   );
   const picker = h("input", {
     type: "file",
@@ -146,13 +195,14 @@ export function mount(root, { query }) {
     ),
     notice,
     editor.element,
+    h("p", { className: "soft small keys" }, KEYS),
     problems.element,
     fileList.element,
   );
   const lead = h(
     "p",
     { className: "lead" },
-    "Choose one, drop your own with its textures anywhere on this page, or write it here.",
+    "Choose an example, drop your own scene with its textures and meshes on this page, or write one here.",
   );
   root.append(
     h(
@@ -161,29 +211,35 @@ export function mount(root, { query }) {
       h("div", {}, h("h1", {}, "Render a scene"), lead, gallery.element, writing),
       form,
     ),
-    h("div", { className: "drop-hint", "aria-hidden": "true" }, "Drop the scene and its files"),
+    h("div", { className: "drop-hint", "aria-hidden": "true" }, "Drop a scene and its files"),
   );
-  acceptDrops(addFiles, signal);
+  const dropped = takeDrops(addFiles, signal);
   root.addEventListener(
     "keydown",
     (event) => event.key === "Enter" && (event.ctrlKey || event.metaKey) && form.requestSubmit(),
     { signal },
   );
 
-  begin().catch((error) => {
-    if (!signal.aborted) problems.show({ problems: [], more: 0, failure: error });
-  });
+  begin().then(() => dropped && addFiles(dropped));
 
+  /** Open what the address or the draft names, as soon as the service answers. */
   async function begin() {
-    const entries = await gallery.fill();
-    const job = query.get("job");
-    const draft = JSON.parse(sessionStorage.getItem(DRAFT) ?? "null");
-    if (job) return open(await sceneOf(job, signal));
-    await gallery.choose(entries.find(({ name }) => name === draft?.entry) ?? entries[0]);
-    if (!draft || draft.text === editor.text) return;
-    if (!draft.entry) open({ title: "Your draft", text: draft.text, files: new Map() });
-    else editor.text = draft.text;
-    changed();
+    try {
+      await openFirst(draftOf(job), await gallery.fill());
+    } catch (error) {
+      if (signal.aborted) return;
+      problems.show({ problems: [], more: 0, failure: error });
+      if (!(error instanceof Unreachable)) return;
+      await pause(RETRY_MS, signal);
+      if (!signal.aborted) await begin();
+    }
+  }
+
+  async function openFirst(kept, entries) {
+    if (job) open(await sceneOf(job, signal));
+    else if (kept && !kept.entry) open({ ...kept, files: new Map() });
+    else await gallery.choose(entries.find(({ name }) => name === kept?.entry) ?? entries[0]);
+    if (kept) restore(kept);
   }
 
   return () => life.abort();
@@ -191,8 +247,17 @@ export function mount(root, { query }) {
 
 async function sceneOf(id, signal) {
   const job = await get(jobPath(id), { signal });
-  const { scene, quality } = takenApart(await text(`${jobPath(id)}/request`, { signal }));
-  return { title: job.name ?? "Untitled scene", text: scene, quality, files: new Map() };
+  const request = takenApart(await text(`${jobPath(id)}/request`, { signal }));
+  return {
+    title: job.name ?? "Untitled scene",
+    text: request.scene,
+    quality: request.quality,
+    labels: Object.entries(request.labels)
+      .map(([name, value]) => `${name}:${value}`)
+      .join(", "),
+    layers: request.layers.length > 0,
+    files: new Map(),
+  };
 }
 
 function layersChoice(layers) {
@@ -213,7 +278,7 @@ function labelsField(input) {
   return h(
     "label",
     { className: "field" },
-    h("span", { className: "label" }, "Labels, for finding the job later"),
+    h("span", { className: "label" }, "Labels to find the job by"),
     input,
   );
 }

@@ -254,3 +254,31 @@ def test_the_angle_reported_is_that_of_the_light() -> None:
     assert found.ray.surface is not None
     assert math.isclose(found.ray.surface.lights[0].cosine, math.sqrt(0.5), rel_tol=gamma(16))
     assert "45 degrees" in found.reasons[0].text
+
+
+def test_what_adds_most_comes_first_and_what_adds_nothing_is_no_reason() -> None:
+    # Seen through glass whose highlight is (r . v)^90: nothing, but not zero.
+    glass = phong([0, 0, 0], ambient=0, diffuse=0, specular=1, shininess=90, transmission=1, ior=1.5)
+    document = down(
+        sphere([0, 2, 0], 1) | {"material": "glass"},
+        rectangle([-4, 0, 4], [8, 0, 0], [0, 0, -8], name="wall"),
+        lights=[bulb([3, 6, 0], [1, 1, 1])],
+        materials=MATT | {"glass": glass | {"max_depth": 4}},
+        ambient=[1, 1, 1],
+        background=[0, 0, 0],
+    )
+    found = middle(document)
+    assert found.ray.surface is not None
+    assert 0 < max(found.ray.surface.lights[0].specular) < 1e-10
+    assert codes(found)[0] == "refraction"
+    assert "most of it from shape 1 `wall`" in found.reasons[0].text
+    assert "lit" not in codes(found)
+    assert "Nothing lights it: the material `glass` reflects next to no light from light 0." in [
+        reason.text for reason in found.reasons
+    ]
+
+
+def test_lights_are_named_by_how_much_they_add() -> None:
+    lights = [bulb([3, 4, 0], [0.1, 0.1, 0.1]), bulb([-3, 4, 0], [1, 1, 1])]
+    found = middle(down(FLOOR, lights=lights, materials=MATT))
+    assert [reason.pointers[0] for reason in found.reasons] == ["/lights/1", "/lights/0"]

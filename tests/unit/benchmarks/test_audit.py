@@ -45,6 +45,13 @@ def test_where_no_server_answers_it_says_so_loudly(
     assert "NOT AUDITED: nothing is known of 1 of 1 packages (gone)" in capsys.readouterr().err
 
 
+def test_where_a_server_answers_a_package_that_it_does_not_know_is_an_error(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ended(audit.read([CLEAN, SKIPPED], ["some-package", "gone"]), monkeypatch, tmp_path)[0] == 1
+    assert "(gone).\nThese versions are not known there: correct constraints.txt." in capsys.readouterr().err
+
+
 def test_an_advisory_fails_the_check_unless_it_was_accepted(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

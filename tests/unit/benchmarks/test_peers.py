@@ -155,6 +155,7 @@ def test_every_compared_scene_is_512_x_512_and_has_a_reference_near_enough_to_ju
     assert provenance.own_error_255**2 < min(ERRORS_255) ** 2 / 2
 
 
+@pytest.mark.peer
 def test_the_peer_renders_exactly_the_numbers_of_samples_that_are_compared() -> None:
     peer = pytest.importorskip(
         "benchmarks.peer_pictures", reason="needs the extra `bench` and LLVM", exc_type=ImportError

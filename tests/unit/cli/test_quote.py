@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from schemas.api.plans import Quote
+from schemas.api.plans import Offer, Pilot, PlanCost, Predicted, Quote
 from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
-from service.cli.quote import describe, offers, options, short
+from service.cli.quote import describe, offers, options, short, unknown_errors
 from tests.unit.cli.conftest import Penumbra
 
 SOBOL = FixedQuality(
@@ -117,3 +117,18 @@ def test_a_texture_that_is_not_there_is_shown_in_the_file(
     outcome = here("quote", "wooden.json")
     assert outcome.code == 3
     assert "/textures/wood/asset" in outcome.err
+
+
+def test_why_errors_are_not_known_is_reported_once() -> None:
+    reason = "Only 96 pixels were sampled, too few to estimate an error: edges may lie between them."
+    second = Predicted(estimate=1.0, low=0.5, high=2.0)
+    offer = Offer(quality=SOBOL, cpu_seconds=second, seconds=second, error_unknown=reason)
+    found = Quote(
+        asked=offer,
+        offers=(offer, offer),
+        effects=(),
+        price=PlanCost(camera_rays=1, shadow_rays=1, cpu_seconds=1.0),
+        workers=1,
+        pilot=Pilot(seconds=1.5, blocks=3, pixels=96, target_errors=0),
+    )
+    assert unknown_errors(found) == [reason]

@@ -11,12 +11,12 @@ import pytest
 import renderer
 from renderer.cameras import Pinhole
 from renderer.plan.plan import RenderPlan
-from service.grading.altered_cameras import altered_cameras
-from service.grading.altered_hits import with_last_hits
-from service.grading.altered_scenes import alterations
-from service.grading.altered_shading import altered_shading, without_shadows
-from service.grading.hints import HINTS
-from service.grading.shadow_acne import acne
+from service.grading.mistakes.altered_cameras import altered_cameras
+from service.grading.mistakes.altered_hits import with_last_hits
+from service.grading.mistakes.altered_scenes import alterations
+from service.grading.mistakes.altered_shading import altered_shading, without_shadows
+from service.grading.mistakes.hints import HINTS
+from service.grading.mistakes.shadow_acne import acne
 
 Document = dict[str, Any]
 

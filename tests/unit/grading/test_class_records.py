@@ -12,7 +12,7 @@ import pytest
 
 from accuracy.comparison.fingerprints import Fingerprint
 from schemas.grading.manifest_reading import read_manifest
-from service.grading.class_records import (
+from service.grading.classes.class_records import (
     KEY,
     PRINTS,
     RESULT,

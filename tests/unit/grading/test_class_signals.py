@@ -18,7 +18,7 @@ from schemas.grading.classes import SharedFiles
 from schemas.grading.grades import GradeInput
 from schemas.grading.manifest_reading import read_manifest
 from schemas.grading.manifests import ImageTest, Manifest
-from service.grading.class_signals import shared_files, shared_noise
+from service.grading.classes.class_signals import shared_files, shared_noise
 from service.grading.comparing import image
 from service.grading.folders import Folder
 from service.grading.settings import Run

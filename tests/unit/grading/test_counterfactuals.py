@@ -12,12 +12,12 @@ import pytest
 import renderer
 from accuracy.comparison import Comparison, Picture, Policy, compare, picture_of
 from schemas.grading.manifest_reading import read_manifest
-from service.grading.altered_textures import COLORS, NORMALS
-from service.grading.counterfactuals import explain
 from service.grading.folders import Folder
 from service.grading.grading import prepare_references, reference_folder
-from service.grading.hints import HINTS
 from service.grading.kinds import findings
+from service.grading.mistakes.altered_textures import COLORS, NORMALS
+from service.grading.mistakes.counterfactuals import explain
+from service.grading.mistakes.hints import HINTS
 from service.grading.settings import Run
 from tests.unit.grading.assignments import SCENE as ASSIGNED
 from tests.unit.grading.assignments import Assignment, image_test, pixels

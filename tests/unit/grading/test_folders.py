@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from service.grading import folders
-from service.grading.archives import read_arrays
 from service.grading.errors import BrokenTestError, NotGradableError, NotSubmittedError
 from service.grading.folders import Folder
+from service.grading.rays.ray_sources import read_arrays
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def test_an_archive_that_unpacks_beyond_the_limit_is_refused(
     np.savez_compressed(submission.root / "bomb.npz", t=np.zeros(100_000))
     packed = (submission.root / "bomb.npz").stat().st_size
     assert packed < 10_000
-    monkeypatch.setattr("service.grading.archives.MOST_BYTES", 100_000)
+    monkeypatch.setattr("service.grading.rays.ray_sources.MOST_BYTES", 100_000)
     with pytest.raises(NotGradableError, match="unpacks to"):
         read_arrays(submission, "bomb.npz", ("t",))
 

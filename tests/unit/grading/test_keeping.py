@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 import renderer
-from service.grading.counterfactuals import explain
-from service.grading.keeping import kept
+from service.grading.mistakes.counterfactuals import explain
+from service.grading.mistakes.reproductions import kept
 from tests.unit.grading.test_counterfactuals import against, bulb, picture, scene
 
 RED = np.full((2, 3, 3), (1, 0, 0), np.float32)

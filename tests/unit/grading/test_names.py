@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from service.grading.names import readable, similar
+from service.grading.folders import readable, similar
 from tests.unit.grading.assignments import Assignment, image_test
 
 

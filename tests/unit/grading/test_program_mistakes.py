@@ -13,7 +13,7 @@ import pytest
 from accuracy.comparison.displacing import DISPLACEMENTS, Displacement
 from renderer import compile_scene, load_scene, render
 from renderer.images.colors import linear_from_srgb
-from service.grading.repairing import ambient_term
+from service.grading.programs.repairing import ambient_term
 from tests.unit.grading.assignments import SCENE, Assignment, image_test, pixels, scene, scene_test
 
 CAMERAS = {"front": [0, 2, 8], "left": [-5, 3, 6], "above": [3, 6, 5]}

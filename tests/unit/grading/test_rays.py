@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from renderer import compile_scene, load_scene, trace
-from service.grading.ray_agreement import UNIT, agreement, answers, relative
-from service.grading.ray_sources import RayList
+from service.grading.rays.ray_agreement import UNIT, agreement, answers, relative
+from service.grading.rays.ray_sources import RayList
 from tests.unit.grading.assignments import SCENE, Assignment, rays_test, scene
 
 BALL: dict[str, Any] = scene(
@@ -116,7 +116,7 @@ def test_hits_of_the_same_scene_in_float32_agree_in_single_and_not_in_double(ass
     from schemas.cameras import Camera
     from schemas.grading.manifests import BallRays
     from service.grading.folders import Folder
-    from service.grading.ray_sources import rays_of
+    from service.grading.rays.ray_sources import rays_of
 
     camera = Camera(position=(0, 0, 1), look_at=(0, 0, 0))
     list_ = rays_of(BallRays.model_validate(rays), camera, Folder(assignment.references, "reference"))

@@ -1,14 +1,19 @@
 """Means over footprints against brute force and closed forms."""
 
+import io
+import tracemalloc
 from fractions import Fraction
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from renderer.textures import checker
+from renderer.textures import checker, mipmap
 from renderer.textures.checker import mean_square_wave
 from renderer.textures.image import ImageTexture
 from renderer.textures.mipmap import halved, pyramid
+from schemas import textures as language
+from schemas.limits import Limits
 from schemas.textures import CheckerTexture
 
 
@@ -151,3 +156,31 @@ def test_below_one_texel_a_mipmap_is_bilinear_bit_for_bit() -> None:
     coordinates = np.random.default_rng(8).uniform(-2, 3, (2, 100))
     footprints = np.full((2, 2, 100), 1 / 16)
     assert np.array_equal(pyramid(base).at(coordinates, footprints), base.at(coordinates))
+
+
+class OneFile:
+    """A source with one file of any name."""
+
+    limits = Limits()
+
+    def __init__(self, content: bytes) -> None:
+        self._content = content
+
+    def read(self, name: str) -> bytes:
+        return self._content
+
+
+# With bands as large as they are; a texture of twice the side takes four times the memory.
+@pytest.mark.parametrize(("filter_", "most"), [("bilinear", 44), ("mipmap", 60)])
+def test_reading_a_large_texture_takes_little_more_memory_than_its_texels(filter_: str, most: int) -> None:
+    file = io.BytesIO()
+    Image.new("RGB", (2048, 2048), (10, 100, 200)).save(file, "PNG")
+    texture = language.ImageTexture.model_validate({"type": "image", "asset": "a", "filter": filter_})
+    tracemalloc.start()
+    try:
+        built = mipmap.build(texture, OneFile(file.getvalue()))
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert isinstance(built, mipmap.MipmapTexture) == (filter_ == "mipmap")
+    assert peak < most * 2048**2

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import json
+import time
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -88,6 +90,26 @@ def test_nesting_is_counted_outside_of_strings_only(scene: dict[str, Any]) -> No
     assert problem.code == "too_deep"
 
 
+LONG = 2_000_000
+"""Characters of a long body."""
+
+
+@pytest.mark.parametrize("pattern", ["[", "[[]", '[""', '""', "]", '"\\'])
+def test_brackets_and_quotes_without_end_cost_little_more_than_a_document_of_that_length(
+    pattern: str,
+) -> None:
+    text = "[" + pattern * (LONG // len(pattern))
+    plain = "[" + "1.5," * (LONG // 4) + "1]"
+    limits = Limits(max_values=LONG // 20)
+    assert cpu_seconds(lambda: refusal(text, limits)) < 4 * cpu_seconds(lambda: json.loads(plain))
+
+
+def cpu_seconds(function: Callable[[], object]) -> float:
+    begun = time.process_time()
+    function()
+    return time.process_time() - begun
+
+
 def test_a_repeated_field_is_reported_at_the_second_place() -> None:
     text = '{"version": 1,\n "camera": {"up": [0,1,0],\n  "u\\u0070": [0,1,0]}}'
     by_code = {problem.code: problem for problem in refusal(text)}
@@ -132,6 +154,7 @@ def test_a_whole_surrogate_pair_is_a_character(scene: dict[str, Any]) -> None:
     [
         (Limits(max_body_bytes=9), b'{"a": 123}'),
         (Limits(max_values=3), b"[1, 2, 3, 4, 5]"),
+        (Limits(max_values=3), b"[[[[1]]]]"),
         (Limits(max_members=1), b'{"a": 1, "b": 2}'),
     ],
 )

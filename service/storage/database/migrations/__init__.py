@@ -51,6 +51,13 @@ def upgrade(database: Database, scripts: Path = SCRIPTS) -> None:
         command.upgrade(config, "head")
 
 
+def check_version(connection: Connection) -> None:
+    """Raise DatabaseVersionError where `upgrade` would; nothing is changed."""
+    config = Config()
+    config.set_main_option("script_location", str(SCRIPTS))
+    _check_version(connection, ScriptDirectory.from_config(config))
+
+
 def _check_version(connection: Connection, scripts: ScriptDirectory) -> None:
     found = MigrationContext.configure(connection).get_current_revision()
     if found is None or found in {script.revision for script in scripts.walk_revisions()}:

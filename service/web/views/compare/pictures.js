@@ -3,38 +3,65 @@
 import { jobPath, request } from "../../api.js";
 import { Film } from "../picture/film.js";
 import { decodeNpy } from "../picture/npy.js";
+import { EIGHT_BITS, LINEAR, colorsOf } from "./references.js";
 
 /** A film that holds a whole picture. @param {ArrayLike<number>} values - Linear RGB by pixel. */
 export function exposed(width, height, values) {
   const film = new Film(width, height);
-  film.values.set(values);
-  film.known.fill(1);
+  film.fill(values);
   return film;
 }
 
+/** @param {string} id @param {AbortSignal} signal */
 export async function filmOfJob(id, signal) {
   const response = await request(`${jobPath(id)}/image.npy`, { signal });
   const { shape, values } = decodeNpy(await response.arrayBuffer());
   return exposed(shape[1], shape[0], values);
 }
 
+/**
+ * The film of a file, as far as the page can read it by itself.
+ *
+ * @param {Blob} file
+ * @param {"srgb" | "linear" | ""} encoding - What its numbers mean; "" for what is usual.
+ * @returns {Promise<{film: Film, note: string} | null>} Null for a file that only the service can read.
+ */
+export async function filmOfFile(file, encoding) {
+  const buffer = await file.arrayBuffer();
+  const magic = new TextDecoder("latin1").decode(buffer.slice(0, 6));
+  if (magic.slice(1, 4) === "PNG") return filmOfPng(file, encoding);
+  if (magic.slice(1) !== "NUMPY") return null;
+  try {
+    const { width, height, values, note } = colorsOf(decodeNpy(buffer), encoding);
+    return { film: exposed(width, height, values), note };
+  } catch {
+    // The service says what is wrong with it.
+    return null;
+  }
+}
+
+async function filmOfPng(file, encoding) {
+  const bitmap = await createImageBitmap(file, {
+    colorSpaceConversion: "none",
+    premultiplyAlpha: "none",
+  }).catch(() => null);
+  return bitmap && { film: filmOfCodes(pixelsOf(bitmap), encoding), note: EIGHT_BITS };
+}
+
+function filmOfCodes({ width, height, data }, encoding) {
+  const values = new Float32Array(3 * width * height);
+  for (let from = 0, to = 0; from < data.length; from += 4)
+    for (let channel = 0; channel < 3; channel++, to++)
+      values[to] = encoding === "linear" ? data[from + channel] / 255 : LINEAR[data[from + channel]];
+  return exposed(width, height, values);
+}
+
 // Pixels between two pictures side by side.
 const GAP = 4;
 
-const LINEAR = Float32Array.from({ length: 256 }, (_, code) => {
-  const x = code / 255;
-  return x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4;
-});
-
 /** The third of a picture of three side by side that holds the reference, as the service has read it. */
 export async function referenceIn(png, width, height) {
-  const { data } = pixelsOf(await bitmapOf(png, width + GAP, 0, width, height));
-  const values = new Float32Array(3 * width * height);
-  for (let pixel = 0; pixel < width * height; pixel++) {
-    for (let channel = 0; channel < 3; channel++)
-      values[3 * pixel + channel] = LINEAR[data[4 * pixel + channel]];
-  }
-  return exposed(width, height, values);
+  return filmOfCodes(pixelsOf(await bitmapOf(png, width + GAP, 0, width, height)), "srgb");
 }
 
 function pixelsOf(bitmap) {

@@ -8,6 +8,7 @@ const VERDICTS = {
   noisy_match: ["✓", "The same except for noise", "good"],
   mismatch: ["✕", "Not the same", "bad"],
 };
+/** @type {[string, string, string][]} */
 const METRICS = [
   ["rmse", "RMSE", "root mean square difference, linear, clipped to 0..1"],
   ["psnr", "PSNR, dB", "of the same difference"],
@@ -17,7 +18,10 @@ const METRICS = [
   ["ssim", "SSIM", "structural similarity as displayed"],
 ];
 
-/** @param {object} answer - Of `POST /v1/comparisons`. @param {(region: object) => void} showRegion - Show a region. */
+/**
+ * @param {ComparisonDocument} answer - Of `POST /v1/comparisons`.
+ * @param {(region: ComparedRegion) => void} showRegion - Show a region.
+ */
 export function makeVerdict(answer, showRegion) {
   const [mark, word, kind] = VERDICTS[answer.verdict];
   return h(
@@ -27,12 +31,15 @@ export function makeVerdict(answer, showRegion) {
     h("p", {}, answer.reason),
     answer.diagnosis.length ? diagnosis(answer.diagnosis) : "",
     answer.worst_regions.length ? regions(answer.worst_regions, showRegion) : "",
-    metrics(answer.metrics),
+    makeNumbers(answer.metrics),
   );
 }
 
+/** @param {ComparisonDocument["diagnosis"]} causes */
 function diagnosis(causes) {
-  const entry = ({ cause, hint, rmse_before: before, rmse_after: after }) =>
+  const entry = (
+    /** @type {ComparisonDocument["diagnosis"][0]} */ { cause, hint, rmse_before: before, rmse_after: after },
+  ) =>
     h(
       "li",
       {},
@@ -47,8 +54,9 @@ function diagnosis(causes) {
   return h("div", {}, h("h3", {}, "Probable mistake"), h("ul", { className: "causes" }, causes.map(entry)));
 }
 
+/** @param {ComparedRegion[]} worst @param {(region: ComparedRegion) => void} showRegion */
 function regions(worst, showRegion) {
-  const entry = (region, i) => {
+  const entry = (/** @type {ComparedRegion} */ region, /** @type {number} */ i) => {
     const { x0, y0, x1, y1, share, rmse, brightness, name } = region;
     const place = `columns ${x0} to ${x1 - 1}, rows ${y0} to ${y1 - 1}`;
     const button = h(
@@ -71,18 +79,22 @@ function regions(worst, showRegion) {
   return h("div", {}, h("h3", {}, "Worst regions"), h("ol", { className: "regions" }, worst.map(entry)));
 }
 
-function metrics(values) {
-  const row = ([key, name, what]) =>
+/** @param {number | null} value */
+const shown = (value) => (value === null ? "–" : short(value));
+
+/** A table of those metrics that are there. @param {Record<string, number | null>} values */
+export function makeNumbers(values) {
+  const row = (/** @type {[string, string, string]} */ [key, name, what]) =>
     h(
       "tr",
       {},
       h("th", { scope: "row" }, name, h("span", { className: "soft small" }, ` ${what}`)),
-      h("td", { className: "number" }, values[key] === null ? "–" : short(values[key])),
+      h("td", { className: "number" }, shown(values[key])),
     );
   return h(
     "div",
     {},
     h("h3", {}, "Numbers"),
-    h("table", { className: "metrics" }, h("tbody", {}, METRICS.map(row))),
+    h("table", { className: "metrics" }, h("tbody", {}, METRICS.filter(([key]) => key in values).map(row))),
   );
 }

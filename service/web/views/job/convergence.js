@@ -2,27 +2,33 @@
 
 import { get, jobPath } from "../../api.js";
 import { h } from "../../dom.js";
-import { CODE_VALUE, codeValues, digits, seconds } from "../../format.js";
+import { CODE_VALUE, codeValues, digits, plural, seconds } from "../../format.js";
 import { makePlot } from "../../plots.js";
 
-export function mount(root, watch) {
+export function mount({ drawer }, watch) {
   const plot = makePlot({
     label: "Error in code values against time",
     xLabel: "seconds",
-    yLabel: "error, code values (1/255)",
+    yLabel: "error, code values",
   });
   const words = h("p", { className: "small" });
   const rows = h("tbody");
-  const numbers = h("details", { hidden: true }, h("summary", {}, "As a table"), table(rows));
-  root.append(h("h2", {}, "Accuracy against time"), plot.element, words, numbers);
+  const numbers = h("details", { hidden: true }, h("summary", {}, "Show table"), table(rows));
+  drawer.panels.render.append(h("h2", {}, "Accuracy against time"), plot.element, words, numbers);
   let known = "";
 
   function show(convergence) {
-    const points = convergence.passes.filter(({ error }) => error).map(point);
+    const { passes, target_error: target } = convergence;
+    const points = passes.filter(({ error }) => error).map(point);
+    const others = passes.filter(({ error }) => !error);
     plot.element.hidden = !points.length;
-    plot.draw(points, convergence.target_error ? convergence.target_error / CODE_VALUE : null);
-    numbers.hidden = !points.length;
-    rows.replaceChildren(...points.map(row));
+    plot.draw(
+      points,
+      target ? target / CODE_VALUE : null,
+      others.map(({ seconds: x }) => x),
+    );
+    numbers.hidden = !passes.length;
+    rows.replaceChildren(...passes.map(row));
     words.replaceChildren(...summary(convergence));
   }
 
@@ -58,18 +64,22 @@ function table(rows) {
   return h("table", { className: "numbers" }, h("thead", {}, head), rows);
 }
 
-function row({ x, y, low, high }) {
+function row(pass) {
+  const { x, y, low, high } = pass.error ? point(pass) : { x: pass.seconds };
   return h(
     "tr",
     {},
     h("td", {}, digits(x, 3)),
-    h("td", {}, digits(y, 3)),
-    h("td", {}, `${digits(low)} to ${digits(high)}`),
+    h("td", {}, pass.error ? digits(y, 3) : "–"),
+    h("td", {}, pass.error ? `${digits(low)} to ${digits(high)}` : "no estimate"),
   );
 }
 
 function summary({ next_halving: half, target_error: target, reason, passes }) {
   const sentences = [];
+  const without = passes.filter(({ error }) => !error).length;
+  if (without && without < passes.length)
+    sentences.push(`Ticks at the foot are ${plural(without, "pass", "passes")} without an estimate. `);
   if (target) sentences.push(`The dashed line is the target error, ${codeValues(target)} code values. `);
   if (half) {
     const { estimate, low, high } = half.seconds;

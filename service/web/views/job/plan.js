@@ -3,28 +3,24 @@
 import { get, jobPath, text } from "../../api.js";
 import { h } from "../../dom.js";
 import { makeEditor } from "../../editor.js";
-import { percent, plural } from "../../format.js";
+import { plural } from "../../format.js";
 import { places } from "../../json_text.js";
 import { inScene, takenApart } from "../../requests.js";
+import { folded, makeStages } from "./stages.js";
 
 // Further lines are hidden behind a button, to keep the list short.
 const SHOWN = 3;
 
-export function mount(root, watch) {
-  const editor = makeEditor({ label: "The scene of this job", readOnly: true });
-  const stages = h("ol", { className: "stages" });
-  const others = h("div");
-  root.append(
-    h("h2", {}, "What runs, and why"),
-    h(
-      "div",
-      { className: "plan" },
-      h("div", {}, stages, others),
-      h("div", { className: "plan-scene" }, editor.element),
-    ),
+export function mount({ drawer }, watch) {
+  const editor = makeEditor({ label: "The scene of this job", readOnly: true, signal: watch.signal });
+  const stages = h("div", { className: "plan-stages" });
+  drawer.panels.plan.append(
+    h("h2", { className: "unseen" }, "What runs, and why"),
+    stages,
+    h("div", { className: "plan-scene" }, editor.element),
   );
   fill().catch((error) => {
-    if (!watch.signal.aborted) stages.replaceChildren(h("li", { className: "problem" }, error.message));
+    if (!watch.signal.aborted) stages.replaceChildren(h("p", { className: "problem" }, error.message));
   });
 
   async function fill() {
@@ -36,8 +32,7 @@ export function mount(root, watch) {
     const { scene } = takenApart(body);
     editor.text = scene;
     const lines = makeLines(scene, plan, editor);
-    stages.replaceChildren(...plan.stages.map((stage) => entry(stage, lines)));
-    others.replaceChildren(...rest(plan, lines));
+    stages.replaceChildren(...makeStages(plan.stages, lines), ...rest(plan, lines));
   }
 
   return () => {};
@@ -46,16 +41,7 @@ export function mount(root, watch) {
 function rest({ pilot_samples: pilots, left_out: out }, lines) {
   return [
     pilots.length
-      ? h(
-          "details",
-          {},
-          h("summary", {}, `Pilot samples for the target error: ${plural(pilots.length, "stage")}`),
-          h(
-            "ol",
-            { className: "stages" },
-            pilots.map((stage) => entry(stage, lines)),
-          ),
-        )
+      ? folded(`Pilot samples for the target error: ${plural(pilots.length, "stage")}`, pilots, lines)
       : null,
     out.length
       ? h(
@@ -70,33 +56,6 @@ function rest({ pilot_samples: pilots, left_out: out }, lines) {
         )
       : null,
   ].filter(Boolean);
-}
-
-function entry({ name, detail, share, pointers }, lines) {
-  return h(
-    "li",
-    {},
-    h(
-      "div",
-      { className: "stage-name" },
-      h("strong", {}, name),
-      share === null || share === undefined ? null : meter(share),
-    ),
-    h("p", { className: "soft small" }, detail),
-    pointers.length ? lines(pointers) : null,
-  );
-}
-
-function meter(share) {
-  const text = share > 0 && share < 0.005 ? "under 1 %" : percent(share);
-  const bar = h("span", { className: "meter", "aria-hidden": "true" }, h("span", {}));
-  bar.firstChild.style.width = `${100 * share}%`;
-  return h(
-    "span",
-    { className: "stage-share" },
-    bar,
-    h("span", { className: "small soft" }, text, h("span", { className: "unseen" }, " of the time")),
-  );
 }
 
 function omission({ effect, reason, pointers }, lines) {

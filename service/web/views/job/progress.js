@@ -1,33 +1,31 @@
-// Progress of a job: state, share, time, rays, and the error with its interval.
+// Progress of a job: the remaining time, rays, and the error with its interval.
 
 import { announce, h } from "../../dom.js";
-import { codeValues, count, cpuSeconds, percent, plural, qualityName, seconds } from "../../format.js";
-import { standing, stateMark, stateName } from "./state.js";
+import { ago, codeValues, count, cpuSeconds, plural, qualityName, seconds } from "../../format.js";
+import { standing, stateName } from "./state.js";
 
 const TICK_MS = 1000;
 
-export function mount(root, watch) {
-  const bar = h("progress", { max: 1, "aria-label": "Progress" });
-  const share = h("span", { className: "share" });
-  const line = h("div", { className: "progress-line" });
+export function mount({ drawer }, watch) {
+  const large = h("p", { className: "hero-time" });
+  const small = h("p", { className: "soft small" });
   const list = h("dl", { className: "figures" });
   const trouble = h("div", { className: "problem", role: "alert", hidden: true });
-  root.append(
+  drawer.panels.render.append(
     h("h2", { className: "unseen" }, "Progress"),
-    line,
-    h("div", { className: "bar" }, bar, share),
-    list,
+    h("div", { className: "hero" }, large, small),
     trouble,
+    list,
   );
   let state = null;
 
   function show(job) {
-    line.replaceChildren(stateMark(standing(job)), h("span", { className: "soft" }, remark(job)));
-    bar.value = job.progress.share;
-    share.textContent = percent(job.progress.share);
+    const [time, ...rest] = headline(job);
+    large.textContent = time;
+    small.replaceChildren(...rest.map((line) => h("span", {}, line || "\u00a0")));
     list.replaceChildren(...figures(job));
-    trouble.hidden = !job.failure;
-    trouble.textContent = job.failure?.message ?? "";
+    trouble.textContent = job.damage ?? job.failure?.message ?? "";
+    trouble.hidden = !trouble.textContent;
     if (state !== null && state !== standing(job)) announce(`The job is ${stateName(standing(job))}.`);
     state = standing(job);
   }
@@ -39,52 +37,69 @@ export function mount(root, watch) {
   return () => clearInterval(timer);
 }
 
-function remark(job) {
-  if (job.state === "queued" && !job.paused)
-    return job.queue_position ? `${job.queue_position} ahead of it` : "next";
-  if (job.state === "running" && job.progress.total > 1)
-    return [stepsOf(job), left(job)].filter(Boolean).join(", ");
-  return "";
+/** The large line, and two small ones below it. */
+function headline(job) {
+  // Little else is known of it.
+  if (job.damage) return [sentence(stateName(job.state)), "", ""];
+  const left = job.progress.remaining_seconds;
+  const took = elapsed(job);
+  const spent = took === null ? "" : seconds(took);
+  switch (standing(job)) {
+    case "queued":
+      return ["Queued", job.queue_position ? `${job.queue_position} ahead of it` : "next", ""];
+    case "running":
+      return [
+        left === null ? "Rendering" : `${seconds(left)} left`,
+        stepsOf(job),
+        spent && `${spent} so far`,
+      ];
+    case "paused":
+      return ["Paused", stepsOf(job), spent && `${spent} so far`];
+    case "succeeded":
+      return [`Done in ${spent}`, "from start to finish", stepsOf(job)];
+    default:
+      return [sentence(stateName(job.state)), spent ? `after ${spent}` : "before it began", stepsOf(job)];
+  }
 }
+
+const sentence = (word) => word[0].toUpperCase() + word.slice(1);
 
 // With a target error each pass depends on the one before, so the number of steps is not known in advance.
 function stepsOf(job) {
   const { done, total } = job.progress;
-  return job.quality.mode === "target"
+  return job.quality.mode === "target" || done === total
     ? `${plural(done, "step")} done`
     : `${count(done)} of ${count(total)} steps`;
 }
 
-function left(job) {
-  return job.progress.remaining_seconds === null
-    ? ""
-    : `about ${seconds(job.progress.remaining_seconds)} left`;
-}
-
 function figures(job) {
+  if (job.damage) return [];
   const rays = Object.entries(job.cost.rays).filter(([, number]) => number > 0);
   const all = rays.reduce((sum, [, number]) => sum + number, 0);
-  const took = elapsed(job);
+  // All of them from the start, so that nothing moves when one becomes known.
   return [
-    took === null
-      ? null
-      : figure(
-          "Time",
-          seconds(took),
-          `${cpuSeconds(job.cost.cpu_seconds)}, ${cpuSeconds(job.cost.predicted_cpu_seconds)} predicted`,
-        ),
-    all
-      ? figure("Rays", count(all), rays.map(([kind, number]) => `${count(number)} ${kind}`).join(", "))
-      : null,
-    job.error
-      ? figure(
-          "Error",
-          `${codeValues(job.error.estimate)} code values`,
-          `95 % interval ${codeValues(job.error.low)} to ${codeValues(job.error.high)}, in units of 1/255`,
-        )
-      : null,
+    figure(
+      "CPU time",
+      cpuSeconds(job.cost.cpu_seconds),
+      `${cpuSeconds(job.cost.predicted_cpu_seconds)} predicted`,
+    ),
+    figure(
+      "Rays",
+      all ? count(all) : "–",
+      rays.map(([kind, number]) => `${count(number)} ${kind}`).join(", "),
+    ),
+    figure("Error", ...errorOf(job)),
     figure("Picture", `${job.width} × ${job.height}`, qualityName(job.quality)),
-  ].filter(Boolean);
+    figure("Job", h("code", {}, job.id), `submitted ${ago(job.created_at)}`),
+  ];
+}
+
+function errorOf({ error }) {
+  if (!error) return ["–", "no estimate"];
+  return [
+    `${codeValues(error.estimate)} code values`,
+    `95 % interval ${codeValues(error.low)} to ${codeValues(error.high)}`,
+  ];
 }
 
 function elapsed(job) {
@@ -100,6 +115,6 @@ function figure(name, value, rest) {
     "div",
     {},
     h("dt", {}, name),
-    h("dd", {}, h("strong", {}, value), rest ? h("span", { className: "soft small" }, rest) : null),
+    h("dd", {}, h("strong", {}, value), h("span", { className: "soft small" }, rest || "\u00a0")),
   );
 }

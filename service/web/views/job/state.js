@@ -10,10 +10,11 @@ const STATES = {
   failed: ["✕", "failed"],
   cancelled: ["■", "cancelled"],
   expired: ["–", "expired"],
+  deleted: ["✕", "deleted"],
 };
 
-/** States to filter by: a paused job counts as queued or running. */
-export const NAMES = Object.keys(STATES).filter((name) => name !== "paused");
+/** States to filter by: a paused job counts as queued or running, and a deleted one is in no list. */
+export const NAMES = Object.keys(STATES).filter((name) => name !== "paused" && name !== "deleted");
 
 /** The state to show: a paused job shows as paused, not as queued or running. */
 export const standing = (job) => (job.paused ? "paused" : job.state);
@@ -24,3 +25,5 @@ export function stateMark(state) {
   const [sign, name] = STATES[state] ?? ["?", state];
   return h("span", { className: `state ${state}` }, h("span", { "aria-hidden": "true" }, sign), ` ${name}`);
 }
+
+export const nameOf = (job) => job.name ?? "Untitled scene";

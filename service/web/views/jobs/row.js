@@ -95,6 +95,7 @@ export function labelsOf({ labels = {} }) {
 }
 
 function factsOf(job) {
+  if (job.damage) return `${job.damage}  ·  ${ago(job.created_at)}`;
   const facts = [`${job.width} × ${job.height}`, qualityName(job.quality)];
   if (job.state === "running") facts.push(percent(job.progress.share));
   if (job.state === "queued" && job.queue_position !== null)

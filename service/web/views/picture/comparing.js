@@ -3,24 +3,31 @@
 import { get } from "../../api.js";
 import { h } from "../../dom.js";
 import { navigate } from "../../navigation.js";
+import { placeOf } from "./place.js";
 
 const MOST = 50;
 
 /** A form that chooses the picture to compare a finished job with. */
-export function makeComparing(watch) {
+export function makeComparing(watch, screen) {
   const select = h("select", { id: "compared-with" });
   const button = h("button", { type: "submit" }, "Compare");
   const form = h(
     "form",
     {
-      className: "row comparing",
+      className: "comparing",
       hidden: true,
-      onsubmit: (event) => (event.preventDefault(), navigate(`/compare/${watch.id}/${select.value}`)),
+      onsubmit: (event) => (event.preventDefault(), navigate(`/compare/${watch.id}/${select.value}${at()}`)),
     },
     h("label", { htmlFor: select.id }, "Compare with"),
     select,
     button,
   );
+
+  /** The part that is shown here, for the address of the comparison. */
+  function at() {
+    const query = new URLSearchParams(Object.entries(placeOf(screen)).filter(([, value]) => value !== null));
+    return query.size ? `?${query}` : "";
+  }
 
   async function fill() {
     const { jobs } = await get(`/v1/jobs?limit=${MOST}`, { signal: watch.signal });

@@ -57,7 +57,7 @@ export function makeDisplay(changed, prefix = "display") {
   return {
     element: h(
       "div",
-      { className: "row display" },
+      { className: "display" },
       field("Exposure", exposure, stops),
       field("Transfer", transfer),
       reset,
@@ -68,6 +68,8 @@ export function makeDisplay(changed, prefix = "display") {
     get transfer() {
       return transfer.value;
     },
+    /** Change some of the settings. */
+    set: (values) => set({ exposure: Number(exposure.value), transfer: transfer.value, ...values }),
     /** Begin with the settings of the scene. */
     begin(values) {
       Object.assign(scene, values);
@@ -87,15 +89,23 @@ export function makeLayerChoice(names, changed) {
   return field("Shown", select);
 }
 
-/** Buttons that zoom a screen. */
+/** Buttons that zoom a screen, around the zoom itself: 100 % shows a pixel of the picture as one of the display. */
 export function makeZoom(screen) {
-  const button = (name, label, action) =>
+  const sign = (name, label, action) =>
     h("button", { type: "button", "aria-label": name, title: name, onclick: action }, label);
+  const button = (label, title, action) => h("button", { type: "button", title, onclick: action }, label);
+  const zoom = h("output", { className: "number", title: "Zoom", "aria-label": "Zoom" });
+  const show = () => (zoom.textContent = `${short(100 * screen.zoomed)} %`);
+  screen.addEventListener("view", show);
   return h(
     "div",
-    { className: "row zoom", role: "group", "aria-label": "Zoom" },
-    button("Zoom out", "−", () => screen.zoom(screen.scale / 2)),
-    button("Zoom in", "+", () => screen.zoom(screen.scale * 2)),
-    button("Show all", "All", () => screen.fit()),
+    { className: "zoom", role: "group", "aria-label": "Zoom" },
+    sign("Zoom out", "−", () => screen.zoom(screen.scale / 2)),
+    zoom,
+    sign("Zoom in", "+", () => screen.zoom(screen.scale * 2)),
+    button("1:1", "A pixel of the picture as one of the display", () => screen.zoom(1 / devicePixelRatio)),
+    button("Fit", "Show the whole picture", () => screen.fit()),
   );
 }
+
+const short = (value) => (value < 9.95 ? value.toFixed(1) : String(Math.round(value)));

@@ -1,9 +1,23 @@
 // Draws a film or a layer on a screen, and the numbers in its pixels.
 
+import { Darkroom } from "./darkroom.js";
+import { area } from "./film.js";
+import { plainLook } from "./look.js";
 import { drawNumbers, short } from "./numbers.js";
-import { Encoder, code } from "./transfer.js";
+import { Encoder } from "./transfer.js";
 
-/** Measure the duration of a function on the browser's timeline; only the newest measure of a name is kept. */
+/** @typedef {import("./film.js").Film} Film @typedef {import("./film.js").Rectangle} Rectangle */
+/** @typedef {import("./layers.js").Layer} Layer */
+
+/**
+ * Measure the duration of a function on the browser's timeline; only the newest measure of a name is kept.
+ *
+ * @template T
+ * @param {string} name
+ * @param {object} detail
+ * @param {() => T} work
+ * @returns {T}
+ */
 export function measured(name, detail, work) {
   const start = performance.now();
   const result = work();
@@ -13,49 +27,76 @@ export function measured(name, detail, work) {
 }
 
 export class Developer {
-  /** @param {import("./screen.js").Screen} screen @param {import("./film.js").Film} film */
+  /** @type {Darkroom} */
+  #darkroom;
+
+  /** @param {PictureScreen} screen @param {Film} film */
   constructor(screen, film) {
-    Object.assign(this, { screen, film, layer: null });
+    this.screen = screen;
+    this.film = film;
+    this.look = plainLook();
+    /** @type {Layer | null} */
+    this.layer = null;
+    this.#darkroom = new Darkroom(film);
   }
 
-  /** Take a batch of tiles. */
+  close() {
+    this.#darkroom.close();
+  }
+
+  /** Take a batch of tiles. @param {import("./film.js").Tile[]} tiles */
   take(tiles) {
     measured("penumbra:paint", { tiles: tiles.length }, () => {
       const places = tiles.map((tile) => this.film.take(tile));
+      for (const place of places) this.#darkroom.changed(place);
       if (!this.layer) this.#putAll(places);
       this.screen.redraw();
     });
   }
 
+  /** @param {number} exposure @param {string} transfer */
   expose(exposure, transfer) {
-    measured("penumbra:expose", { pixels: this.film.width * this.film.height }, () => {
-      this.film.encoder = new Encoder(exposure, transfer);
-      if (!this.layer) this.#whole();
-    });
+    measured("penumbra:expose", { pixels: this.film.width * this.film.height }, () =>
+      this.change({ encoder: new Encoder(exposure, transfer) }),
+    );
   }
 
-  /** Show a layer, or the picture where it is null. */
+  /** Change a part of the look. @param {Partial<import("./look.js").Look>} part */
+  change(part) {
+    this.look = { ...this.look, ...part };
+    if (!this.layer) this.#put(this.film.whole);
+  }
+
+  /** Show a layer, or the picture where it is null. @param {Layer | null} layer */
   show(layer) {
     this.layer = layer;
-    if (layer) this.screen.context.putImageData(layer.develop(), 0, 0);
-    else this.#whole();
+    measured("penumbra:layer", { name: layer?.name }, () => {
+      if (layer) this.screen.context.putImageData(layer.develop(this.#darkroom.blank()), 0, 0);
+      else this.#put(this.film.whole);
+    });
     this.screen.redraw();
   }
 
-  codes(x, y) {
-    const { exposure, transfer } = this.film.encoder;
-    return this.film.at(x, y)?.map((value) => code(value, exposure, transfer)) ?? null;
+  /** The values on the screen. @returns {{values: ArrayLike<number>, channels: number}} */
+  get shown() {
+    return this.layer ?? { values: this.film.values, channels: 3 };
   }
 
-  /** The values of a pixel as text. */
+  /** The codes of a pixel, or null while it is not known. @param {number} x @param {number} y */
+  codes(x, y) {
+    return this.film.at(x, y)?.map((value) => this.look.encoder.code(value)) ?? null;
+  }
+
+  /** The values of a pixel as text. @param {number} x @param {number} y */
   describe(x, y) {
     if (this.layer) return `${this.layer.name} ${this.layer.at(x, y).map(short).join("  ")}`;
     const values = this.film.at(x, y);
     return values
-      ? `linear ${values.map(short).join("  ")}   shown ${this.codes(x, y).join("  ")}`
+      ? `linear ${values.map(short).join("  ")}   shown ${this.codes(x, y)?.join("  ")}`
       : "not rendered yet";
   }
 
+  /** @param {CanvasRenderingContext2D} context */
   drawNumbers(context) {
     const { screen, layer } = this;
     if (layer)
@@ -63,24 +104,24 @@ export class Developer {
         context,
         screen,
         (x, y) => layer.at(x, y).map(short),
-        (x, y) => this.#shown(x, y),
+        (x, y) => layer.codes(x, y),
       );
-    const lines = (x, y) => {
-      const codes = this.codes(x, y);
-      return codes && this.film.at(x, y).map((value, i) => `${short(value)} ${String(codes[i]).padStart(4)}`);
-    };
-    drawNumbers(context, screen, lines, (x, y) => this.codes(x, y));
+    drawNumbers(
+      context,
+      screen,
+      (x, y) => this.#lines(x, y),
+      (x, y) => this.codes(x, y) ?? [],
+    );
   }
 
-  #shown(x, y) {
-    return Array.from(this.screen.context.getImageData(x, y, 1, 1).data.subarray(0, 3));
+  /** @param {number} x @param {number} y */
+  #lines(x, y) {
+    const codes = this.codes(x, y);
+    const values = this.film.at(x, y);
+    return codes && values && values.map((value, i) => `${short(value)} ${String(codes[i]).padStart(4)}`);
   }
 
-  #whole() {
-    this.#put({ x0: 0, y0: 0, x1: this.film.width, y1: this.film.height });
-  }
-
-  /** Develop neighbouring tiles in one call: a call costs more than some more pixels. */
+  /** Develop neighbouring tiles in one call: a call costs more than some more pixels. @param {Rectangle[]} places */
   #putAll(places) {
     const box = around(places);
     const covered = places.reduce((sum, place) => sum + area(place), 0);
@@ -88,23 +129,20 @@ export class Developer {
     else for (const place of places) this.#put(place);
   }
 
+  /** @param {Rectangle} place */
   #put(place) {
-    if (place.x1 > place.x0 && place.y1 > place.y0)
-      this.screen.context.putImageData(this.film.develop(place), place.x0, place.y0);
+    this.#darkroom.paint(this.screen.context, this.look, place);
   }
 }
 
-const area = ({ x0, y0, x1, y1 }) => (x1 - x0) * (y1 - y0);
-
+/** @param {Rectangle[]} places @returns {Rectangle} */
 function around(places) {
   const box = { x0: Infinity, y0: Infinity, x1: 0, y1: 0 };
   for (const { x0, y0, x1, y1 } of places) {
-    Object.assign(box, {
-      x0: Math.min(box.x0, x0),
-      y0: Math.min(box.y0, y0),
-      x1: Math.max(box.x1, x1),
-      y1: Math.max(box.y1, y1),
-    });
+    box.x0 = Math.min(box.x0, x0);
+    box.y0 = Math.min(box.y0, y0);
+    box.x1 = Math.max(box.x1, x1);
+    box.y1 = Math.max(box.y1, y1);
   }
   return box;
 }

@@ -1,7 +1,22 @@
 // The picture received so far, as linear floats.
 
-import { Encoder } from "./transfer.js";
+import { luma } from "./colors.js";
 
+/** The bits of a pixel that is not there yet: a NaN that no arithmetic makes. */
+export const UNKNOWN = 0xffffffff;
+
+/** @typedef {{x0: number, y0: number, x1: number, y1: number}} Rectangle */
+/** @typedef {Rectangle & {stride: number, columns: number, pixels: Float32Array}} Tile */
+
+/** How many pixels there are in a rectangle. @param {Rectangle} place */
+export const area = ({ x0, y0, x1, y1 }) => (x1 - x0) * (y1 - y0);
+
+/**
+ * @param {Tile} tile
+ * @param {number} width
+ * @param {number} height
+ * @returns {Rectangle}
+ */
 const clipped = (tile, width, height) => ({
   x0: Math.min(tile.x0, width),
   y0: Math.min(tile.y0, height),
@@ -10,50 +25,98 @@ const clipped = (tile, width, height) => ({
 });
 
 export class Film {
+  /** @type {Float32Array | null} */
+  #luminance = null;
+
+  /** @param {number} width @param {number} height */
   constructor(width, height) {
     this.width = width;
     this.height = height;
     this.values = new Float32Array(3 * width * height);
     this.bits = new Uint32Array(this.values.buffer);
-    this.known = new Uint8Array(width * height);
-    this.encoder = new Encoder();
+    this.bits.fill(UNKNOWN);
+    /** Whether no pixel is known. */
+    this.empty = true;
   }
 
-  /** Add a tile of a batch. Each value of a preview covers a block of `stride` x `stride` pixels. */
+  /** Take a whole picture. @param {ArrayLike<number>} values - Linear RGB by pixel. */
+  fill(values) {
+    this.values.set(values);
+    this.#changed(this.whole);
+  }
+
+  /** @returns {Rectangle} */
+  get whole() {
+    return { x0: 0, y0: 0, x1: this.width, y1: this.height };
+  }
+
+  /**
+   * Add a tile of a batch. Each value of a preview covers a block of `stride` x `stride` pixels.
+   *
+   * @param {Tile} tile
+   */
   take(tile) {
     const place = clipped(tile, this.width, this.height);
     const { x0, y0, x1, y1 } = place;
     const { pixels, columns, stride } = tile;
-    const count = x1 - x0;
     for (let y = y0; y < y1; y++) {
-      const pixel = y * this.width + x0;
+      const to = 3 * (y * this.width + x0);
       const source = 3 * columns * Math.floor((y - y0) / stride);
-      if (stride === 1) this.values.set(pixels.subarray(source, source + 3 * count), 3 * pixel);
-      else spread(pixels, source, stride, this.values, 3 * pixel, count);
-      this.known.fill(1, pixel, pixel + count);
+      if (stride === 1) this.values.set(pixels.subarray(source, source + 3 * (x1 - x0)), to);
+      else spread(pixels, source, stride, this.values, to, x1 - x0);
     }
+    this.#changed(place);
     return place;
   }
 
-  /** The linear values of a pixel, or null while it is not known. */
+  /**
+   * The linear values of a pixel, or null while it is not known.
+   *
+   * @param {number} x
+   * @param {number} y
+   */
   at(x, y) {
-    const pixel = y * this.width + x;
-    return this.known[pixel] ? Array.from(this.values.subarray(3 * pixel, 3 * pixel + 3)) : null;
+    const from = 3 * (y * this.width + x);
+    return this.bits[from] === UNKNOWN ? null : Array.from(this.values.subarray(from, from + 3));
   }
 
-  /** Encode a rectangle; unknown pixels stay transparent. */
-  develop({ x0, y0, x1, y1 }) {
-    const image = new ImageData(x1 - x0, y1 - y0);
-    for (let y = y0; y < y1; y++) {
-      const from = y * this.width + x0;
-      const to = 4 * (y - y0) * (x1 - x0);
-      this.encoder.write(this.bits, 3 * from, image.data, to, x1 - x0);
-      for (let i = 0; i < x1 - x0; i++) if (!this.known[from + i]) image.data[to + 4 * i + 3] = 0;
+  /** The luminance of each pixel; unknown pixels have the bits `UNKNOWN`. */
+  get luminance() {
+    if (!this.#luminance) {
+      this.#luminance = new Float32Array(this.width * this.height);
+      this.#weigh(this.whole);
     }
-    return image;
+    return this.#luminance;
+  }
+
+  /** @param {Rectangle} place */
+  #changed(place) {
+    this.empty = false;
+    if (this.#luminance) this.#weigh(place);
+  }
+
+  /** @param {Rectangle} place */
+  #weigh({ x0, y0, x1, y1 }) {
+    const { values, bits, width } = this;
+    const sums = /** @type {Float32Array} */ (this.#luminance);
+    const words = new Uint32Array(sums.buffer);
+    for (let y = y0; y < y1; y++)
+      for (let pixel = y * width + x0; pixel < y * width + x1; pixel++) {
+        const from = 3 * pixel;
+        if (bits[from] === UNKNOWN) words[pixel] = UNKNOWN;
+        else sums[pixel] = luma(values[from], values[from + 1], values[from + 2]);
+      }
   }
 }
 
+/**
+ * @param {Float32Array} pixels
+ * @param {number} source
+ * @param {number} stride
+ * @param {Float32Array} values
+ * @param {number} to
+ * @param {number} count
+ */
 function spread(pixels, source, stride, values, to, count) {
   for (let x = 0; x < count; x++, to += 3) {
     const from = source + 3 * Math.floor(x / stride);

@@ -13,11 +13,11 @@ const SHARE = 1 / 4;
  * @param {() => {x: number, y: number} | null} chosen
  */
 export function makeFirst(watch, screen, chosen) {
-  const button = h("button", { type: "button", onclick: ask }, "This part first");
+  const button = h("button", { type: "button", className: "stage-first", onclick: ask }, "This part first");
   const self = { element: button, region: null, show };
 
   function wanted() {
-    if (!screen.fitted) return screen.visible();
+    if (screen.scale > screen.fitting) return screen.visible();
     const pixel = chosen();
     return pixel && around(pixel, screen.width, screen.height);
   }

@@ -2,6 +2,7 @@
 
 import { jobPath, post } from "../../api.js";
 import { announce, h } from "../../dom.js";
+import { MARKS } from "./path.js";
 import { makeRay } from "./ray.js";
 import { short } from "./numbers.js";
 import { makeSource } from "./source.js";
@@ -9,8 +10,9 @@ import { makeSource } from "./source.js";
 /**
  * @param {string} id - Of the job.
  * @param {(x: number, y: number) => number[] | null} pictured - The pixel of the picture.
+ * @param {(pixel: {x: number, y: number}) => void} copy - Copies its values.
  */
-export function makeInspector(id, pictured, signal) {
+export function makeInspector(id, pictured, copy, signal) {
   const body = h(
     "div",
     {},
@@ -24,14 +26,15 @@ export function makeInspector(id, pictured, signal) {
   const source = makeSource(id, signal);
   const element = h(
     "aside",
-    { className: "inspector panel", "aria-labelledby": heading.id, tabIndex: -1 },
+    { className: "inspector", "aria-labelledby": heading.id, tabIndex: -1 },
     heading,
     body,
   );
-  const self = { element, pixel: null, show };
+  const self = { element, pixel: null, found: null, show };
 
   async function show(pixel) {
     self.pixel = pixel;
+    self.found = null;
     body.setAttribute("aria-busy", "true");
     try {
       const found = await post(`${jobPath(id)}/inspections`, pixel, { signal });
@@ -44,6 +47,7 @@ export function makeInspector(id, pictured, signal) {
   }
 
   function fill(found) {
+    self.found = found;
     heading.textContent = `Pixel ${found.x}, ${found.y}`;
     const reasons = found.reasons.map(({ text, pointers }) =>
       h("li", {}, h("p", {}, quoted(text)), links(pointers)),
@@ -57,6 +61,7 @@ export function makeInspector(id, pictured, signal) {
           {},
           h("ul", { className: "reasons" }, reasons),
           colours(found, pictured(found.x, found.y)),
+          h("button", { type: "button", onclick: () => copy({ x: found.x, y: found.y }) }, "Copy values"),
           source.element,
         ),
         h(
@@ -64,11 +69,12 @@ export function makeInspector(id, pictured, signal) {
           {},
           h("h3", {}, "The ray and what it hits"),
           h("ol", { className: "rays" }, makeRay(found.ray, links, 1)),
+          found.ray.surface ? h("p", { className: "soft small" }, MARKS) : "",
           found.complete ? "" : h("p", { className: "soft small" }, "Not all rays are listed."),
         ),
       ),
     );
-    heading.scrollIntoView({ block: "nearest" });
+    element.parentElement.scrollTo({ top: 0 });
     source.clear();
     announce(`Pixel ${found.x}, ${found.y}. ${found.reasons.map((reason) => reason.text).join(" ")}`);
   }

@@ -5,7 +5,7 @@ const FAR = 10;
 const STEP = Math.SQRT2;
 
 export const KEYS =
-  "Arrow keys move from pixel to pixel, with Shift by ten. Plus and minus zoom, 0 shows all. Enter explains the pixel.";
+  "Arrow keys move from pixel to pixel, with Shift by ten. Plus and minus zoom, 0 fits, 1 shows one to one. C copies the values. Enter explains the pixel.";
 
 export function hearKeys(screen) {
   const middle = () => ({ x: Math.floor(screen.width / 2), y: Math.floor(screen.height / 2) });
@@ -18,6 +18,8 @@ export function hearKeys(screen) {
     "=": () => screen.zoom(screen.scale * STEP, ...around()),
     "-": () => screen.zoom(screen.scale / STEP, ...around()),
     0: () => screen.fit(),
+    1: () => screen.zoom(1 / devicePixelRatio, ...around()),
+    c: () => screen.dispatchEvent(new CustomEvent("copy", { detail: screen.cursor ?? middle() })),
     Enter: () => screen.choose(screen.cursor ?? middle()),
   };
 

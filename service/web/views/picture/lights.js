@@ -1,38 +1,31 @@
-// The contribution of each light to a point, and its shadow rays, as bars with numbers.
+// What each light and each ray adds to a pixel, as bars with numbers, and the shadow rays to the lights.
 
 import { h } from "../../dom.js";
 import { short } from "./numbers.js";
 
-// Luminance weights of BT.709.
-const LUMA = [0.2126, 0.7152, 0.0722];
-const luma = (color) => color.reduce((sum, value, i) => sum + LUMA[i] * value, 0);
-
-/** @param {object} ray @param {object} surface - What it hits. @param {(pointers: string[]) => Node} links */
-export function makeLights(ray, surface, links) {
-  const total = luma(ray.radiance);
-  const share = (color) => (total > 0 ? luma(color) / total : 0);
-  const rows = [part("Ambient light", surface.ambient, share(surface.ambient))];
-  for (const light of surface.lights) {
-    rows.push(part(`Light ${light.light}, diffuse`, light.diffuse, share(light.diffuse)));
-    rows.push(part(`Light ${light.light}, highlight`, light.specular, share(light.specular)));
-  }
+/**
+ * @param {object} surface - What the ray hits.
+ * @param {{name: string, color: number[], share: number}[]} parts - Of what it brings to the pixel.
+ * @param {(pointers: string[]) => Node} links
+ */
+export function makeLights(surface, parts, links) {
   return h(
     "div",
     {},
     h(
       "table",
       { className: "parts" },
-      h("caption", {}, "Light from this point"),
+      h("caption", {}, "What this point adds to the pixel"),
       h(
         "thead",
         {},
         h(
           "tr",
           {},
-          ["From", "Share of brightness", "Linear"].map((name) => h("th", { scope: "col" }, name)),
+          ["From", "Share of the pixel", "Linear"].map((name) => h("th", { scope: "col" }, name)),
         ),
       ),
-      h("tbody", {}, rows),
+      h("tbody", {}, parts.map(part)),
     ),
     surface.lights.length
       ? h(
@@ -44,7 +37,7 @@ export function makeLights(ray, surface, links) {
   );
 }
 
-function part(name, color, share) {
+function part({ name, color, share }) {
   return h(
     "tr",
     {},

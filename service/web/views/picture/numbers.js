@@ -1,18 +1,20 @@
 // Numbers inside pixels, once they are large enough to hold them.
 
+import { luma } from "./colors.js";
+
 // CSS pixels a side from which three lines of linear value and code are readable.
 export const READABLE = 64;
 const LINES_A_PIXEL = 6.4;
 const LARGEST_TEXT = 14;
-// Luminance weights of BT.709: above BRIGHT, black text is easier to read than white.
-const LUMA = [0.2126, 0.7152, 0.0722];
+// From this luminance on, black text is easier to read than white.
 const BRIGHT = 118;
 
 /**
  * @param {CanvasRenderingContext2D} context
- * @param {import("./screen.js").Screen} screen
+ * @param {PictureScreen} screen
  * @param {(x: number, y: number) => string[] | null} lines - The text in a pixel.
  * @param {(x: number, y: number) => number[]} shown - Its codes.
+ * @returns {void}
  */
 export function drawNumbers(context, screen, lines, shown) {
   const { scale, left, top, element } = screen;
@@ -26,8 +28,8 @@ export function drawNumbers(context, screen, lines, shown) {
     for (let x = x0; x < x1; x++) {
       const texts = lines(x, y);
       if (!texts) continue;
-      const luma = shown(x, y).reduce((sum, code, i) => sum + LUMA[i] * code, 0);
-      context.fillStyle = luma > BRIGHT ? "#000" : "#fff";
+      const [red, green, blue] = shown(x, y);
+      context.fillStyle = luma(red, green, blue) > BRIGHT ? "#000" : "#fff";
       const middle = top + scale * (y + 0.5) - ((texts.length - 1) * size * 1.25) / 2;
       texts.forEach((text, i) =>
         context.fillText(text, left + scale * (x + 0.5), middle + i * size * 1.25, scale - 4),
@@ -36,7 +38,7 @@ export function drawNumbers(context, screen, lines, shown) {
   }
 }
 
-/** A number with at most four digits. */
+/** A number with at most four digits. @param {number} value */
 export function short(value) {
   if (Number.isNaN(value)) return "NaN";
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";

@@ -11,6 +11,7 @@ export function hearPointers(screen) {
   const { element, life } = screen;
   const down = new Map();
   let dragged = false;
+  let gripped = false;
   const place = (event) => {
     const box = element.getBoundingClientRect();
     return {
@@ -24,6 +25,7 @@ export function hearPointers(screen) {
   on("pointerdown", (event) => {
     if (event.button !== 0) return;
     element.setPointerCapture(event.pointerId);
+    gripped = !down.size && Boolean(screen.grip?.holds(place(event)));
     // A press with two fingers never chooses a pixel.
     dragged = down.size > 0;
     down.set(event.pointerId, { now: place(event), begun: place(event) });
@@ -32,17 +34,21 @@ export function hearPointers(screen) {
   on("pointermove", (event) => {
     const finger = down.get(event.pointerId);
     const now = place(event);
-    if (!finger) return screen.point(screen.pixelAt(now.x, now.y));
+    if (!finger) {
+      element.classList.toggle("gripping", Boolean(screen.grip?.holds(now)));
+      return screen.point(screen.pixelAt(now.x, now.y));
+    }
     const before = grip(down);
     dragged ||= Math.hypot(now.x - finger.begun.x, now.y - finger.begun.y) > SHAKE;
     finger.now = now;
-    if (dragged) follow(screen, before, grip(down));
+    if (gripped) screen.grip.drag(now);
+    else if (dragged) follow(screen, before, grip(down));
   });
 
   const lifted = (event) => {
     const finger = down.get(event.pointerId);
     down.delete(event.pointerId);
-    if (!finger || dragged || down.size || event.type === "pointercancel") return;
+    if (!finger || dragged || gripped || down.size || event.type === "pointercancel") return;
     const pixel = screen.pixelAt(finger.now.x, finger.now.y);
     if (pixel) screen.choose(pixel);
   };
@@ -53,8 +59,6 @@ export function hearPointers(screen) {
   on(
     "wheel",
     (event) => {
-      // The whole picture cannot become smaller, so the wheel scrolls the page.
-      if (screen.fitted && event.deltaY > 0) return;
       event.preventDefault();
       const { x, y } = place(event);
       screen.zoom(screen.scale * Math.exp(-WHEEL * event.deltaY * (event.deltaMode ? LINE : 1)), x, y);

@@ -3,6 +3,7 @@
 import { h } from "../../dom.js";
 import { makeLights } from "./lights.js";
 import { short } from "./numbers.js";
+import { colorBeyond, partsOf } from "./shares.js";
 
 const KINDS = {
   camera: "Camera ray",
@@ -15,8 +16,13 @@ const OPEN = 2;
 
 const triple = (values) => values.map(short).join("  ");
 
-/** @param {object} ray - Of an inspection. @param {(pointers: string[]) => Node} links @param {number} depth */
-export function makeRay(ray, links, depth) {
+/**
+ * @param {object} ray - Of an inspection.
+ * @param {(pointers: string[]) => Node} links
+ * @param {number} depth
+ * @param {number[]} pixel - The colour of the whole pixel, that of the camera ray by default.
+ */
+export function makeRay(ray, links, depth, pixel = colorBeyond(ray)) {
   const { surface } = ray;
   const kind = KINDS[ray.kind];
   const hit = surface
@@ -35,12 +41,12 @@ export function makeRay(ray, links, depth) {
       surface
         ? facts(ray, surface, links)
         : h("p", { className: "number" }, `linear ${triple(ray.radiance)}`),
-      surface ? makeLights(ray, surface, links) : "",
+      surface ? makeLights(surface, partsOf(ray, pixel, KINDS), links) : "",
       ray.rays.length
         ? h(
             "ol",
             { className: "rays" },
-            ray.rays.map((next) => makeRay(next, links, depth + 1)),
+            ray.rays.map((next) => makeRay(next, links, depth + 1, pixel)),
           )
         : "",
     ),

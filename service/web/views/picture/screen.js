@@ -1,6 +1,7 @@
 // A picture with zoom, pan and a cursor, for mouse, touch and keyboard. The caller draws the overlay.
 
 import { h } from "../../dom.js";
+import { hasGpuFor } from "./gpu.js";
 import { hearKeys } from "./keys.js";
 import { hearPointers } from "./pointers.js";
 
@@ -9,12 +10,14 @@ const LARGEST = 128;
 const CURSOR_FROM = 3;
 
 /**
- * Events: `cursor` (detail: the pixel under the cursor, or null), `choose` (detail: the pixel clicked), `view` (the visible part
- * changed).
+ * Events: `cursor` (detail: the pixel under the cursor, or null), `choose` (detail: the pixel clicked), `copy` (detail: the
+ * pixel whose values are wanted), `view` (the visible part changed).
  */
 export class Screen extends EventTarget {
   #resize;
   #frame = 0;
+  // Of the element, when the place of the picture was last set.
+  #size = [0, 0];
 
   /**
    * @param {{width: number, height: number, label: string, overlay?: (context: CanvasRenderingContext2D, screen: Screen)
@@ -24,17 +27,19 @@ export class Screen extends EventTarget {
     super();
     Object.assign(this, { width, height, overlay });
     this.canvas = h("canvas", { className: "pixels", width, height });
-    // In main memory, because pixels are written and read all the time.
-    this.context = this.canvas.getContext("2d", { willReadFrequently: true });
+    // In main memory, unless a graphics card writes its pixels.
+    this.context = this.canvas.getContext("2d", { willReadFrequently: !hasGpuFor(width * height) });
     this.over = h("canvas", { className: "over" });
     this.cursor = null;
+    // What is dragged in place of the picture: {holds(place), drag(place)}, places in CSS pixels of the element.
+    this.grip = null;
     this.element = h(
       "div",
       { className: "screen", tabIndex: 0, role: "application", "aria-label": label },
       this.canvas,
       this.over,
     );
-    this.element.style.aspectRatio = `${width} / ${height}`;
+    this.element.style.setProperty("--aspect", `${width} / ${height}`);
     this.scale = 1;
     this.left = 0;
     this.top = 0;
@@ -44,7 +49,7 @@ export class Screen extends EventTarget {
     hearKeys(this);
     for (const type of ["focus", "blur"])
       this.element.addEventListener(type, () => this.redraw(), { signal: this.life.signal });
-    this.#resize = new ResizeObserver(() => (this.fitted ? this.fit() : this.#moved()));
+    this.#resize = new ResizeObserver(() => this.#resized());
     this.#resize.observe(this.element);
   }
 
@@ -54,13 +59,25 @@ export class Screen extends EventTarget {
     cancelAnimationFrame(this.#frame);
   }
 
-  get smallest() {
+  /** The scale that shows the whole picture as large as possible. */
+  get fitting() {
     const { clientWidth, clientHeight } = this.element;
     return Math.min(clientWidth / this.width, clientHeight / this.height) || 1;
   }
 
+  /** Pixels of the display for one of the picture. */
+  get zoomed() {
+    return this.scale * devicePixelRatio;
+  }
+
+  #within(scale) {
+    const { fitting } = this;
+    // Small pictures begin large, and large ones small: both can be seen one to one, and enlarged from where they begin.
+    return Math.min(Math.max(LARGEST, 2 * fitting), Math.max(Math.min(fitting, 1 / devicePixelRatio), scale));
+  }
+
   fit() {
-    this.scale = this.smallest;
+    this.scale = this.fitting;
     this.left = (this.element.clientWidth - this.scale * this.width) / 2;
     this.top = (this.element.clientHeight - this.scale * this.height) / 2;
     this.fitted = true;
@@ -69,8 +86,8 @@ export class Screen extends EventTarget {
 
   /** Set the scale, keeping a point of the element (in CSS pixels) fixed. */
   zoom(scale, x = this.element.clientWidth / 2, y = this.element.clientHeight / 2) {
-    const wanted = Math.min(LARGEST, Math.max(this.smallest, scale));
-    if (wanted === this.smallest) return this.fit();
+    const wanted = this.#within(scale);
+    if (wanted === this.fitting) return this.fit();
     const ratio = wanted / this.scale;
     this.show({ scale: wanted, left: x - ratio * (x - this.left), top: y - ratio * (y - this.top) });
   }
@@ -84,11 +101,27 @@ export class Screen extends EventTarget {
     this.#moved();
   }
 
+  /** The place of the picture in the middle of the element, in its pixels. */
+  get middle() {
+    const { clientWidth, clientHeight } = this.element;
+    return { x: (clientWidth / 2 - this.left) / this.scale, y: (clientHeight / 2 - this.top) / this.scale };
+  }
+
+  /** Show a place of the picture in the middle. */
+  look({ x, y, scale }) {
+    const { clientWidth, clientHeight } = this.element;
+    this.show({
+      scale: this.#within(scale),
+      left: clientWidth / 2 - scale * x,
+      top: clientHeight / 2 - scale * y,
+    });
+  }
+
   /** Zoom to a rectangle of the picture with some of its surroundings. */
   frame({ x0, y0, x1, y1 }) {
     const { clientWidth, clientHeight } = this.element;
-    const fitting = 0.6 * Math.min(clientWidth / (x1 - x0), clientHeight / (y1 - y0));
-    const scale = Math.min(LARGEST / 2, Math.max(this.smallest, fitting));
+    const loose = 0.6 * Math.min(clientWidth / (x1 - x0), clientHeight / (y1 - y0));
+    const scale = Math.min(Math.max(LARGEST / 2, this.fitting), Math.max(this.fitting, loose));
     this.show({
       scale,
       left: clientWidth / 2 - (scale * (x0 + x1)) / 2,
@@ -139,7 +172,20 @@ export class Screen extends EventTarget {
     if (!this.#frame && !this.life.signal.aborted) this.#frame = requestAnimationFrame(() => this.#draw());
   }
 
+  /** Keep what is in the middle there. */
+  #resized() {
+    const { clientWidth, clientHeight } = this.element;
+    const [width, height] = this.#size;
+    if (this.fitted) return this.fit();
+    this.show({
+      scale: this.scale,
+      left: this.left + (clientWidth - width) / 2,
+      top: this.top + (clientHeight - height) / 2,
+    });
+  }
+
   #moved() {
+    this.#size = [this.element.clientWidth, this.element.clientHeight];
     const density = this.scale * devicePixelRatio;
     this.canvas.style.transform = `translate(${this.left}px, ${this.top}px) scale(${this.scale})`;
     this.canvas.classList.toggle("crisp", density >= 2);

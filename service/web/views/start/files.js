@@ -1,9 +1,9 @@
 // The files that the scene refers to, and which of them are available.
 
-import { fileFor } from "../../assets.js";
+import { filesFor } from "../../assets.js";
 import { h } from "../../dom.js";
 import { bytes } from "../../format.js";
-import { chosen } from "./drop.js";
+import { chosen } from "../../drop.js";
 
 /** @param {(files: Map<string, File>) => void} onFiles */
 export function makeFiles(onFiles) {
@@ -16,14 +16,33 @@ export function makeFiles(onFiles) {
   );
 
   function show(names, lacking, files) {
-    element.hidden = names.size === 0;
+    const found = filesFor(names.keys(), files);
+    const used = new Set(Array.from(found.values(), ({ file }) => file));
+    const unused = [...files].filter(([, file]) => !used.has(file)).map(([path]) => path);
+    element.hidden = names.size === 0 && unused.length === 0;
     list.replaceChildren(
-      ...Array.from(names.keys(), (name) => h("li", {}, h("code", {}, name), state(name))),
+      ...Array.from(names.keys(), (name) => h("li", {}, h("code", {}, name), ...state(name))),
+      ...unused.map((path) =>
+        h("li", {}, h("code", {}, path), h("span", { className: "soft" }, "not named by this scene")),
+      ),
     );
 
     function state(name) {
-      if (!lacking.has(name))
-        return h("span", { className: "soft" }, `here, ${bytes(fileFor(name, files).size)}`);
+      const { file, several } = found.get(name);
+      if (!lacking.has(name)) return [h("span", { className: "soft" }, `here, ${bytes(file.size)}`)];
+      return [...several.map((path) => offer(name, path)), chooser(name)];
+    }
+
+    function offer(name, path) {
+      const use = () => onFiles(new Map([[name, files.get(path)]]));
+      return h(
+        "button",
+        { type: "button", onclick: use, "aria-label": `Use ${path} as ${name}` },
+        `Use ${path}`,
+      );
+    }
+
+    function chooser(name) {
       const input = h("input", {
         type: "file",
         className: "unseen",

@@ -5,7 +5,7 @@ import { h } from "../../dom.js";
 import { assetNames } from "../../assets.js";
 
 /**
- * @param {(scene: {title: string, notice: string, text: string, files: Map<string, Blob>}) => void} onChoice
+ * @param {(scene: {title: string, notice: string, text: string, files: Map<string, Blob>, entry: string}) => void} onChoice
  */
 export function makeGallery(onChoice, signal) {
   const list = h("ul", { className: "gallery", "aria-label": "Gallery" });
@@ -14,11 +14,10 @@ export function makeGallery(onChoice, signal) {
   async function choose(entry) {
     wanted = entry.name;
     const scene = await fetched(entry, signal);
-    if (wanted !== entry.name) return;
-    press(entry.name);
-    onChoice(scene);
+    if (wanted === entry.name) await onChoice(scene);
   }
 
+  /** Show which entry is open; none for a name that no entry has. */
   function press(name) {
     for (const button of list.querySelectorAll("button")) {
       button.setAttribute("aria-pressed", String(button.dataset.name === name));
@@ -39,20 +38,7 @@ export function makeGallery(onChoice, signal) {
     return entries;
   }
 
-  function release() {
-    wanted = "";
-    press("");
-  }
-
-  return {
-    element: list,
-    fill,
-    choose,
-    release,
-    get chosen() {
-      return wanted;
-    },
-  };
+  return { element: list, fill, choose, press };
 }
 
 function card({ name, title, width, height }, onclick) {
@@ -71,5 +57,5 @@ async function fetched({ name, title, notice }, signal) {
   for (const asset of assetNames(JSON.parse(text)).keys()) {
     files.set(asset, await (await request(`/gallery/${asset}`, { signal })).blob());
   }
-  return { title, notice, text, files };
+  return { title, notice, text, files, entry: name };
 }

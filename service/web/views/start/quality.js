@@ -87,7 +87,7 @@ export function makeQuality(onChange) {
     return h("label", { className: "field" }, h("span", { className: "label" }, label), select);
   }
 
-  const confidence = () => number("percent", "Confidence, %", { min: 50, max: 99.999, step: "any" });
+  const confidence = () => number("percent", "Confidence (%)", { min: 50, max: 99.999, step: "any" });
   const arithmetic = () => list("precision", "Arithmetic", PRECISIONS);
 
   /** Fields that are collapsed while they have their default values. */
@@ -114,25 +114,25 @@ export function makeQuality(onChange) {
     samples: () => [
       number("samples", "Samples per pixel", { min: 1, max: 4096, step: 1 }),
       list("pattern", "Pattern in the pixel", PATTERNS),
-      number("lightSamples", "Points per light", { min: 1, max: 4096, step: 1 }),
+      number("lightSamples", "Samples per light", { min: 1, max: 4096, step: 1 }),
       list("lightPattern", "Pattern on the light", LIGHT_PATTERNS),
       more(arithmetic()),
     ],
     error: () => [
-      number("codeValues", "Error, in code values (1/255)", { min: 0.01, max: 255, step: "any" }),
+      number("codeValues", "Error (code values of 255)", { min: 0.01, max: 255, step: "any" }),
       h(
         "p",
         { className: "soft small" },
-        "Samples go where the picture needs them until its error is this small. Differences below one code value are hardly visible.",
+        "Samples are added where the picture needs them until its error is this small. A difference of less than one code value is hardly visible.",
       ),
       more(confidence(), arithmetic()),
     ],
     time: () => [
-      number("seconds", "Seconds", { min: 0.1, max: 86400, step: "any" }),
+      number("seconds", "Time limit (s)", { min: 0.1, max: 86400, step: "any" }),
       h(
         "p",
         { className: "soft small" },
-        "Samples go where they help most until the time is up. The job then shows the error that it reached.",
+        "Samples are added where they help most until the time is up. The job then shows the error it reached.",
       ),
       more(confidence(), arithmetic()),
     ],

@@ -4,13 +4,12 @@ import { Problem, post } from "../../api.js";
 import { debounced, h, pause } from "../../dom.js";
 import { codeValues, plural, qualityName, seconds } from "../../format.js";
 import { requestText } from "../../requests.js";
+import { alternatives } from "./offers.js";
 
 // A quote keeps a worker busy for a second or more, so it waits until typing stops.
 const IDLE_MS = 900;
 // Seconds before a busy service is asked again, unless it sends Retry-After.
 const RETRY_SECONDS = 2;
-// An offer must take at most this share of the time to count as sooner.
-const WORTH = 0.8;
 
 /** @param {(quality: object) => void} onUse - Called with the quality of an offer that was chosen. */
 export function makeQuote(onUse, signal) {
@@ -99,17 +98,20 @@ function describe(quote, forTime, onUse, again) {
           `about ${codeValues(offer.error.estimate)} code values`,
           `${codeValues(offer.error.low)} to ${codeValues(offer.error.high)}, in units of 1/255`,
         )
-      : figure("Error", "not known", errorUnknown(offer)),
+      : figure("Error", "not known", offer.error_unknown),
   );
-  const others = alternatives(quote, offer);
-  if (!others.length) return [figures];
+  const others = alternatives(quote.offers, offer);
   return [
     figures,
-    h(
-      "ul",
-      { className: "offers" },
-      others.map(([text, other]) => alternative(text, other, onUse)),
-    ),
+    // Where a time limit ends the picture, another pilot knows no more.
+    offer.error || offer.quality.mode === "target" ? "" : tryAgain(again),
+    others.length
+      ? h(
+          "ul",
+          { className: "offers" },
+          others.map(([text, other]) => alternative(text, other, onUse)),
+        )
+      : "",
   ];
 }
 
@@ -118,18 +120,20 @@ function untried(quote, again) {
   const time = `about ${seconds(quote.price.cpu_seconds / quote.workers)}`;
   const rest = `with ${workers(quote.workers)}, predicted from the plan alone: there was no time to measure`;
   return [
-    h("dl", { className: "figures" }, figure("Time", time, rest), figure("Error", "not known", "")),
-    h("button", { type: "button", className: "quote-again", onclick: again }, "Try again"),
+    h(
+      "dl",
+      { className: "figures" },
+      figure("Time", time, rest),
+      figure("Error", "not known", "there was no time to estimate it"),
+    ),
+    tryAgain(again),
   ];
 }
 
-const workers = (number) => plural(number, "worker");
+const tryAgain = (again) =>
+  h("button", { type: "button", className: "quote-again", onclick: again }, "Try again");
 
-function errorUnknown(offer) {
-  return offer.quality.mode === "fixed"
-    ? "there was no time to estimate it"
-    : "the time limit may end the job before its target";
-}
+const workers = (number) => plural(number, "worker");
 
 function figure(name, value, range) {
   return h(
@@ -158,24 +162,4 @@ function alternative(text, { quality, seconds: time, error }, onUse) {
       "Use",
     ),
   );
-}
-
-/** Better offers: the same error sooner, and half the error. */
-function alternatives(quote, offer) {
-  const known = quote.offers.filter((other) => other.error && other !== offer);
-  const soonest = (list) =>
-    list.reduce(
-      (best, other) => (!best || other.seconds.estimate < best.seconds.estimate ? other : best),
-      null,
-    );
-  if (!offer.error) {
-    const targets = known.filter(
-      (other) => other.quality.mode === "target" && other.seconds.estimate <= offer.seconds.estimate,
-    );
-    return targets.slice(-1).map((other) => ["With a known error", other]);
-  }
-  const same = soonest(known.filter((other) => other.error.estimate <= offer.error.estimate));
-  const half = soonest(known.filter((other) => other.error.estimate <= offer.error.estimate / 2));
-  const sooner = same && same !== half && same.seconds.estimate < WORTH * offer.seconds.estimate;
-  return [sooner && ["The same error, sooner", same], half && ["Half the error", half]].filter(Boolean);
 }

@@ -1,12 +1,14 @@
 // Validates a scene on the service while it is edited.
 
-import { Problem, post } from "../../api.js";
+import { Problem, Unreachable, post } from "../../api.js";
 import { withUploads } from "../../assets.js";
-import { debounced } from "../../dom.js";
+import { debounced, pause } from "../../dom.js";
 import { places } from "../../json_text.js";
 import { problemInScene, requestText } from "../../requests.js";
 
 const IDLE_MS = 250;
+// Before a service that does not answer is asked again.
+const RETRY_MS = 2000;
 
 /**
  * @param {(found: {text: string, problems: object[], more: number, names: Map, lacking: Map, plan: object | null,
@@ -17,18 +19,22 @@ export function makeValidation(onResult, signal) {
   const later = debounced(IDLE_MS, check, signal);
   signal.addEventListener("abort", () => running?.abort());
 
-  async function check(text, files, quality) {
+  async function check(written, files, quality) {
     running = new AbortController();
     const { signal: current } = running;
-    const found = await tried(text, files, quality, current);
-    if (!current.aborted && !signal.aborted) onResult(found);
+    const found = await tried(written(), files, quality, current);
+    if (current.aborted || signal.aborted) return;
+    onResult(found);
+    if (!(found.failure instanceof Unreachable)) return;
+    await pause(RETRY_MS, current);
+    if (!current.aborted && !signal.aborted) check(written, files, quality);
   }
 
   return {
-    /** Check this text after a short delay; earlier requests are dropped. */
-    want(text, files, quality) {
+    /** Check a text after a short delay, as it is then; earlier requests are dropped. */
+    want(written, files, quality) {
       running?.abort();
-      later(text, files, quality);
+      later(written, files, quality);
     },
   };
 }
@@ -38,7 +44,7 @@ async function tried(text, files, quality, signal) {
     text,
     problems: [],
     more: 0,
-    names: new Map(),
+    names: null,
     lacking: new Map(),
     plan: null,
     failure: null,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, sqrt
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 import renderer
 from accuracy.quotes import places
-from accuracy.quotes.accuracies import Accuracy, Sampled
+from accuracy.quotes.accuracies import FEWEST_PIXELS, Accuracy, Sampled, UnknownAccuracyError
 from accuracy.quotes.deadlines import Deadline
 from accuracy.quotes.settings import Ladder, compiled
 from renderer.math.intervals import Interval
@@ -19,15 +20,22 @@ from tests.unit.accuracy.quotes.conftest import edge
 
 HOUR = Deadline.after(3600.0)
 LIGHT = LightSampling(pattern="random", samples=1)
-RANDOM, UNIFORM = (Ladder(pattern, LIGHT, "single") for pattern in ("random", "uniform"))
+RANDOM, UNIFORM, SOBOL = (Ladder(pattern, LIGHT, "single") for pattern in ("random", "uniform", "sobol"))
 
 
-def sampled(scene: LoadedScene, ladder: Ladder, last: Ladder, counts: tuple[int, ...], seed: int) -> Sampled:
+def sampled(
+    scene: LoadedScene,
+    ladder: Ladder,
+    last: Ladder,
+    counts: tuple[int, ...],
+    seed: int,
+    ray_seconds: float = 0.0,
+) -> Sampled:
     """All pixels that are drawn in the whole picture."""
     plans = {count: compiled(scene, ladder.quality(count), seed + 3) for count in counts}
     halves = (compiled(scene, last.quality(16), seed + 1), compiled(scene, last.quality(16), seed + 2))
     found = Sampled([plans], halves)
-    found.run(HOUR, 0.0)
+    found.run(HOUR, ray_seconds)
     return found
 
 
@@ -74,7 +82,6 @@ def test_a_picture_without_error_has_none() -> None:
     run.squares = [{count: found * 3 for count, found in ladder.items()} for ladder in run.squares]
     run.weights *= 3
     accuracy = run.accuracy(0)
-    assert accuracy is not None
     assert accuracy.error(64) == Interval(0.0, 0.0, 0.0)
     assert accuracy.count(0.001) == 1
 
@@ -82,7 +89,48 @@ def test_a_picture_without_error_has_none() -> None:
 def test_too_few_blocks_give_no_accuracy(edge_scene: LoadedScene) -> None:
     run = sampled(edge_scene, RANDOM, RANDOM, (1,), 0)
     assert len(run.weights) == 1
-    assert run.accuracy(0) is run.accuracy(1) is None
+    for number in (0, 1):
+        with pytest.raises(UnknownAccuracyError, match="Only 128 pixels were sampled, too few"):
+            run.accuracy(number)
+
+
+def beginning(run: Sampled, blocks: int) -> Sampled:
+    """What a busy machine had time for."""
+    cut = [{count: found[:blocks] for count, found in ladder.items()} for ladder in run.squares]
+    pixels = blocks * run.pixels // len(run.weights)
+    return replace(run, squares=cut, weights=run.weights[:blocks], pixels=pixels)
+
+
+@pytest.mark.parametrize("ladder", [RANDOM, UNIFORM, SOBOL], ids=lambda ladder: ladder.pattern)
+def test_a_pilot_of_few_pixels_does_not_call_an_error_zero(ladder: Ladder) -> None:
+    """One pixel in 256 is on the edge: that none of them was sampled says little."""
+    run = sampled(renderer.load_scene(edge(256, 128)), ladder, SOBOL, (4,), 0, ray_seconds=1.0)
+    assert beginning(run, 8).pixels == 128
+    for number in (0, 1):
+        with pytest.raises(UnknownAccuracyError, match="Only 128 pixels"):
+            beginning(run, 8).accuracy(number)
+
+
+def test_many_pixels_of_a_part_without_edges_do_not_call_an_error_zero() -> None:
+    run = sampled(renderer.load_scene(edge(256, 128)), RANDOM, SOBOL, (4,), 0, ray_seconds=1.0)
+    everywhere = [found for ladder in run.squares for found in ladder.values()]
+    flat = [block for block, squares in enumerate(zip(*everywhere, strict=True)) if not any(squares)]
+    kept = [{count: [found[i] for i in flat] for count, found in ladder.items()} for ladder in run.squares]
+    part = replace(run, squares=kept, weights=[run.weights[i] for i in flat], pixels=16 * len(flat))
+    assert part.pixels > FEWEST_PIXELS
+    for number in (0, 1):
+        with pytest.raises(UnknownAccuracyError, match="cannot be distinguished from zero"):
+            part.accuracy(number)
+
+
+def test_counts_whose_squares_come_out_negative_do_not_say_how_large_an_error_is(
+    edge_scene: LoadedScene,
+) -> None:
+    run = sampled(edge_scene, RANDOM, RANDOM, (1, 4), 0)
+    run.squares[0] = {1: [0.01, 0.02], 4: [0.001, -0.002]}
+    run.weights *= 2
+    assert set(run.accuracy(0).known) == {1}
+    assert run.accuracy(0).error(4).estimate > 0
 
 
 EXACT = Accuracy({count: Interval(*[0.1 / count] * 3) for count in (1, 4, 16)}, power=1.0, unsure=0.2)

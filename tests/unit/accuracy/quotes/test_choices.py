@@ -11,6 +11,7 @@ from accuracy.quotes.timings import Timing
 from renderer.math.intervals import Interval
 from schemas.quality import FixedQuality, LightSampling, TargetQuality
 
+UNKNOWN = "Too few pixels were sampled."
 LIGHT = LightSampling(pattern="random", samples=4)
 
 
@@ -22,7 +23,8 @@ def ladder(pattern: str, *, second: float = 1.0, error: float = 0.1, known: bool
     """Costs `second` a sample; its error is `error` over the root of the samples."""
     accuracy = Accuracy({1: exactly(error), 16: exactly(error / 4)}, power=0.5, unsure=0.0)
     timing = Timing(exactly(second), exactly(second))
-    return Fixed(Ladder(pattern, LIGHT, "single"), timing, accuracy if known else None, workers=2)
+    errors = (accuracy, None) if known else (None, UNKNOWN)
+    return Fixed(Ladder(pattern, LIGHT, "single"), timing, *errors, workers=2)
 
 
 def samples(quality: object) -> int:
@@ -55,6 +57,12 @@ def test_what_no_count_can_do_is_not_offered() -> None:
     assert ladder("random", known=False).for_error(0.5) is None
     assert soonest([ladder("center")], 0.05) is None
     assert closest([ladder("random")], 0.4) is None
+
+
+def test_an_offer_without_an_error_says_why() -> None:
+    offer = ladder("random", known=False).priced(4)
+    assert (offer.error, offer.error_unknown) == (None, UNKNOWN)
+    assert ladder("random").priced(4).error_unknown is None
 
 
 def test_the_faster_of_two_ladders_is_offered_for_an_error() -> None:

@@ -14,9 +14,9 @@ import pytest
 
 from schemas.grading.classes import ClassGrade, SharedNoise
 from schemas.grading.grades import Grade, GradeInput
-from service.grading.class_records import Student
-from service.grading.class_results import of_class
-from service.grading.class_signals import shared_files
+from service.grading.classes.class_grading import of_class
+from service.grading.classes.class_records import Student
+from service.grading.classes.class_signals import shared_files
 from service.grading.exports.class_page import MOST_NAMES, class_page, histogram
 from service.grading.exports.gradebook import for_class
 from tests.unit.grading.exports.samples import HOSTILE, failed, not_gradable, result, tried

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from schemas.grading.grades import Grade
-from service.grading.export_errors import ExportError
+from service.grading.errors import ExportError
 from service.grading.exports import EXPORTS, classroom50
 from tests.unit.grading.exports.samples import (
     FOR_STAFF,

@@ -1,0 +1,65 @@
+"""What each part of an inspected pixel adds to its brightness, as shares of the whole."""
+
+from collections.abc import Iterator
+
+from schemas.api.inspections import InspectedLight, InspectedRay, Triple
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""Of linear RGB, by ITU-R BT.709."""
+
+NOTHING = 0.0005
+"""A share up to this is shown as 0.0 %: it explains nothing."""
+
+
+class Shares:
+    """Shares, 0 to 1, of the brightness of a pixel; all are 0 in a black one.
+
+    Attributes
+    ----------
+    total : float
+        Luminance of the pixel: of all rays, weighted.
+    """
+
+    def __init__(self, camera_ray: InspectedRay) -> None:
+        self.total = _beyond(camera_ray)
+
+    def of_light(self, ray: InspectedRay, light: InspectedLight) -> float:
+        """What a light adds where a ray hits."""
+        return self._share(ray.weight * (_luminance(light.diffuse) + _luminance(light.specular)))
+
+    def of_ambient(self, ray: InspectedRay) -> float:
+        """What ambient light adds where a ray hits."""
+        return self._share(ray.weight * _luminance(ray.surface.ambient)) if ray.surface else 0.0
+
+    def own(self, ray: InspectedRay) -> float:
+        """What the place where a ray ends adds."""
+        return self._share(_own(ray))
+
+    def beyond(self, ray: InspectedRay) -> float:
+        """What a ray brings, with all that are scattered from where it ends."""
+        return self._share(_beyond(ray))
+
+    def brightest(self, ray: InspectedRay) -> InspectedRay:
+        """Of a ray and all beyond it, the one whose own end adds most."""
+        return max(_tree(ray), key=_own)
+
+    def _share(self, luminance: float) -> float:
+        return luminance / self.total if self.total > 0 else 0.0
+
+
+def _luminance(color: Triple) -> float:
+    return sum(weight * value for weight, value in zip(LUMINANCE, color, strict=True))
+
+
+def _own(ray: InspectedRay) -> float:
+    return ray.weight * _luminance(ray.radiance)
+
+
+def _beyond(ray: InspectedRay) -> float:
+    return sum(map(_own, _tree(ray)))
+
+
+def _tree(ray: InspectedRay) -> Iterator[InspectedRay]:
+    yield ray
+    for following in ray.rays:
+        yield from _tree(following)

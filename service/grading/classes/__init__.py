@@ -1,0 +1,1 @@
+"""A class: all its submissions graded in one process, compared with each other, resumable."""

@@ -1,0 +1,176 @@
+"""What is kept of a class: which submissions were graded before, by which assignment."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import zipfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from accuracy.comparison.fingerprints import Fingerprint
+from accuracy.comparison.inputs import SIDECARS
+from schemas.grading.grades import Grade
+from schemas.grading.manifests import (
+    ImageTest,
+    Manifest,
+    RaysFile,
+    RaysTest,
+    ReferencePicture,
+    ReferenceScene,
+    SceneTest,
+)
+from service.grading.errors import GradingError
+from service.grading.folders import Folder, is_hidden, readable
+
+RESULT, PRINTS, KEY = "result.json", "fingerprints.npz", "graded.key"
+"""In the folder of each student; the key is written last."""
+
+
+@dataclass(frozen=True, slots=True)
+class Student:
+    """A submission of a class.
+
+    Attributes
+    ----------
+    folder : Path
+        Its name is that of the student.
+    """
+
+    folder: Path
+
+    @property
+    def name(self) -> str:
+        """The name of the folder as text."""
+        return readable(self.folder.name)
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """What is known of a graded submission.
+
+    Attributes
+    ----------
+    grade : Grade
+    prints : mapping of str to Fingerprint
+        Of its pictures, by test.
+    """
+
+    grade: Grade
+    prints: Mapping[str, Fingerprint]
+
+
+def submissions(folder: Path) -> tuple[tuple[Student, ...], tuple[str, ...]]:
+    """The submissions of a class, by name, and the names of whatever else people see there.
+
+    A submission is a folder. Links to folders are none: they might lead anywhere.
+    """
+    students, others = [], []
+    with os.scandir(folder) as entries:
+        for entry in sorted(entries, key=lambda each: each.name):
+            if entry.is_dir(follow_symlinks=False) and not is_hidden(entry.name):
+                students.append(Student(folder / entry.name))
+            elif not is_hidden(entry.name):
+                others.append(readable(entry.name))
+    return tuple(students), tuple(others)
+
+
+def assignment_key(manifest: Manifest, references: Path) -> str:
+    """A hash of all that decides a grade except the submission."""
+    folder = Folder(references.resolve(), "reference")
+    files = {name: _content(folder, name) for name in sorted(set(_names(manifest)))}
+    parts = [version("penumbra-render"), manifest.model_dump(mode="json"), files]
+    return _hashed(json.dumps(parts, sort_keys=True).encode())
+
+
+def submission_key(assignment: str, student: Student) -> str:
+    """A hash of the assignment and of the names, sizes and times of all files of a submission."""
+    lines = sorted(_listed(student.folder))
+    return _hashed(b"\0".join([assignment.encode(), os.fsencode(student.folder.name), *lines]))
+
+
+def graded_before(place: Path, key: str) -> Record | None:
+    """The record in a folder, if it is complete and has this key."""
+    try:
+        if (place / KEY).read_text() != key:
+            return None
+        grade = Grade.model_validate_json((place / RESULT).read_bytes())
+        return Record(grade, unpacked((place / PRINTS).read_bytes()))
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
+        return None
+
+
+def packed(prints: Mapping[str, Fingerprint]) -> bytes:
+    """Fingerprints as an .npz file."""
+    content = io.BytesIO()
+    arrays: dict[str, Any] = {test: np.stack([each.detail, each.rounding]) for test, each in prints.items()}
+    np.savez(content, **arrays)
+    return content.getvalue()
+
+
+def unpacked(content: bytes) -> dict[str, Fingerprint]:
+    """Fingerprints from an .npz file.
+
+    Raises
+    ------
+    EOFError, ValueError, KeyError, zipfile.BadZipFile
+        It is not what `packed` writes.
+    """
+    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+        return {test: Fingerprint(*arrays[test]) for test in arrays.files}
+
+
+def _names(manifest: Manifest) -> Iterator[str]:
+    """The files beside the manifest that tests name."""
+    for test in manifest.tests:
+        if isinstance(test, RaysTest):
+            yield test.reference
+            if isinstance(test.rays, RaysFile):
+                yield test.rays.file
+        elif isinstance(test, ImageTest | SceneTest):
+            yield from _of_reference(test.reference)
+            if test.mask is not None:
+                yield test.mask
+
+
+def _of_reference(reference: ReferencePicture | ReferenceScene) -> Iterator[str]:
+    yield reference.file
+    if isinstance(reference, ReferencePicture):
+        yield from (f"{reference.file}.{layer}.npy" for layer in SIDECARS)
+        if reference.scene is not None:
+            yield reference.scene
+
+
+def _content(folder: Folder, name: str) -> object:
+    """A hash of a file, or of a scene with all files that it names; what is wrong with a damaged one."""
+    # Only classes are packed, so grading one submission does not wait for the client to load.
+    from schemas.errors import SceneError  # noqa: PLC0415
+    from service.client.parcels import pack  # noqa: PLC0415
+
+    try:
+        content = folder.read(name)
+        if not name.endswith(".json"):
+            return _hashed(content)
+        return pack(content, assets=folder.assets(name)).document
+    except (GradingError, SceneError) as error:
+        return str(error)
+
+
+def _listed(folder: Path) -> Iterator[bytes]:
+    for inside, _, files in os.walk(folder):
+        for name in files:
+            path = Path(inside, name)
+            status = path.lstat()
+            words = f"{status.st_size} {status.st_mtime_ns} "
+            yield words.encode() + os.fsencode(path.relative_to(folder))
+
+
+def _hashed(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

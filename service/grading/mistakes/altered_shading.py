@@ -1,0 +1,198 @@
+"""Mistakes in shading, made by plans whose stages compute something else than Phong's model asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from renderer.interaction import Points
+from renderer.lights.emitters import Emitter
+from renderer.lights.view import LightView
+from renderer.materials.phong import Diffuse, Highlight, Phong
+from renderer.math.arrays import Floats, add, dot
+from renderer.plan.building import compile_visibility
+from renderer.plan.plan import RenderPlan
+from renderer.plan.stages import Illumination, Lighting
+from schemas.lights import DirectionalLight
+from schemas.scene import Scene
+from schemas.shapes import Triangle
+from service.grading.mistakes.altered_cameras import Change
+from service.grading.mistakes.altered_lights import FromBehind, Subtracted
+from service.grading.mistakes.altered_normals import Bend, from_center, of_gradients, of_spheres
+
+BRIGHTEST = 1e6
+"""Wrong formulas may overflow; brighter values are white in any picture."""
+
+MAPS = ("normal_map", "bump_map", "displacement_map")
+"""Fields of a material whose normals no formula for the whole shape gives."""
+
+
+@dataclass(frozen=True, slots=True)
+class Formula:
+    """A variant of Phong's formula; each field that differs from its default is a mistake.
+
+    Attributes
+    ----------
+    unit_light : bool
+        Whether the vector to the light is normalised.
+    halfway : bool
+        Whether highlights are (n . h) to the shininess.
+    colored : bool
+        Whether highlights have the colour of the surface.
+    clamped : bool
+        Whether r . v below 0 counts as 0.
+    """
+
+    unit_light: bool = True
+    halfway: bool = False
+    colored: bool = False
+    clamped: bool = True
+
+
+RIGHT = Formula()
+
+FORMULAS = (
+    ("halfway_vector", Formula(halfway=True)),
+    ("light_not_normalised", Formula(unit_light=False)),
+    ("highlight_colored", Formula(colored=True)),
+    ("highlight_not_clamped", Formula(clamped=False)),
+)
+NORMALS = (
+    ("normals_not_normalised", from_center),
+    ("normals_not_normalised", of_gradients),
+    ("normals_of_spheres", of_spheres),
+)
+
+
+def altered_shading(document: Scene) -> Iterator[tuple[str, Change]]:
+    """Causes, and the changes of plans that make these mistakes."""
+    if not is_lit(document):
+        return
+    yield "shadows_missing", without_shadows
+    yield "normals_flipped", partial(_with_shadowed_lights, FromBehind)
+    yield "cosine_not_clamped", partial(_with_shadowed_lights, partial(Subtracted, shadowed=True))
+    yield "cosine_not_clamped", partial(_with_shadowed_lights, partial(Subtracted, shadowed=False))
+    shiny = any(material.specular for material in document.materials.values())
+    for cause, formula in FORMULAS:
+        if shiny or not formula.unit_light:
+            yield cause, partial(_with_formula, formula)
+    if _is_plain(document):
+        for cause, bend in NORMALS:
+            yield cause, partial(_with_normals, bend)
+
+
+def is_lit(document: Scene) -> bool:
+    """Whether some light reaches a material that reflects it."""
+    shown = {shape.material for shape in document.shapes}
+    materials = [document.materials[name] for name in shown]
+    return bool(document.lights) and any(m.diffuse or m.specular for m in materials)
+
+
+def _is_plain(document: Scene) -> bool:
+    """Whether the normals of all shapes follow from their form alone."""
+    return not any(
+        getattr(material, name) for material in document.materials.values() for name in MAPS
+    ) and all(
+        shape.type in ("rectangle", "ellipsoid") or (isinstance(shape, Triangle) and shape.normals is None)
+        for shape in document.shapes
+    )
+
+
+def without_shadows(plan: RenderPlan) -> RenderPlan:
+    """The plan of a program that casts no shadow rays."""
+    return _with_lights(lambda light: replace(light, shadows=()), plan)
+
+
+def _with_lights(change: Callable[[Lighting], Illumination], plan: RenderPlan) -> RenderPlan:
+    lights = tuple(change(light) if isinstance(light, Lighting) else light for light in plan.lightings)
+    return replace(plan, lightings=lights)
+
+
+def _with_shadowed_lights(change: Callable[[Lighting], Illumination], plan: RenderPlan) -> RenderPlan:
+    """As `_with_lights`, but no light lacks shadows: a lone round shape is dark inside."""
+    shadows = {light.emitter.number: light.shadows for light in compile_visibility(plan)}
+    return _with_lights(lambda light: change(replace(light, shadows=shadows[light.emitter.number])), plan)
+
+
+def _with_formula(formula: Formula, plan: RenderPlan) -> RenderPlan:
+    def change(light: Lighting) -> Lighting:
+        length = _length(plan.document, light.emitter)
+        tables = [term.phong for term in light.terms if isinstance(term, Diffuse | Highlight)]
+        kept = [term for term in light.terms if not isinstance(term, Diffuse | Highlight)]
+        return replace(light, terms=(*kept, AlteredPhong(tables[0], formula, length)))
+
+    return _with_lights(change, plan)
+
+
+def _length(document: Scene, emitter: Emitter) -> float:
+    """Length of a directional light's vector, which the renderer normalises; 1 for other lights."""
+    light = document.lights[emitter.number]
+    return float(np.linalg.norm(light.direction)) if isinstance(light, DirectionalLight) else 1.0
+
+
+def _with_normals(bend: Bend, plan: RenderPlan) -> RenderPlan:
+    # The renderer's own highlights take no cosine above 1, which long normals give.
+    return _with_formula(RIGHT, replace(plan, surfaces=(*plan.surfaces, BentNormals(plan.document, bend))))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BentNormals:
+    """Stage: shading normals of another direction or length."""
+
+    document: Scene
+    bend: Bend
+
+    def run(self, points: Points) -> None:
+        """Replace the shading normals."""
+        wrong = self.bend(self.document, points.shapes, points.positions.T, points.normals.T)
+        points.shading_normals, points.bent = np.ascontiguousarray(wrong.T), True
+
+
+@dataclass(frozen=True, slots=True)
+class AlteredPhong:
+    """Stage of a light: the diffuse and highlight terms by another formula."""
+
+    phong: Phong
+    formula: Formula
+    length: float
+
+    def run(self, view: LightView) -> None:
+        """Add both terms."""
+        points, chosen = view.points, view.chosen
+        materials, colors = view.of_points(points.materials), view.of_points(points.colors)
+        cosines, gloss = self._cosines(view)
+        powers = _powers(gloss, self.phong.shininess[materials], clamped=self.formula.clamped)
+        high = view.mean(np.where(cosines > 0, powers, 0)) * self.phong.specular[materials]
+        matt = view.mean(np.maximum(cosines, 0)) * self.phong.diffuse[materials]
+        tint = colors if self.formula.colored else np.ones_like(colors)
+        add(points.radiance, chosen, view.emitter.color * (matt * colors + high * tint))
+
+    def _cosines(self, view: LightView) -> tuple[Floats, Floats]:
+        """The numbers n . l and r . v, or n . h for the latter, (L, n) each."""
+        normals, viewers = view.of_points(view.points.shading_normals), view.of_points(view.points.viewers)
+        level = dot(normals, viewers)
+        scales = self.length / view.scale() if not self.formula.unit_light else view.inverse_distances()
+        cosines = _affine(view, normals) * scales
+        if self.formula.halfway:
+            along = _affine(view, viewers) * scales
+            return cosines, (cosines + level) / np.sqrt(np.maximum(2 + 2 * along, np.finfo(float).tiny))
+        return cosines, _affine(view, 2 * level * normals - viewers) * scales
+
+
+def _affine(view: LightView, vectors: Floats) -> Floats:
+    """M . (q - p) in the points' own scale, (L, n)."""
+    found = np.empty((view.light_points.count, view.count))
+    view.light_points.affine(view.terms(vectors), found, view.workspace)
+    return found
+
+
+def _powers(gloss: Floats, exponents: Floats, *, clamped: bool) -> Floats:
+    """Powers (L, n); numbers below 0 have one if they count and the exponent is a whole number."""
+    base = np.where(exponents % 1 == 0, gloss, np.maximum(gloss, 0)) if not clamped else np.maximum(gloss, 0)
+    with np.errstate(over="ignore"):
+        powers = np.power(base, np.maximum(exponents, np.finfo(float).tiny))
+    bounded: Floats = np.clip(powers, -BRIGHTEST, BRIGHTEST)
+    return bounded

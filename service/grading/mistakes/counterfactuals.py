@@ -1,0 +1,238 @@
+"""Diagnose a failed picture by reproducing likely mistakes with the reference scene.
+
+`accuracy.comparison.diagnosis` undoes mistakes of the picture alone, such as a flip. A missing shadow cannot
+be undone, but it can be reproduced: the reference scene is rendered without shadows, and if the picture is
+much closer to that than to the reference, its shadows are missing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from accuracy.comparison import Comparison
+from accuracy.comparison.blocks import bias
+from accuracy.comparison.diagnosis import Cause
+from accuracy.comparison.mistakes import candidates
+from renderer.math.arrays import Floats
+from renderer.scenes import LoadedScene
+from service.grading.mistakes.altered_scenes import Alteration, alterations
+from service.grading.mistakes.altered_shading import is_lit
+from service.grading.mistakes.hints import HINTS
+from service.grading.mistakes.light_bands import POINTS, bands
+from service.grading.mistakes.reproductions import CLOSE, GLANCE, Budget, Detail, Reproductions, reduced
+from service.grading.mistakes.shadow_acne import acne
+
+BUDGET = 100_000_000
+"""Camera and shadow rays of all trials for a picture: one of 128 x 96 pixels with two lights takes half."""
+
+PENUMBRAE = Detail(CLOSE.most_pixels, 1, POINTS)
+"""Rays that find the penumbrae."""
+
+LIKELY, CLOSEST = 5, 2.0
+"""Mistakes that are rendered with many samples: the closest ones with few, unless they leave more than this
+many times the RMSE of the very closest."""
+
+HALF = 0.5
+"""A mistake is named if reproducing it leaves less than this share of the RMSE,"""
+
+SURE = 5.0
+"""or if the pixels it changes are closer by this many standard errors and the pictures then agree."""
+
+MOST = 3
+"""Largest number of causes in a diagnosis."""
+
+SETTLED = 0.3
+"""If undoing a mistake leaves no more than this share of the RMSE, no other is tried,"""
+
+VAGUE = ("exposure", "pixel")
+"""unless its name has one of these words: many mistakes of shading and of the camera resemble it."""
+
+EXPOSURE = "exposure"
+
+ALIKE = 1.25
+"""Other causes are listed only if they leave at most this many times the RMSE of the first."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Explanation:
+    """A mistake, and the difference (H, W, 3) that it leaves; None if it cannot be undone."""
+
+    cause: Cause
+    left: Floats | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Trial:
+    """A picture and its reference at one size, against which mistakes are tried in turn.
+
+    Attributes
+    ----------
+    reproductions : Reproductions
+    detail : Detail
+    image, reference, allowed : (H, W, 3) float64
+        Linear, 0 to 1; the last is the difference allowed in a block.
+    most_bias : float
+        Share of biased blocks with which pictures agree.
+    """
+
+    reproductions: Reproductions
+    detail: Detail
+    image: Floats
+    reference: Floats
+    allowed: Floats
+    most_bias: float
+
+    @classmethod
+    def of(cls, reproductions: Reproductions, detail: Detail, found: Comparison) -> _Trial:
+        """The pictures of a comparison at the size of trials."""
+        image, reference, factor = found.image, found.reference, reproductions.factor(detail)
+        rounding = image.rounding + reference.rounding + found.policy.tolerance
+        seen, wanted, allowed = (
+            reduced(values, factor) for values in (image.linear, reference.linear, rounding)
+        )
+        return cls(reproductions, detail, seen, wanted, allowed, found.policy.most_bias)
+
+    def left(self, alteration: Alteration) -> Floats:
+        """The difference from a picture with a mistake."""
+        return self.image - self.reproductions.draw(alteration, self.detail)
+
+    def explanations(self, likely: Iterable[Alteration], budget: Budget) -> Iterator[_Explanation]:
+        """The mistakes that explain the picture when they are reproduced."""
+        cost = self.reproductions.rays(self.detail)
+        if not budget.take(cost):
+            return
+        # A picture with the samples of trials is closer to the right scene with these samples.
+        right = min(self.image - self.reference, self.left(self.reproductions.right), key=_rms)
+        for alteration in likely:
+            if budget.take(cost):
+                left = self.left(alteration)
+                if self._explains(left, right):
+                    yield self._explanation(alteration, left)
+
+    def _explanation(self, alteration: Alteration, left: Floats) -> _Explanation:
+        hint = HINTS[alteration.cause].format(alteration.about)
+        before = _rms(self.image - self.reference)
+        return _Explanation(Cause(alteration.cause, hint, before, _rms(left)), left)
+
+    def _explains(self, left: Floats, right: Floats) -> bool:
+        """Whether less than half of the error remains, or significantly less, and the pictures then agree."""
+        if _rms(left) < HALF * _rms(right):
+            return True
+        shown = (np.abs(left - right) > self.allowed).any(axis=2)
+        return _is_less(left[shown], right[shown]) and bias(left, self.allowed).share <= self.most_bias
+
+
+def explain(
+    scene: LoadedScene, found: Comparison, *, budget: int = BUDGET, keep: Path | None = None
+) -> tuple[Cause, ...]:
+    """Mistakes that explain a difference, undone or reproduced, the best explanation first.
+
+    Parameters
+    ----------
+    scene
+        The scene of the reference.
+    found
+        A failed comparison.
+    budget
+        Camera and shadow rays that trials may cost. When it is spent, no further mistake is tried.
+    keep
+        A folder of altered pictures that other submissions share.
+
+    Returns
+    -------
+    tuple of Cause
+        Empty if no single mistake explains the difference, or several do equally well.
+    """
+    if is_certain(found.causes):
+        return found.causes
+    reproductions, left = Reproductions(scene, keep), Budget(budget)
+    close = _Trial.of(reproductions, CLOSE, found)
+    if (noise := _acne(close, left)) is not None:
+        return (noise,)
+    likely = _likely(_Trial.of(reproductions, GLANCE, found), left)
+    made = close.explanations(likely, left) if likely else ()
+    named = [*_undone(found, reproductions.factor(CLOSE)), *made]
+    if named or not left.take(reproductions.rays(PENUMBRAE)):
+        return _chosen(named)
+    band = bands(reproductions.reduced(scene, CLOSE), close.image, close.reference)
+    return () if band is None else (band,)
+
+
+def is_certain(undone: Sequence[Cause]) -> bool:
+    """Whether the first mistake that was undone leaves so little that none needs to be reproduced."""
+    if not undone or any(word in undone[0].cause for word in VAGUE):
+        return False
+    return undone[0].rmse_after <= SETTLED * undone[0].rmse_before
+
+
+def _acne(trial: _Trial, budget: Budget) -> Cause | None:
+    scene = trial.reproductions.scene
+    if not is_lit(scene.document) or not budget.take(trial.reproductions.rays(trial.detail)):
+        return None
+    document = scene.document.model_copy(update={"lights": ()})
+    dark = Alteration("", LoadedScene(document, scene.assets))
+    return acne(trial.reproductions.draw(dark, trial.detail), trial.image, trial.reference)
+
+
+def _likely(trial: _Trial, budget: Budget) -> list[Alteration]:
+    """The mistakes that come closer than the right scene does with as few samples, the closest first."""
+    reproductions = trial.reproductions
+    cost = reproductions.rays(trial.detail)
+    if not budget.take(cost):
+        return []
+    right = _rms(trial.left(reproductions.right))
+    tried = [
+        (_rms(trial.left(alteration)), alteration)
+        for alteration in alterations(reproductions.scene)
+        if budget.take(cost)
+    ]
+    closer = sorted((pair for pair in tried if pair[0] < right), key=lambda pair: pair[0])[:LIKELY]
+    return [alteration for after, alteration in closer if after <= CLOSEST * closer[0][0]]
+
+
+def _undone(found: Comparison, factor: int) -> Iterator[_Explanation]:
+    image, reference = found.image.linear, found.reference.linear
+    mistakes = {mistake.cause: mistake for mistake in candidates(image, reference)}
+    for cause in found.causes:
+        mistake = mistakes.get(cause.cause)
+        left = None if mistake is None else reduced(mistake.undo(image) - reference, factor)
+        yield _Explanation(cause, left)
+
+
+def _chosen(named: Iterable[_Explanation]) -> tuple[Cause, ...]:
+    """The best explanation and those that are nearly as good; none if another mistake is as good."""
+    ordered = sorted(named, key=lambda each: each.cause.rmse_after)
+    if not ordered:
+        return ()
+    near = [e for e in ordered if e.cause.rmse_after <= ALIKE * ordered[0].cause.rmse_after]
+    near = [e for e in near if e.cause.cause != EXPOSURE] or near
+    best = near[0]
+    others = [e for e in near if e.cause.cause != best.cause.cause]
+    if any(_equally_good(best, other) for other in others):
+        return ()
+    first: dict[str, Cause] = {}
+    for each in near:
+        first.setdefault(each.cause.cause, each.cause)
+    return tuple(first.values())[:MOST]
+
+
+def _equally_good(best: _Explanation, other: _Explanation) -> bool:
+    """Whether the other leaves no significantly larger difference."""
+    if best.left is None or other.left is None:
+        return False
+    return not _is_less(best.left, other.left)
+
+
+def _is_less(left: Floats, before: Floats) -> bool:
+    """Whether differences (..., 3) are significantly smaller than others, pixel by pixel."""
+    gain = (before**2 - left**2).mean(axis=-1).ravel()
+    return bool(gain.size) and float(gain.mean()) > SURE * float(gain.std()) / math.sqrt(gain.size)
+
+
+def _rms(difference: Floats) -> float:
+    return math.sqrt(float(np.mean(difference * difference)))

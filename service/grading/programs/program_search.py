@@ -1,0 +1,82 @@
+"""Find the mistakes of a submission's program in all its pictures together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from accuracy.comparison import Policy
+from accuracy.comparison.programs import Pair
+from accuracy.comparison.shared_mistakes import Shared, agree, shared
+from renderer.errors import MissingExtraError
+from schemas.grading.acceptance import Verdict
+from schemas.grading.manifests import ImageTest
+from service.grading.errors import GradingError
+from service.grading.programs.program_mistakes import NONE, ProgramMistake, ProgramMistakes
+from service.grading.programs.repairing import ambient_term
+from service.grading.settings import Run
+from service.grading.wanted import read_picture, reference_picture, reference_scene
+
+LEAST_SIDE = 3
+"""Pixels along the shorter side of a picture in which a shift can be seen."""
+
+
+def search(run: Run) -> ProgramMistakes:
+    """The mistakes of a program that the manifest charges once.
+
+    Pictures that are missing or cannot be compared are left out.
+    """
+    kinds = {kind for charge in run.manifest.charged_once for kind in charge.mistakes}
+    seen = dict(_pairs(run))
+    if not seen or agree([pair for _, pair in seen.values()]):
+        return NONE
+    if "ambient" in kinds:
+        seen = {test_id: (test, _with_ambient(test, pair, run)) for test_id, (test, pair) in seen.items()}
+    program, found = shared([pair for _, pair in seen.values()], kinds)
+    return ProgramMistakes(program, tuple(_charged(each, list(seen), run) for each in found))
+
+
+def _pairs(run: Run) -> Iterator[tuple[str, tuple[ImageTest, Pair]]]:
+    for test in run.manifest.tests:
+        if isinstance(test, ImageTest):
+            try:
+                pair = _pair(test, run)
+            except (GradingError, MissingExtraError):
+                # The test itself reports it.
+                continue
+            if pair is not None:
+                yield test.id, (test, pair)
+
+
+def _pair(test: ImageTest, run: Run) -> Pair | None:
+    """The picture of a test and its reference; None if they cannot be compared."""
+    _, picture = read_picture(run.submission, test.submitted.file, test.submitted.encoding)
+    reference = reference_picture(test.reference, run)
+    shape = picture.linear.shape
+    if shape != reference.linear.shape or min(shape[:2]) < LEAST_SIDE:
+        return None
+    tolerance = test.accept.tolerance if isinstance(test.accept, Verdict) else Policy().tolerance
+    return Pair(picture.linear, reference.linear, picture.rounding + reference.rounding + tolerance)
+
+
+def _with_ambient(test: ImageTest, pair: Pair, run: Run) -> Pair:
+    try:
+        scene = reference_scene(test.reference, run)
+    except GradingError:
+        return pair
+    return pair if scene is None else replace(pair, ambient=ambient_term(scene, samples=1))
+
+
+def _charged(found: Shared, ids: list[str], run: Run) -> ProgramMistake:
+    shows = frozenset(test_id for test_id, shown in zip(ids, found.shows, strict=True) if shown)
+    tests = next(charge.tests for charge in run.manifest.charged_once if found.kind in charge.mistakes)
+    charged = tuple(test_id for test_id in tests if found.cause not in _forgiven(run, test_id))
+    return ProgramMistake(found.kind, found.cause, found.hint, shows, charged)
+
+
+def _forgiven(run: Run, test_id: str) -> tuple[str, ...]:
+    """Mistakes that cost nothing in a test that judges their kind."""
+    accepted = (
+        test.accept for test in run.manifest.tests if isinstance(test, ImageTest) and test.id == test_id
+    )
+    return next((accept.forgiven for accept in accepted if isinstance(accept, Verdict)), ())

@@ -1,0 +1,145 @@
+"""Pictures as a program would have made them without mistakes that it makes everywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import renderer
+from accuracy.comparison import Picture
+from accuracy.comparison.diagnosis import neighbourhood
+from accuracy.comparison.displacing import Displacement
+from accuracy.comparison.noise import sample_variances
+from accuracy.comparison.programs import UNDO, Program
+from renderer.cameras import Pinhole
+from renderer.math.arrays import Floats
+from renderer.scenes import LoadedScene
+from schemas.quality import Antialiasing, FixedQuality, LightSampling
+from service.grading.accepting import noiseless
+from service.grading.mistakes.reproductions import kept
+from service.grading.programs.program_mistakes import ProgramMistake, ProgramMistakes
+from service.grading.wanted import Wanted
+
+SAMPLES = 64
+"""Camera samples of a reference that is rendered with an offset: at edges its error is 0.01."""
+
+LIGHT_POINTS = 4
+"""Points of a light for each of them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DisplacedPinhole(Pinhole):
+    """A camera whose pixels lie in the wrong place."""
+
+    displacement: Displacement
+
+    def screen(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Place on the screen of raster positions, as in `Pinhole`."""
+        return Pinhole.screen(self, *self.displacement.places(x, y, self.width, self.height))
+
+
+def repaired(
+    picture: Picture,
+    reference: Wanted,
+    mistakes: ProgramMistakes,
+    undone: Sequence[ProgramMistake],
+    keep: Path | None = None,
+) -> tuple[Picture, Picture]:
+    """A picture as it would be without some of its program's mistakes, and what to compare it with.
+
+    Parameters
+    ----------
+    undone
+        The mistakes to undo.
+    keep
+        A folder of rendered pictures that other submissions share.
+    """
+    program = mistakes.made(undone)
+    ambient = None
+    if program.lightless and reference.scene is not None:
+        ambient = ambient_term(reference.scene, SAMPLES, program.offset, keep)
+    wanted = reference.picture.linear
+    linear = program.undone(picture.linear, wanted, ambient)
+    if program.offset is not None:
+        # What an offset changes does not depend on the picture: its noise stays as it is.
+        linear = np.clip(linear + wanted - _displaced(reference, program.offset, keep), 0, 1)
+    if any(each.kind == "antialiasing" for each in undone):
+        linear = without_jags(linear, wanted)
+    # Undoing a mistake changes the noise.
+    right = replace(noiseless(picture), linear=linear, rounding=_rounding(picture, program))
+    return right, reference.picture if program.offset is None else _with_noise_around(reference.picture)
+
+
+def _with_noise_around(reference: Picture) -> Picture:
+    """A reference with the noise of the noisiest neighbour: an offset puts noise up to a pixel elsewhere."""
+    single = sample_variances(reference)
+    if single is None:
+        return reference
+    samples = reference.layers["samples"].astype(np.float64)[:, :, None]
+    error = np.sqrt(neighbourhood(single)[1] / samples)
+    return replace(reference, layers={**reference.layers, "error": error})
+
+
+def without_jags(image: Floats, reference: Floats) -> Floats:
+    """A picture without anti-aliasing as if it had some, (H, W, 3).
+
+    The mistake cannot be undone. Pixels may take values within their neighbourhood; only the excess counts.
+    """
+    return np.asarray(reference + image - np.clip(image, *neighbourhood(reference)))
+
+
+def ambient_term(
+    scene: LoadedScene, samples: int, offset: Displacement | None = None, keep: Path | None = None
+) -> Floats | None:
+    """The part of a picture that is its ambient term, linear (H, W, 3); None where there is none."""
+    document = scene.document
+    materials = [document.materials[name] for name in {shape.material for shape in document.shapes}]
+    lit = any(each.ambient > 0 and (each.color_texture or any(each.color or ())) for each in materials)
+    if not lit or not any(document.ambient):
+        return None
+    dark = document.model_copy(update={"lights": (), "background": (0.0, 0.0, 0.0)})
+    return _rendered(LoadedScene(dark, scene.assets), samples, offset, keep)
+
+
+def _displaced(reference: Wanted, offset: Displacement, keep: Path | None) -> Floats:
+    """The reference with an offset: rendered where its scene is known and its camera has no lens."""
+    scene = reference.scene
+    if scene is None or scene.document.camera.lens_radius > 0:
+        return offset.of(reference.picture.linear)
+    return np.clip(_rendered(scene, SAMPLES, offset, keep), 0, 1)
+
+
+def _rendered(scene: LoadedScene, samples: int, offset: Displacement | None, keep: Path | None) -> Floats:
+    cause = "" if offset is None else offset.cause
+    key = f"offset {cause} {samples} {scene.document.model_dump_json()}"
+    return kept(keep, key, partial(_image, scene, samples, offset)).astype(np.float64)
+
+
+def _image(scene: LoadedScene, samples: int, offset: Displacement | None) -> NDArray[np.float32]:
+    light = scene.document.sampling.light
+    # A scene with a single light sample keeps it: its hard shadows are intended.
+    single = (light.pattern, light.samples) == ("uniform", 1)
+    quality = FixedQuality(
+        mode="fixed",
+        antialiasing=Antialiasing(pattern="sobol" if samples > 1 else "center", samples=samples),
+        light=light if single else LightSampling(pattern="sobol", samples=LIGHT_POINTS),
+    )
+    plan = renderer.compile_scene(scene, quality)
+    if offset is not None:
+        parts = {field.name: getattr(plan.camera, field.name) for field in fields(Pinhole)}
+        plan = replace(plan, camera=DisplacedPinhole(**parts, displacement=offset))
+    return renderer.render(plan).image
+
+
+def _rounding(picture: Picture, program: Program) -> Floats:
+    """By how much rounding may have moved the values of a repaired picture."""
+    rounding = program.facing(picture.rounding)
+    if program.encoding is not None:
+        undo, linear = UNDO[program.encoding], program.facing(picture.linear)
+        rounding = np.abs(undo(linear + rounding) - undo(linear))
+    return rounding / program.scale

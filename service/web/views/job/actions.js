@@ -1,0 +1,71 @@
+// What can be done with a job: change it, download its picture, delete it.
+
+import { jobPath, post, request } from "../../api.js";
+import { confirmed } from "../../dialog.js";
+import { h } from "../../dom.js";
+import { navigate } from "../../navigation.js";
+import { makePopover } from "../picture/popover.js";
+import { nameOf } from "./state.js";
+
+export function mount({ drawer }, watch) {
+  const { job } = watch;
+  const trouble = h("p", { className: "problem", role: "alert", hidden: true });
+  const act = (action) => async () => {
+    trouble.hidden = true;
+    try {
+      await action();
+      watch.refresh();
+    } catch (error) {
+      trouble.textContent = error.message;
+      trouble.hidden = false;
+    }
+  };
+  const button = (label, action) => h("button", { type: "button", onclick: act(action) }, label);
+  const hold = button("Pause", () => post(watch.job.paused ? job.links.resume : job.links.pause, {}));
+  const cancel = button("Cancel", () => post(job.links.cancel, {}));
+  const remove = button("Delete", removed);
+  const again = h("a", { className: "button", href: `/?job=${watch.id}` }, "Change and render again");
+  const files = makePopover("Download", "downloads", h("ul", { className: "files" }, downloads(job)));
+
+  async function removed() {
+    if (!(await confirmed(`Delete ${nameOf(job)} and its picture?`, "Delete"))) return;
+    await request(jobPath(watch.id), { method: "DELETE" });
+    navigate("/jobs");
+  }
+
+  function show() {
+    const { state, paused } = watch.job;
+    cancel.hidden = hold.hidden = watch.final;
+    hold.textContent = paused ? "Resume" : "Pause";
+    // Only a finished job keeps its picture.
+    files.button.hidden = watch.final && state !== "succeeded";
+    remove.hidden = again.hidden = state === "deleted";
+  }
+  watch.on("job", show);
+  show();
+  drawer.panels.render.querySelector(".hero").append(h("div", { className: "row hero-acts" }, hold, cancel));
+  drawer.panels.render.append(
+    h("div", { className: "row acts" }, again, files.button, remove),
+    files.panel,
+    trouble,
+  );
+  return () => {};
+}
+
+function downloads({ links }) {
+  const files = [
+    ["PNG", links.image_png, "as displayed"],
+    ["NPY", links.image_npy, "linear, for NumPy"],
+    ["EXR", links.image_exr, "linear, with layers"],
+  ];
+  return files
+    .filter(([, path]) => path)
+    .map(([name, path, what]) =>
+      h(
+        "li",
+        {},
+        h("a", { href: path, download: "" }, name),
+        h("span", { className: "soft small" }, ` ${what}`),
+      ),
+    );
+}

@@ -1,0 +1,100 @@
+// The histogram of a picture, with what is white at the present exposure.
+
+import { h } from "../../dom.js";
+import { STOPS, countClipped, histogramOf } from "./histogram.js";
+
+const WIDTH = 320;
+const HEIGHT = 96;
+const COLORS = ["#f33", "#2c2", "#46f"];
+// Milliseconds without new tiles or another exposure before values are counted again.
+const CALM = 300;
+
+/**
+ * @param {import("./film.js").Film} film
+ * @returns {{element: HTMLElement, changed: () => void, expose: (exposure: number) => void, close: () => void}}
+ *   `changed` is to be called when the film has changed.
+ */
+export function makeHistogram(film) {
+  const canvas = /** @type {HTMLCanvasElement} */ (
+    h("canvas", { className: "histogram", width: WIDTH, height: HEIGHT, role: "img" })
+  );
+  const caption = h("figcaption", { className: "soft small" });
+  /** @type {import("./histogram.js").Histogram | null} */
+  let histogram = null;
+  let exposure = 0;
+  let timer = 0;
+
+  function show() {
+    histogram ??= histogramOf(film);
+    draw(canvas, histogram.counts, exposure);
+    caption.textContent = words(histogram, countClipped(film, exposure));
+    canvas.setAttribute("aria-label", `Histogram. ${caption.textContent}`);
+  }
+
+  function soon() {
+    clearTimeout(timer);
+    timer = setTimeout(() => seen.isVisible && show(), CALM);
+  }
+
+  // In a closed drawer nothing is counted.
+  const seen = { isVisible: false };
+  const observer = new IntersectionObserver((entries) => {
+    seen.isVisible = entries[entries.length - 1].isIntersecting;
+    if (seen.isVisible) show();
+  });
+  const element = h("figure", { className: "histogram-figure" }, canvas, caption);
+  observer.observe(element);
+
+  return {
+    element,
+    changed() {
+      histogram = null;
+      soon();
+    },
+    expose(stops) {
+      exposure = stops;
+      if (!seen.isVisible || !histogram) return;
+      draw(canvas, histogram.counts, exposure);
+      soon();
+    },
+    close() {
+      clearTimeout(timer);
+      observer.disconnect();
+    },
+  };
+}
+
+/** @param {number} stops */
+const across = (stops) => ((stops - STOPS.low) / (STOPS.high - STOPS.low)) * WIDTH;
+
+/** @param {HTMLCanvasElement} canvas @param {Uint32Array[]} counts @param {number} exposure */
+function draw(canvas, counts, exposure) {
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  const most = Math.log1p(Math.max(1, ...counts.map((bins) => Math.max(...bins))));
+  context.globalCompositeOperation = "source-over";
+  context.fillStyle = "#181818";
+  context.fillRect(0, 0, WIDTH, HEIGHT);
+  context.fillStyle = "#3a3a3a";
+  for (let stop = STOPS.low + 2; stop < STOPS.high; stop += 2) context.fillRect(across(stop), 0, 1, HEIGHT);
+  context.globalCompositeOperation = "lighter";
+  counts.forEach((bins, channel) => {
+    context.fillStyle = COLORS[channel];
+    const width = WIDTH / bins.length;
+    bins.forEach((count, bin) => {
+      const height = (HEIGHT * Math.log1p(count)) / most;
+      context.fillRect(bin * width, HEIGHT - height, width, height);
+    });
+  });
+  context.globalCompositeOperation = "source-over";
+  context.fillStyle = "#fff";
+  context.fillRect(across(-exposure) - 1, 0, 2, HEIGHT);
+}
+
+/** @param {import("./histogram.js").Histogram} histogram @param {number} clipped */
+function words({ dark, infinite, total }, clipped) {
+  const share = (/** @type {number} */ count) => `${((100 * count) / Math.max(1, total)).toFixed(1)} %`;
+  return (
+    `Counts are logarithmic, lines are two stops apart, the white line is display white: ${share(clipped)} of the ` +
+    `values lie above it, ${share(dark)} are zero or below.${infinite ? ` ${infinite} are no finite numbers.` : ""}`
+  );
+}

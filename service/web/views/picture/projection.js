@@ -1,0 +1,54 @@
+// From points of the scene to places on its picture.
+
+export const add = (a, b, factor = 1) => a.map((value, i) => value + factor * b[i]);
+const subtract = (a, b) => add(a, b, -1);
+const dot = (a, b) => a.reduce((sum, value, i) => sum + value * b[i], 0);
+export const cross = (a, b) =>
+  [0, 1, 2].map((i) => a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3]);
+export const unit = (a) => a.map((value) => value / Math.hypot(...a));
+
+// What is nearer to the camera than this share of the far end of a line is cut off.
+const NEAR = 1e-4;
+
+/** The camera of a scene, with the defaults of the scene language. */
+export class Projection {
+  /** @param {object} camera - Of a scene. */
+  constructor({ position, look_at: aim, up = [0, 1, 0], vertical_fov: fov = 40, width = 512, height = 512 }) {
+    this.position = position;
+    this.forward = unit(subtract(aim, position));
+    const right = cross(this.forward, unit(up));
+    this.right = unit(Math.hypot(...right) > 0 ? right : cross(this.forward, leastAxis(this.forward)));
+    this.up = cross(this.right, this.forward);
+    const half = Math.tan((fov * Math.PI) / 360);
+    Object.assign(this, { width, height, half });
+  }
+
+  depth(point) {
+    return dot(subtract(point, this.position), this.forward);
+  }
+
+  /** The place of a point in pixels of the picture, or null if it is not before the camera. */
+  place(point) {
+    const depth = this.depth(point);
+    if (!(depth > 0)) return null;
+    const from = subtract(point, this.position);
+    const [x, y] = [dot(from, this.right), dot(from, this.up)].map((value) => value / (depth * this.half));
+    // Pixels are square, so that both are in units of half the height.
+    return { x: this.width / 2 + (x * this.height) / 2, y: this.height / 2 - (y * this.height) / 2 };
+  }
+
+  /** The part of a line that is before the camera, as two places, or null. */
+  line(a, b) {
+    const [near, far] = [this.depth(a), this.depth(b)];
+    const least = NEAR * Math.max(near, far);
+    if (!(least > 0)) return null;
+    const at = (from, to, depth, other) =>
+      depth >= least ? from : add(from, subtract(to, from), (least - depth) / (other - depth));
+    return [this.place(at(a, b, near, far)), this.place(at(b, a, far, near))];
+  }
+}
+
+function leastAxis(direction) {
+  const sizes = direction.map(Math.abs);
+  return [0, 1, 2].map((i) => Number(i === sizes.indexOf(Math.min(...sizes))));
+}

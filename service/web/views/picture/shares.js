@@ -1,0 +1,37 @@
+// What each part of an inspected pixel adds to its brightness.
+
+import { luma } from "./colors.js";
+
+// A share up to this would be shown as 0.0 %.
+const NOTHING = 0.0005;
+
+const luminance = (color) => luma(...color);
+
+/** The colour that a ray brings to the pixel, with all the rays that continue from where it ends. */
+export function colorBeyond({ weight, radiance, rays }) {
+  const own = radiance.map((value) => weight * value);
+  return rays.map(colorBeyond).reduce((sum, color) => sum.map((value, i) => value + color[i]), own);
+}
+
+/**
+ * The parts of what a ray brings to the pixel, the largest first; where there is light, parts of nothing are left out.
+ *
+ * @param {object} ray - Of an inspection; it hits a surface.
+ * @param {number[]} pixel - The colour of the whole pixel.
+ * @param {{[kind: string]: string}} kinds - Names of rays by their kind.
+ * @returns {{name: string, color: number[], share: number}[]} `color` is what the part adds to the pixel.
+ */
+export function partsOf(ray, pixel, kinds) {
+  const total = luminance(pixel);
+  const reaching = (color) => color.map((value) => ray.weight * value);
+  const part = (name, color) => ({ name, color, share: total > 0 ? luminance(color) / total : 0 });
+  const parts = [
+    part("Ambient light", reaching(ray.surface.ambient)),
+    ...ray.surface.lights.flatMap(({ light, diffuse, specular }) => [
+      part(`Light ${light}, diffuse`, reaching(diffuse)),
+      part(`Light ${light}, highlight`, reaching(specular)),
+    ]),
+    ...ray.rays.map((next) => part(kinds[next.kind], colorBeyond(next))),
+  ].sort((a, b) => b.share - a.share);
+  return total > 0 ? parts.filter(({ share }) => share > NOTHING) : parts;
+}

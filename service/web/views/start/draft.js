@@ -1,0 +1,57 @@
+// What is written on the start page, kept in the browser until its tab is closed, so that a reload loses nothing.
+
+import { debounced } from "../../dom.js";
+
+const KEY = "penumbra-draft";
+// A long scene takes milliseconds to keep: too many for every key.
+const IDLE_MS = 300;
+
+/**
+ * @typedef {object} Draft
+ * @property {string} title
+ * @property {string} text - The scene.
+ * @property {string} entry - Of the gallery, or empty.
+ * @property {string | null} job - Whose scene it was.
+ * @property {object | null} quality
+ * @property {string} labels - As written.
+ * @property {boolean} layers
+ */
+
+/**
+ * Keep what is written shortly after each change, and before the page is left.
+ *
+ * @param {() => Draft} written
+ * @param {AbortSignal} signal
+ * @returns {() => void} To be called after each change.
+ */
+export function makeKeeper(written, signal) {
+  let changed = false;
+  const later = debounced(IDLE_MS, keep, signal);
+  function keep() {
+    if (changed) store(written());
+    changed = false;
+  }
+  addEventListener("pagehide", keep, { signal });
+  document.addEventListener("visibilitychange", keep, { signal });
+  signal.addEventListener("abort", keep);
+  return () => {
+    changed = true;
+    later();
+  };
+}
+
+/** @param {Draft} draft */
+function store(draft) {
+  // Where storage is full or forbidden, a reload loses the draft.
+  try {
+    sessionStorage.setItem(KEY, JSON.stringify(draft));
+  } catch {
+    sessionStorage.clear();
+  }
+}
+
+/** The draft that a page with this job, or with none, was left with. @returns {Draft | null} */
+export function draftOf(job) {
+  const draft = JSON.parse(sessionStorage.getItem(KEY) ?? "null");
+  return draft?.job === job ? draft : null;
+}

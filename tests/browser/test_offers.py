@@ -1,0 +1,69 @@
+"""Which offers of a quote the page calls better, and what it says of an error that is not known."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from playwright.sync_api import Page, Route, expect
+
+from tests.browser.scenes import TIMEOUT, opened, small, write
+
+ALTERNATIVES = """async ([offers, asked]) => {
+  const { alternatives } = await import("/web/views/start/offers.js");
+  return alternatives(offers, asked).map(([text, { quality }]) => [text, quality.antialiasing.pattern,
+    quality.antialiasing.samples]);
+}"""
+
+
+def offer(
+    pattern: str, samples: int, *, seconds: float, error: tuple[float, float, float] | None
+) -> dict[str, Any]:
+    predicted = error and dict(zip(("estimate", "low", "high"), error, strict=True))
+    quality = {
+        "mode": "fixed",
+        "antialiasing": {"pattern": pattern, "samples": samples},
+        "light": {"pattern": "sobol", "samples": 4},
+    }
+    return {"quality": quality, "seconds": {"estimate": seconds}, "error": predicted}
+
+
+ASKED = offer("random", 16, seconds=4.0, error=(0.01, 0.005, 0.02))
+
+
+def alternatives(page: Page, *offers: dict[str, Any]) -> list[list[Any]]:
+    found: list[list[Any]] = page.evaluate(ALTERNATIVES, [[*offers, ASKED], ASKED])
+    return found
+
+
+def test_fewer_samples_of_the_same_patterns_are_never_called_better(bare_page: Page) -> None:
+    worse = offer("random", 4, seconds=1.0, error=(0.002, 0.001, 0.003))
+    assert alternatives(bare_page, worse) == []
+
+
+def test_half_the_error_is_offered_only_beyond_the_noise_of_the_pilot(bare_page: Page) -> None:
+    noisy = offer("sobol", 4, seconds=3.9, error=(0.004, 0.0, 0.03))
+    clear = offer("sobol", 16, seconds=5.0, error=(0.004, 0.003, 0.005))
+    assert alternatives(bare_page, noisy) == []
+    assert alternatives(bare_page, noisy, clear) == [["Half the error", "sobol", 16]]
+
+
+def test_an_unknown_error_is_shown_with_its_reason(page: Page) -> None:
+    """The answer that a busy machine gives; which errors a pilot has time for is chance."""
+    reason = "Only 96 pixels were sampled, too few to estimate an error: edges may lie between them."
+
+    def without_errors(route: Route) -> None:
+        answer = route.fetch()
+        quote = answer.json()
+        quote["asked"] = quote["asked"] or offer("random", 16, seconds=1.0, error=None)
+        quote["asked"]["seconds"] = {"estimate": 1.0, "low": 0.5, "high": 2.0}
+        quote["asked"] |= {"error": None, "error_unknown": reason}
+        route.fulfill(response=answer, body=json.dumps(quote | {"offers": []}))
+
+    page.route("**/v1/quotes", without_errors)
+    opened(page)
+    write(page, small("basic", name="nearly flat"))
+    shown = page.get_by_role("region", name="Quote")
+    expect(shown).to_contain_text(reason, timeout=TIMEOUT)
+    expect(shown).to_contain_text("not known")
+    expect(shown.get_by_role("button", name="Try again")).to_be_visible()

@@ -1,0 +1,143 @@
+"""Tools that look at the picture: histogram, exposure, channels, clipping, statistics, scales."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import httpx2
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from renderer.images import files as image_files
+from schemas.scene import Display
+from service.server import RunningServer
+from tests.browser.conftest import Open
+from tests.browser.pictures import codes_of, finished, opened, served, tab
+from tests.integration.support import image, scene
+
+LUMA = [0.2126, 0.7152, 0.0722]
+RED = [255, 0, 0]
+
+
+@pytest.fixture(scope="module")
+def bright(server: RunningServer) -> str:
+    """A job whose picture is brighter than white in places."""
+    with httpx2.Client(base_url=server.url, timeout=60) as client:
+        lit = scene(60, 40, samples=1, light_samples=1) | {"ambient": [12, 12, 12]}
+        return finished(client, lit, layers=["depth"])
+
+
+def settings(page: Page) -> None:
+    page.get_by_role("button", name="Display").click()
+
+
+def test_one_channel_is_shown_as_grey(open_page: Open, client: httpx2.Client, bright: str) -> None:
+    page = opened(open_page, bright)
+    settings(page)
+    page.get_by_label("Channel").select_option("green")
+    expected = served(client, bright)[..., 1:2]
+    np.testing.assert_array_equal(codes_of(page), expected.repeat(3, axis=2))
+    page.get_by_label("Channel").select_option("luminance")
+    luminance = (image(client, bright).astype(np.float64) @ LUMA).astype(np.float32)
+    codes = image_files.displayed(luminance, Display())
+    np.testing.assert_array_equal(codes_of(page), codes[..., None].repeat(3, axis=2))
+
+
+def test_stripes_cover_clipped_pixels_and_no_others(
+    open_page: Open, client: httpx2.Client, bright: str
+) -> None:
+    page = opened(open_page, bright)
+    settings(page)
+    page.get_by_label("Mark clipped pixels").check()
+    clipped = (image(client, bright) > 1).any(axis=2)
+    assert 0 < clipped.sum() < clipped.size
+    striped = (codes_of(page) == RED).all(axis=2)
+    assert striped.any()
+    assert not (striped & ~clipped).any()
+    page.get_by_label("Mark clipped pixels").uncheck()
+    np.testing.assert_array_equal(codes_of(page), served(client, bright))
+
+
+def test_the_automatic_exposure_clips_one_pixel_of_a_hundred(
+    open_page: Open, client: httpx2.Client, bright: str
+) -> None:
+    page = opened(open_page, bright)
+    settings(page)
+    page.get_by_role("button", name="Auto exposure").click()
+    exposure = float(page.get_by_label("Exposure", exact=True).input_value())
+    brightest = image(client, bright).max(axis=2)
+    assert (brightest * 2**exposure > 1).mean() <= 0.01
+    # A quarter of a stop more would be too much.
+    assert (brightest * 2 ** (exposure + 0.25) > 1).mean() > 0.01
+
+
+def test_the_statistics_are_those_of_the_dragged_part(
+    open_page: Open, client: httpx2.Client, bright: str
+) -> None:
+    page = opened(open_page, bright)
+    tab(page, "Pixel")
+    box = page.locator("canvas.pixels").bounding_box()
+    assert box is not None
+    scale = box["width"] / 60
+    page.keyboard.down("Shift")
+    page.mouse.move(box["x"] + 30.5 * scale, box["y"] + 35.5 * scale)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 10.5 * scale, box["y"] + 5.5 * scale, steps=3)
+    page.mouse.up()
+    page.keyboard.up("Shift")
+    table = page.locator(".statistics table")
+    expect(table).to_contain_text("Columns 10 to 30, rows 5 to 35: 21 × 31 pixels")
+    part = image(client, bright)[5:36, 10:31].astype(np.float64)
+    green = [number(text) for text in table.locator("tbody tr").nth(1).locator("td").all_inner_texts()]
+    channel = part[..., 1]
+    expected = [channel.mean(), channel.min(), channel.max(), channel.var()]
+    # The table shows four digits.
+    np.testing.assert_allclose(green, expected, rtol=1e-3)
+    # Dragging with Shift neither chooses a pixel nor moves the picture.
+    assert page.locator("canvas.pixels").bounding_box() == box
+    expect(page.get_by_role("heading", name="Why this colour?")).to_be_visible()
+
+
+def number(text: str) -> float:
+    return float(text.replace("\N{MINUS SIGN}", "-"))
+
+
+def test_the_histogram_says_how_much_is_clipped_at_the_exposure(
+    open_page: Open, client: httpx2.Client, bright: str
+) -> None:
+    page = opened(open_page, bright)
+    tab(page, "Pixel")
+    pixels = image(client, bright)
+    for exposure in ("0", "-0.75"):
+        page.get_by_label("Exposure", exact=True).fill(exposure)
+        share = 100 * (pixels * 2 ** float(exposure) > 1).mean()
+        caption = page.locator(".histogram-figure figcaption")
+        expect(caption).to_contain_text(re.compile(rf"{re.escape(f'{share:.1f}')} % of the values lie above"))
+
+
+def test_the_scale_of_a_layer_has_other_ends_and_colours(
+    open_page: Open, client: httpx2.Client, bright: str
+) -> None:
+    page = opened(open_page, bright)
+    page.get_by_label("Shown").select_option("depth")
+    before = codes_of(page) if page.get_by_label("Lowest value").input_value() else None
+    page.get_by_label("Colours").select_option("grey")
+    page.get_by_label("Highest value").fill("5")
+    page.get_by_label("Highest value").press("Enter")
+    codes = codes_of(page)
+    assert before is not None
+    assert (codes[..., 0] == codes[..., 1]).all()
+    depth = np.load(io.BytesIO(client.get(f"/v1/jobs/{bright}/layers/depth.npy").content))
+    far = np.isfinite(depth) & (depth >= 5)
+    assert (codes[far] == 255).all()
+    low = float(page.get_by_label("Lowest value").input_value())
+    # A range without values is refused: the field goes back.
+    page.get_by_label("Highest value").fill(str(low - 1))
+    page.get_by_label("Highest value").press("Enter")
+    expect(page.get_by_label("Highest value")).to_have_value("5")
+    page.get_by_label("logarithmic").check()
+    near = np.isfinite(depth) & (depth < 5)
+    share = np.log(depth[near] / depth[near].min()) / np.log(5 / depth[near].min())
+    assert np.abs(codes_of(page)[near][:, 0] - 255 * share).max() <= 1
