@@ -213,15 +213,20 @@ def _free_port(host: str) -> int:
         return port
 
 
+def is_ready(url: str) -> bool:
+    """Whether a service answers that it can render."""
+    try:
+        return httpx2.get(f"{url}/readyz", timeout=1.0).status_code == 200
+    except httpx2.TransportError:
+        return False
+
+
 def _wait_until_ready(server: RunningServer) -> None:
     deadline = time.monotonic() + START_SECONDS
     while time.monotonic() < deadline:
         if server.process.poll() is not None:
             raise UnavailableError(f"The service ended with code {server.process.returncode} as it started.")
-        try:
-            if httpx2.get(f"{server.url}/readyz", timeout=1.0).status_code == 200:
-                return
-        except httpx2.TransportError:
-            pass
+        if is_ready(server.url):
+            return
         time.sleep(POLL_SECONDS)
     raise UnavailableError("The service was not ready within a minute.")

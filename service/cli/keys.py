@@ -56,6 +56,12 @@ def add(
         float | None,
         typer.Option(min=0.001, help="Most predicted CPU seconds of the user's queued and running jobs."),
     ] = None,
+    first: Annotated[
+        bool,
+        typer.Option(
+            "--first", help="Do nothing if there is a key already: for scripts that start a service."
+        ),
+    ] = False,
     data: DataOption = None,
     database: DatabaseOption = None,
     as_json: JsonOption = False,
@@ -68,6 +74,9 @@ def add(
         raise CommandError(f"The name of a user has 1 to {LONGEST_NAME} printable characters.")
     settings = _settings(data, database)
     with _writing(settings) as session:
+        if first and keys.any_made(session):
+            output.say("There is a key already: none was created.")
+            return
         key = keys.add(session, user, Role(role), max_jobs=max_jobs, max_cpu_seconds=max_cpu_seconds)
     if as_json:
         output.document({"id": key.id, "user": user, "role": role, "key": str(key)})

@@ -12,6 +12,7 @@ from typing import Any
 
 import dask.config
 import distributed  # noqa: F401  (its settings have defaults once it is imported)
+import kubernetes_validate
 import pytest
 import yaml
 from click import Command
@@ -46,8 +47,9 @@ def commands() -> Iterator[tuple[str, list[str]]]:
 def containers() -> Iterator[tuple[str, dict[str, Any]]]:
     yield from compose()["services"].items()
     for document in kubernetes("Deployment"):
-        (container,) = document["spec"]["template"]["spec"]["containers"]
-        yield document["metadata"]["name"], container
+        pod = document["spec"]["template"]["spec"]
+        for container in (*pod.get("initContainers", ()), *pod["containers"]):
+            yield document["metadata"]["name"], container
 
 
 def compose() -> dict[str, Any]:
@@ -67,6 +69,8 @@ def test_every_way_starts_a_server_a_scheduler_and_workers_or_workers_alone() ->
     started = [(where, " ".join(line[:2])) for where, line in COMMANDS]
     assert [what for where, what in started if where == "workers.sbatch"] == ["dask worker"]
     others = sorted(what for where, what in started if where != "workers.sbatch")
+    first_key, others = ["penumbra keys"], [what for what in others if what != "penumbra keys"]
+    assert [what for _, what in started if what == "penumbra keys"] == first_key
     assert others == ["dask scheduler"] * 3 + ["dask worker"] * 3 + ["penumbra serve"] * 3
 
 
@@ -80,6 +84,8 @@ def test_a_command_of_a_file_is_understood(where: str, line: list[str], tmp_path
     file.touch()
     named = [str(file) if part.endswith((".pem", ".key")) else part for part in arguments]
     command = DASK[name] if program == "dask" else get_group(application()).commands[name]
+    if hasattr(command, "commands"):
+        command, named = command.commands[named[0]], named[1:]
     with command.make_context(name, named) as context:
         assert not context.args or program == "dask"
     if name == "worker":
@@ -135,13 +141,14 @@ def test_every_network_and_volume_of_a_service_is_declared() -> None:
 
 
 def test_every_volume_that_is_mounted_is_there_and_every_service_leads_somewhere() -> None:
-    pods = {
-        document["metadata"]["name"]: document["spec"]["template"] for document in kubernetes("Deployment")
-    }
-    for pod in pods.values():
-        (container,) = pod["spec"]["containers"]
-        mounted = {mount["name"] for mount in container["volumeMounts"]}
-        assert mounted == {volume["name"] for volume in pod["spec"]["volumes"]}
+    workloads = [*kubernetes("Deployment"), *kubernetes("StatefulSet")]
+    pods = {document["metadata"]["name"]: document["spec"]["template"] for document in workloads}
+    for document in workloads:
+        pod = document["spec"]["template"]["spec"]
+        running = (*pod.get("initContainers", ()), *pod["containers"])
+        mounted = {mount["name"] for container in running for mount in container["volumeMounts"]}
+        claimed = [claim["metadata"] for claim in document["spec"].get("volumeClaimTemplates", ())]
+        assert mounted == {volume["name"] for volume in (*pod.get("volumes", ()), *claimed)}
     for document in kubernetes("Service"):
         pod = pods[document["spec"]["selector"]["app"]]
         assert pod["metadata"]["labels"] == document["spec"]["selector"]
@@ -149,6 +156,18 @@ def test_every_volume_that_is_mounted_is_there_and_every_service_leads_somewhere
         assert [port["containerPort"] for port in ports] == [
             port["port"] for port in document["spec"]["ports"]
         ]
+
+
+def test_every_manifest_satisfies_the_schema_of_kubernetes() -> None:
+    documents = [*yaml.safe_load_all((DEPLOY / "kubernetes" / "penumbra.yaml").read_text())]
+    newest = kubernetes_validate.latest_version()
+    for document in documents:
+        # Strict: a field that is misspelt is none.
+        kubernetes_validate.validate(document, newest, strict=True)
+    misspelt = next(document for document in documents if document["kind"] == "Deployment")
+    misspelt["spec"]["template"]["spec"]["enableServiceLink"] = False
+    with pytest.raises(kubernetes_validate.ValidationError, match="enableServiceLink"):
+        kubernetes_validate.validate(misspelt, newest, strict=True)
 
 
 def test_a_shell_can_read_the_scripts() -> None:
