@@ -101,7 +101,7 @@ def _enter_totals() -> None:
         sa.PrimaryKeyConstraint("name", name="pk_totals"),
     )
     found = op.get_bind().execute(sa.text("SELECT failure FROM jobs WHERE state = 'failed'"))
-    failed = Counter((_document(failure) or {}).get("code", "None") for (failure,) in found)
+    failed = Counter(_code(failure) for (failure,) in found)
     if failed:
         op.bulk_insert(totals, [{"name": f"failed:{code}", "amount": failed[code]} for code in failed])
 
@@ -114,17 +114,28 @@ def _price_coarse_pictures() -> None:
         " WHERE jobs.state = 'queued'"
     )
     connection = op.get_bind()
-    prices = [
-        {"job": job, "price": cpu_seconds * _coarse_work(width, height, _document(passes)) / total_work}
-        for job, width, height, passes, total_work, cpu_seconds in connection.execute(waiting)
-    ]
+    prices = [{"job": job, "price": _price(*columns)} for job, *columns in connection.execute(waiting)]
     if prices:
         connection.execute(sa.text("UPDATE jobs SET coarse_cpu_seconds = :price WHERE number = :job"), prices)
 
 
-def _coarse_work(width: int, height: int, passes: Any) -> int:
-    stride = passes[0]["stride"]
-    return int(-(-width // stride) * -(-height // stride))
+# What damaged rows have in these columns raises: they are counted as nothing, and the others are upgraded.
+DAMAGED = (TypeError, LookupError, ValueError, ZeroDivisionError, AttributeError)
+
+
+def _price(width: int, height: int, passes: Any, total_work: int, cpu_seconds: float) -> float:
+    try:
+        stride = _document(passes)[0]["stride"]
+        return float(cpu_seconds * (-(-width // stride) * -(-height // stride)) / total_work)
+    except DAMAGED:
+        return 0.0
+
+
+def _code(failure: Any) -> str:
+    try:
+        return str(_document(failure)["code"])
+    except DAMAGED:
+        return "None"
 
 
 def _document(value: Any) -> Any:
