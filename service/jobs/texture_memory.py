@@ -16,9 +16,9 @@ from service.storage.database.models import AssetRow
 
 WORKER_BYTES = 512 << 20
 """Address space of a worker that has read no scene yet."""
-# Bytes of a pixel, measured with textures of 8192 x 8192: floats of three channels with their pyramid; the
-# padded table of four channels that target quality looks up; and beside them while one texture is read, or a
-# bump map is turned into slopes.
+# Bytes of a pixel, counted from the arrays: floats of three channels with their pyramid, a third more; the
+# padded table of four channels that target quality looks up; what is beside them while one texture is read,
+# which a texture of 8192 x 8192 confirmed; and while a bump map is turned into slopes, in float64.
 HELD, TABLE, READ, SLOPES = 16, 16, 16, 88
 GIB = 1 << 30
 

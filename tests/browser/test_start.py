@@ -164,7 +164,7 @@ def test_what_is_too_expensive_to_be_tried_is_priced_by_the_plan_and_can_be_trie
     opened(page)
     (lamp,) = json.loads(small("basic"))["lights"]
     # With so many lights a single block takes longer than a quote may.
-    write(page, small("basic", name="too expensive to try", lights=[lamp] * 24))
+    write(page, small("basic", name="too expensive to try", lights=[lamp] * 8))
     ask_for_samples(page, 2048, 4096)
     quote = page.get_by_role("region", name="Quote")
     expect(quote).to_contain_text("from the plan alone", timeout=TIMEOUT)
