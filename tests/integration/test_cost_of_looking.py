@@ -115,11 +115,15 @@ STATEMENTS = {
 }
 
 
-@pytest.mark.parametrize("database", ["sqlite", "postgresql"], indirect=True)
-@pytest.mark.parametrize("index", STATEMENTS)
+# PostgreSQL chooses that one by its statistics, of which an empty table has none.
+BY_STATISTICS = "ix_renders_unmeasured"
+PLANNED = [("sqlite", index) for index in STATEMENTS] + [
+    ("postgresql", index) for index in STATEMENTS if index != BY_STATISTICS
+]
+
+
+@pytest.mark.parametrize(("database", "index"), PLANNED, indirect=["database"])
 def test_a_statement_takes_its_rows_in_order_from_its_index(database: Database, index: str) -> None:
     found = plan(database, STATEMENTS[index])
-    if index == "ix_renders_unmeasured" and database.shared:
-        pytest.skip("PostgreSQL prefers it by its statistics, of which an empty table has none")
     assert index in found
     assert not [word for word in ("TEMP B-TREE", "Sort") if word in found], found
