@@ -87,7 +87,7 @@ def test_a_texture_outside_of_the_folder_of_the_scene_is_not_read(
     ("content", "detail"),
     [
         (b"", "empty"),
-        (b"[" * 100_000, "100000 deep"),
+        (b"[" * 100_000, "nested more than 64 deep"),
         (b'{"name": "' + b"x" * (16 << 20) + b'\xff"}', "16777216"),
         (b"\x89PNG\r\n\x1a\n\x00\x00", "PNG picture"),
         (b"\xff\xfe{\x00", "UTF-16"),
