@@ -7,18 +7,18 @@ leaves the disk when that is over, and what a killed process leaves there goes w
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
 import structlog
-from sqlalchemy import Select, delete, select, text, update
+from sqlalchemy import delete, select, text, update
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from service.errors import StoreError
 from service.jobs import uploads
-from service.lifecycle import sharing, totals
+from service.lifecycle import damage, sharing, totals
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.conditions import HAS_PICTURE, MAY_BE_FORGOTTEN, UNMEASURED
@@ -116,31 +116,44 @@ def sweep(session: Session, rules: Rules, most: int) -> Swept:
 
 def _by_age(session: Session, now: datetime, kept: timedelta, swept: Swept, most: int) -> None:
     gone = FORGOTTEN.where(JobRow.finished_at < now - 2 * kept)
-    for row in _rows(session, gone.limit(most)):
-        swept.forgotten.append(row.id)
-        _note(swept, sharing.forget(session, row))
+    for number in session.scalars(gone.limit(most)).all():
+        _end(session, number, sharing.forget, swept, swept.forgotten)
     old = EXPIRING.where(JobRow.finished_at < now - kept)
-    for row in _rows(session, old.limit(most)):
-        swept.expired.append(row.id)
-        _note(swept, sharing.expire(session, row))
+    for number in session.scalars(old.limit(most)).all():
+        _end(session, number, sharing.expire, swept, swept.expired)
     swept.more = most in (len(swept.expired), len(swept.forgotten))
-
-
-def _rows(session: Session, numbers: Select[int]) -> Iterator[JobRow]:
-    return (session.get_one(JobRow, number) for number in session.scalars(numbers).all())
 
 
 def _by_bytes(session: Session, limit: int, swept: Swept, most: int) -> None:
     if totals.read(session, totals.STORED_BYTES) <= limit:
         return
-    idle = session.scalars(IDLE.limit(most)).all()
-    for number in idle:
-        for row in session.scalars(select(JobRow).where(JobRow.render_number == number)).all():
-            swept.expired.append(row.id)
-            _note(swept, sharing.expire(session, row))
+    idle, before = session.scalars(IDLE.limit(most)).all(), len(swept.expired)
+    for render in idle:
+        for number in session.scalars(select(JobRow.number).where(JobRow.render_number == render)).all():
+            _end(session, number, sharing.expire, swept, swept.expired)
         if totals.read(session, totals.STORED_BYTES) <= limit:
             return
-    swept.more = len(idle) == most
+    # Where all are damaged, the next transaction would find the same ones.
+    swept.more = len(idle) == most and len(swept.expired) > before
+
+
+def _end(
+    session: Session,
+    number: int,
+    end: Callable[[Session, JobRow], sharing.Unused | None],
+    swept: Swept,
+    ended: list[str],
+) -> None:
+    """End a job by expiring or forgetting it; one whose record is damaged stays as it is, and is logged."""
+    job_id = session.scalars(select(JobRow.id).where(JobRow.number == number)).one()
+    try:
+        with session.begin_nested():
+            unused = end(session, session.get_one(JobRow, number))
+    except damage.UNREADABLE as error:
+        damage.note(job_id, error)
+        return
+    ended.append(job_id)
+    _note(swept, unused)
 
 
 def _note(swept: Swept, unused: sharing.Unused | None) -> None:

@@ -128,6 +128,11 @@ def test_a_damaged_job_is_shown_as_damaged_and_fails_while_the_others_continue(r
         states = {name: ended[name]["state"] for name in OPEN}
         assert states == dict.fromkeys(OPEN, "succeeded") | dict.fromkeys(UNFIT, "failed")
         assert client.get("/readyz").status_code == 200
+        pruned = client.post("/v1/prune", json={"max_stored_bytes": 0, "dry_run": False}).raise_for_status()
+        assert pruned.json()["expired"]
+        # What can be read goes, and what cannot is still shown.
+        kept = {name: job["state"] for name, job in listed(client).items()}
+        assert kept | dict.fromkeys(set(OPEN) - set(UNFIT), "expired") == kept
 
 
 def _check_shown(client: httpx2.Client, job: dict[str, Any], state: str) -> None:
