@@ -19,8 +19,9 @@ ROOT = Path(__file__).parents[3]
 AT_IMPORT = """
 import os, signal, sys
 
-# What starts the tests in the background may have made them ignore Ctrl-C.
+# What starts the tests in the background, or nohup, may have made them ignore these.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 class Signalling:
     def find_spec(self, name, path=None, target=None):
