@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -128,6 +129,15 @@ def test_a_section_is_folded_and_the_text_keeps_it(page: Page) -> None:
     expect_written(page, text)
     editor(page).press("Control+Shift+BracketRight")
     expect(line(page, "vertical_fov")).to_be_visible()
+
+
+def test_a_bracket_whose_partner_is_far_out_of_sight_is_not_marked_as_wrong(page: Page) -> None:
+    # The cursor is before the bracket in which the whole scene stands.
+    opened(page)
+    bracket = page.locator(".cm-line").first.locator("span", has_text="{")
+    expect(bracket.first).to_have_class(re.compile("(non)?matchingBracket"))
+    for part in bracket.all():
+        expect(part).to_have_css("background-color", "rgba(0, 0, 0, 0)")
 
 
 def test_a_text_is_found_that_is_far_out_of_sight(page: Page) -> None:
