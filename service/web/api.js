@@ -71,6 +71,31 @@ export async function text(path, { signal } = {}) {
   return (await request(path, { signal })).text();
 }
 
+// Before a busy service is asked again, unless it sends Retry-After.
+const RETRY_SECONDS = 2;
+
+/**
+ * Repeat a request while the service is too busy to answer it.
+ *
+ * @template T
+ * @param {() => Promise<T>} ask
+ * @param {AbortSignal} signal
+ * @param {() => void} [onBusy]
+ * @returns {Promise<T>}
+ */
+export async function whenFree(ask, signal, onBusy = () => {}) {
+  while (true) {
+    try {
+      return await ask();
+    } catch (error) {
+      if (!(error instanceof Problem) || (error.status !== 429 && error.status !== 503)) throw error;
+      onBusy();
+      await pause(1000 * (error.retryAfter ?? RETRY_SECONDS), signal);
+      signal.throwIfAborted();
+    }
+  }
+}
+
 export const jobPath = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
 
 const BATCHES = "application/octet-stream";

@@ -1,6 +1,7 @@
 // Textures and meshes: which files a scene names, and how they reach the service.
 
 import { Problem, request } from "./api.js";
+import { pointerPart } from "./json_text.js";
 import { sha256 } from "./sha256.js";
 
 const UPLOADED = /^sha256:[0-9a-f]{64}$/;
@@ -18,7 +19,7 @@ export function assetNames(scene) {
       names.set(asset, [...(names.get(asset) ?? []), pointer]);
   };
   for (const [name, texture] of Object.entries(scene?.textures ?? {})) {
-    note(`/textures/${name.replaceAll("~", "~0").replaceAll("/", "~1")}/asset`, texture?.asset);
+    note(`/textures/${pointerPart(name)}/asset`, texture?.asset);
   }
   if (Array.isArray(scene?.shapes))
     scene.shapes.forEach((shape, i) => note(`/shapes/${i}/asset`, shape?.asset));

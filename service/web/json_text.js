@@ -1,28 +1,22 @@
-// JSON as text: tokens to colour, the places of JSON Pointers, and readable formatting.
+// JSON as text: tokens, the places of JSON Pointers, and readable formatting.
 
-const TOKEN =
-  /("(?:[^"\\]|\\.)*"?)(\s*:)?|(-?\d[\d.eE+-]*)|(true|false|null)|([{}[\],:])|\s+|[^\s"{}[\],:]+/y;
+/** A name as a part of a JSON Pointer. @param {string} name */
+export const pointerPart = (name) => name.replaceAll("~", "~0").replaceAll("/", "~1");
 
-/**
- * The tokens of one line; no token of JSON crosses lines.
- *
- * @returns {{text: string, kind: "key" | "string" | "number" | "word" | "mark" | "other", start: number}[]}
- */
-export function tokens(line) {
-  const found = [];
-  TOKEN.lastIndex = 0;
-  for (let match; TOKEN.lastIndex < line.length && (match = TOKEN.exec(line));) {
-    const [text, string, colon, number, word, mark] = match;
-    if (string !== undefined) {
-      found.push({ text: string, kind: colon === undefined ? "string" : "key", start: match.index });
-      if (colon !== undefined) found.push({ text: colon, kind: "mark", start: match.index + string.length });
-    } else {
-      const kind =
-        number !== undefined ? "number" : word !== undefined ? "word" : mark !== undefined ? "mark" : "other";
-      found.push({ text, kind, start: match.index });
-    }
-  }
-  return found;
+/** The names and numbers in a JSON Pointer. @param {string} pointer */
+export const pointerParts = (pointer) =>
+  pointer
+    .split("/")
+    .slice(1)
+    .map((part) => part.replaceAll("~1", "/").replaceAll("~0", "~"));
+
+// A string may lack its end.
+const TOKEN = /^(?:"(?:[^"\\]|\\.)*"?|[^\s,\]}]+)/;
+
+/** The length of the token at a place of a text, 0 where none is. @param {string} text @param {number} start */
+export function tokenLength(text, start) {
+  const end = text.indexOf("\n", start);
+  return TOKEN.exec(text.slice(start, end < 0 ? undefined : end))?.[0].length ?? 0;
 }
 
 /**
@@ -77,7 +71,7 @@ function walk(text, wanted, spans) {
   const top = () => frames[frames.length - 1];
   const pointer = () => {
     const frame = top();
-    return frame ? `${frame.pointer}/${String(frame.name).replaceAll("~", "~0").replaceAll("/", "~1")}` : "";
+    return frame ? `${frame.pointer}/${pointerPart(String(frame.name))}` : "";
   };
   const ended = (at, start, value, end) => wanted.has(at) && spans.set(at, { start, value, end });
   const next = () => {

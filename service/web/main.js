@@ -4,7 +4,7 @@ import { announce, h } from "./dom.js";
 import { acceptDrops } from "./drop.js";
 import { AMENDED, MOVED, navigate } from "./navigation.js";
 import { showSession } from "./session.js";
-import { skeleton } from "./skeleton.js";
+import { skeleton } from "./elements.js";
 
 // For each view: the pattern of its path, the names of the pattern's groups, the module, and the style sheets to wait for.
 const ROUTES = [

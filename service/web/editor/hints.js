@@ -2,6 +2,7 @@
 
 import { get } from "../api.js";
 import { announce, h } from "../dom.js";
+import { quoted } from "../elements.js";
 import { fieldAt } from "../scene_fields.js";
 import {
   StateEffect,
@@ -81,13 +82,10 @@ function described({ name, paragraphs, facts }) {
     "div",
     { className: "field-hint" },
     h("p", { className: "field-name" }, h("code", {}, name)),
-    paragraphs.map((text) => h("p", {}, marked(text))),
+    paragraphs.map((text) => h("p", {}, quoted(text))),
     facts && h("p", { className: "soft" }, facts),
   );
 }
-
-/** A text, with what is between backticks as code. */
-const marked = (text) => text.split("`").map((part, i) => (i % 2 ? h("code", {}, part) : part));
 
 /**
  * The way from the document to a node of its syntax tree.

@@ -1,6 +1,7 @@
 // Lines of the editor that have problems, with the messages under them, and lines that something points at.
 
 import { h } from "../dom.js";
+import { tokenLength } from "../json_text.js";
 import {
   Decoration,
   EditorView,
@@ -18,8 +19,6 @@ export const problemLines = StateEffect.define();
 /** Replaces the lines that are pointed at by those of a range: `from` and `to`. */
 export const pointedLines = StateEffect.define();
 
-// A token of JSON. A problem is marked from its first character on.
-const TOKEN = /^("(?:[^"\\]|\\.)*"?|[^\s,\]}]+)?/;
 const CULPRIT = Decoration.mark({ class: "culprit" });
 
 class Details extends WidgetType {
@@ -68,7 +67,7 @@ function marksOfLine(line, problems) {
 }
 
 function culprit(line, start) {
-  const length = TOKEN.exec(line.text.slice(start))[0].length;
+  const length = tokenLength(line.text, start);
   return length ? [CULPRIT.range(line.from + start, line.from + start + length)] : [];
 }
 

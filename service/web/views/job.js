@@ -7,7 +7,7 @@ import { Watch } from "../watch.js";
 import * as actions from "./job/actions.js";
 import { makeBar } from "./job/bar.js";
 import * as convergence from "./job/convergence.js";
-import { makeDrawer } from "./job/drawer.js";
+import { Drawer } from "./job/drawer.js";
 import * as plan from "./job/plan.js";
 import * as progress from "./job/progress.js";
 import { nameOf } from "./job/state.js";
@@ -72,7 +72,7 @@ async function open(root, id, signal, unmounts) {
   document.title = `${nameOf(watch.job)} · Penumbra`;
   document.body.classList.add("viewing");
   unmounts.push(() => document.body.classList.remove("viewing"));
-  const drawer = makeDrawer(TABS);
+  const drawer = new Drawer(TABS);
   const bar = makeBar(watch, drawer);
   const stage = h("section", { className: "stage", "aria-label": "Picture" }, makeNotice(watch));
   const viewer = h("div", { className: "viewer" }, bar.element, stage, drawer.element);

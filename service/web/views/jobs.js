@@ -5,8 +5,8 @@ import { confirmed } from "../dialog.js";
 import { announce, debounced, h, pause } from "../dom.js";
 import { plural } from "../format.js";
 import { navigate } from "../navigation.js";
-import { NAMES, stateName } from "./job/state.js";
-import { skeleton } from "../skeleton.js";
+import { NAMES, nameOf, stateName } from "./job/state.js";
+import { skeleton } from "../elements.js";
 import { labelsOf, makeRow } from "./jobs/row.js";
 
 export const title = "Jobs";
@@ -154,7 +154,7 @@ export function mount(root, { query }) {
   }
 
   async function remove(job) {
-    const name = job.name ?? "this job";
+    const name = nameOf(job);
     if (!(await confirmed(`Delete ${name} and its picture?`, "Delete"))) return;
     await attempt(() => request(jobPath(job.id), { method: "DELETE" }));
     announce(`${name} was deleted.`);

@@ -6,9 +6,10 @@ import { announce, h, pause } from "../dom.js";
 import { chosen, isScene, takeDrops } from "../drop.js";
 import { makeEditor } from "../editor.js";
 import { plural } from "../format.js";
-import { lineStarts, readable } from "../json_text.js";
+import { lineStarts, readable, tokenLength } from "../json_text.js";
 import { navigate } from "../navigation.js";
 import { requestText, takenApart } from "../requests.js";
+import { nameOf } from "./job/state.js";
 import { draftOf, makeKeeper } from "./start/draft.js";
 import { makeFiles } from "./start/files.js";
 import { makeGallery } from "./start/gallery.js";
@@ -249,7 +250,7 @@ async function sceneOf(id, signal) {
   const job = await get(jobPath(id), { signal });
   const request = takenApart(await text(`${jobPath(id)}/request`, { signal }));
   return {
-    title: job.name ?? "Untitled scene",
+    title: nameOf(job),
     text: request.scene,
     quality: request.quality,
     labels: Object.entries(request.labels)
@@ -296,7 +297,7 @@ function labelled(text) {
 }
 
 function pointAt(editor, { line, column }) {
-  const start = lineStarts(editor.text)[line - 1] + column - 1;
-  const rest = /^("(?:[^"\\]|\\.)*"|[^\s,\]}]+)?/.exec(editor.text.slice(start))[0];
-  editor.point(start, start + rest.length);
+  const { text } = editor;
+  const start = lineStarts(text)[line - 1] + column - 1;
+  editor.point(start, start + tokenLength(text, start));
 }

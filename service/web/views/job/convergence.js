@@ -79,7 +79,7 @@ function summary({ next_halving: half, target_error: target, reason, passes }) {
   const sentences = [];
   const without = passes.filter(({ error }) => !error).length;
   if (without && without < passes.length)
-    sentences.push(`Ticks at the foot are ${plural(without, "pass", "passes")} without an estimate. `);
+    sentences.push(`Ticks on the time axis are ${plural(without, "pass", "passes")} without an estimate. `);
   if (target) sentences.push(`The dashed line is the target error, ${codeValues(target)} code values. `);
   if (half) {
     const { estimate, low, high } = half.seconds;

@@ -4,12 +4,8 @@ import { h } from "../../dom.js";
 
 const KEYS = { ArrowRight: 1, ArrowLeft: -1 };
 
-export function makeDrawer(tabs) {
-  return new Drawer(tabs);
-}
-
-/** Events: `toggle` (it was opened or closed), `tab` (another tab is shown). */
-class Drawer extends EventTarget {
+/** Events: `toggle` (it was opened or closed). */
+export class Drawer extends EventTarget {
   /** @param {[string, string][]} tabs - Name and label of each. */
   constructor(tabs) {
     super();
@@ -76,7 +72,6 @@ class Drawer extends EventTarget {
       tab.tabIndex = name === wanted ? 0 : -1;
       this.panels[name].hidden = name !== wanted;
     }
-    this.dispatchEvent(new Event("tab"));
   }
 
   /** Open the drawer at a tab. */

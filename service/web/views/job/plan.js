@@ -4,7 +4,7 @@ import { get, jobPath, text } from "../../api.js";
 import { h } from "../../dom.js";
 import { makeEditor } from "../../editor.js";
 import { plural } from "../../format.js";
-import { places } from "../../json_text.js";
+import { places, pointerParts } from "../../json_text.js";
 import { inScene, takenApart } from "../../requests.js";
 import { folded, makeStages } from "./stages.js";
 
@@ -115,10 +115,7 @@ function makeLines(scene, plan, editor) {
 
 /** The name in the scene of what a pointer refers to. */
 function named(document, pointer) {
-  const parts = pointer
-    .slice(1)
-    .split("/")
-    .map((part) => part.replaceAll("~1", "/").replaceAll("~0", "~"));
+  const parts = pointerParts(pointer);
   const value = parts.reduce((inside, part) => inside?.[part], document);
   if (typeof value?.name === "string") return value.name;
   const [group, number, ...rest] = parts;

@@ -1,6 +1,7 @@
 // Progress of a job: the remaining time, rays, and the error with its interval.
 
 import { announce, h } from "../../dom.js";
+import { figure } from "../../elements.js";
 import { ago, codeValues, count, cpuSeconds, plural, qualityName, seconds } from "../../format.js";
 import { standing, stateName } from "./state.js";
 
@@ -107,14 +108,5 @@ function elapsed(job) {
   return Math.max(
     0,
     (Date.parse(job.finished_at ?? new Date().toISOString()) - Date.parse(job.started_at)) / 1000,
-  );
-}
-
-function figure(name, value, rest) {
-  return h(
-    "div",
-    {},
-    h("dt", {}, name),
-    h("dd", {}, h("strong", {}, value), h("span", { className: "soft small" }, rest || "\u00a0")),
   );
 }

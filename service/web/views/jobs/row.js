@@ -3,14 +3,14 @@
 import { h } from "../../dom.js";
 import { ago, codeValues, percent, qualityName, seconds } from "../../format.js";
 import { FINAL } from "../../watch.js";
-import { standing, stateMark } from "../job/state.js";
+import { nameOf, standing, stateMark } from "../job/state.js";
 
 /**
  * @param {{onCancel: (job) => void, onDelete: (job) => void, onPick: () => void, onLabel: (label: string) => void}} acts
  */
 export function makeRow(first, acts) {
   let job = first;
-  const name = first.name ?? "Untitled scene";
+  const name = nameOf(first);
   const picture = h("img", { alt: "", loading: "lazy", width: 96, height: 96 });
   const thumbnail = h(
     "a",

@@ -1,6 +1,7 @@
 // What is written on the start page, kept in the browser until its tab is closed, so that a reload loses nothing.
 
 import { debounced } from "../../dom.js";
+import { keep, kept } from "../../storage.js";
 
 const KEY = "penumbra-draft";
 // A long scene takes milliseconds to keep: too many for every key.
@@ -26,32 +27,27 @@ const IDLE_MS = 300;
  */
 export function makeKeeper(written, signal) {
   let changed = false;
-  const later = debounced(IDLE_MS, keep, signal);
-  function keep() {
-    if (changed) store(written());
+  const later = debounced(IDLE_MS, store, signal);
+  function store() {
+    if (changed) keep("sessionStorage", KEY, JSON.stringify(written()));
     changed = false;
   }
-  addEventListener("pagehide", keep, { signal });
-  document.addEventListener("visibilitychange", keep, { signal });
-  signal.addEventListener("abort", keep);
+  addEventListener("pagehide", store, { signal });
+  document.addEventListener("visibilitychange", store, { signal });
+  signal.addEventListener("abort", store);
   return () => {
     changed = true;
     later();
   };
 }
 
-/** @param {Draft} draft */
-function store(draft) {
-  // Where storage is full or forbidden, a reload loses the draft.
-  try {
-    sessionStorage.setItem(KEY, JSON.stringify(draft));
-  } catch {
-    sessionStorage.clear();
-  }
-}
-
-/** The draft that a page with this job, or with none, was left with. @returns {Draft | null} */
+/**
+ * The draft that a page with this job, or with none, was left with.
+ *
+ * @param {string | null} job
+ * @returns {Draft | null}
+ */
 export function draftOf(job) {
-  const draft = JSON.parse(sessionStorage.getItem(KEY) ?? "null");
+  const draft = JSON.parse(kept("sessionStorage", KEY) ?? "null");
   return draft?.job === job ? draft : null;
 }

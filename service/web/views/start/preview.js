@@ -1,14 +1,13 @@
 // A small picture of the scene beside its text, while it is edited. It creates no job.
 
-import { Problem, Unreachable, request } from "../../api.js";
-import { debounced, h, pause } from "../../dom.js";
+import { Problem, Unreachable, request, whenFree } from "../../api.js";
+import { debounced, h } from "../../dom.js";
 import { requestText } from "../../requests.js";
+import { keep, kept } from "../../storage.js";
 
 // Pixels along the longer side.
 const SIDE = 128;
 const IDLE_MS = 300;
-// Seconds before a busy service is asked again, unless it sends Retry-After.
-const RETRY_SECONDS = 2;
 // Where the choice is kept, in the browser.
 const OFF = "penumbra-preview-off";
 
@@ -16,7 +15,11 @@ const OFF = "penumbra-preview-off";
 export function makePreview(signal) {
   const picture = h("img", { alt: "Preview of the scene", hidden: true });
   const state = h("span", { className: "soft small" });
-  const live = h("input", { type: "checkbox", checked: !isOff(), onchange: choose });
+  const live = h("input", {
+    type: "checkbox",
+    checked: kept("localStorage", OFF) === null,
+    onchange: choose,
+  });
   const element = h(
     "div",
     { className: "preview" },
@@ -57,7 +60,7 @@ export function makePreview(signal) {
   }
 
   function choose() {
-    keepOff(!live.checked);
+    keep("localStorage", OFF, live.checked ? null : "yes");
     asking?.abort();
     if (live.checked && scene !== null) report("waiting", "Rendering …");
     else report("stale", "");
@@ -82,43 +85,11 @@ export function makePreview(signal) {
   };
 }
 
-/** Get the picture, retrying while the service is busy. */
+/** @param {string} body @param {AbortSignal} signal */
 async function rendered(body, signal) {
-  while (true) {
-    try {
-      const response = await request("/v1/previews", {
-        method: "POST",
-        type: "application/json",
-        body,
-        signal,
-      });
-      return await response.blob();
-    } catch (error) {
-      const busy = error instanceof Problem && (error.status === 429 || error.status === 503);
-      if (!busy) throw error;
-      await pause(1000 * (error.retryAfter ?? RETRY_SECONDS), signal);
-      signal.throwIfAborted();
-    }
-  }
+  const options = { method: "POST", type: "application/json", body, signal };
+  return (await whenFree(() => request("/v1/previews", options), signal)).blob();
 }
 
 const reason = (error) =>
   error instanceof Problem || error instanceof Unreachable ? error.message : "There is no preview.";
-
-// Where storage is forbidden, the choice lasts until the page is left.
-function isOff() {
-  try {
-    return localStorage.getItem(OFF) !== null;
-  } catch {
-    return false;
-  }
-}
-
-function keepOff(off) {
-  try {
-    if (off) localStorage.setItem(OFF, "yes");
-    else localStorage.removeItem(OFF);
-  } catch {
-    // Nothing to keep it in.
-  }
-}

@@ -1,19 +1,18 @@
 // The predicted time and error of the picture, before it is rendered.
 
-import { Problem, post } from "../../api.js";
-import { debounced, h, pause } from "../../dom.js";
+import { post, whenFree } from "../../api.js";
+import { debounced, h } from "../../dom.js";
+import { figure } from "../../elements.js";
 import { codeValues, plural, qualityName, seconds } from "../../format.js";
 import { requestText } from "../../requests.js";
 import { alternatives } from "./offers.js";
 
 // A quote keeps a worker busy for a second or more, so it waits until typing stops.
 const IDLE_MS = 900;
-// Seconds before a busy service is asked again, unless it sends Retry-After.
-const RETRY_SECONDS = 2;
 
 /** @param {(quality: object) => void} onUse - Called with the quality of an offer that was chosen. */
 export function makeQuote(onUse, signal) {
-  const body = h("div", { className: "quote-body", role: "status", "aria-live": "polite" });
+  const body = h("div", { role: "status", "aria-live": "polite" });
   const element = h("section", { className: "quote", "aria-label": "Quote" }, body);
   let asking = null;
   let forTime = null;
@@ -40,19 +39,13 @@ export function makeQuote(onUse, signal) {
     if (!current.aborted) element.removeAttribute("aria-busy");
   }
 
-  /** Get a quote, retrying while the service is busy. */
-  async function priced(request, current) {
-    while (true) {
-      try {
-        return await post("/v1/quotes", request, { signal: current });
-      } catch (error) {
-        const busy = error instanceof Problem && (error.status === 429 || error.status === 503);
-        if (!busy) throw error;
-        report("The service is busy, so the quote comes later. You can render without it.");
-        await pause(1000 * (error.retryAfter ?? RETRY_SECONDS), current);
-        current.throwIfAborted();
-      }
-    }
+  /** @param {string} request @param {AbortSignal} current @returns {Promise<QuoteDocument>} */
+  function priced(request, current) {
+    return whenFree(
+      () => post("/v1/quotes", request, { signal: current }),
+      current,
+      () => report("The service is busy, so the quote comes later. You can render without it."),
+    );
   }
 
   const report = (text) => body.replaceChildren(h("p", { className: "soft" }, text));
@@ -134,15 +127,6 @@ const tryAgain = (again) =>
   h("button", { type: "button", className: "quote-again", onclick: again }, "Try again");
 
 const workers = (number) => plural(number, "worker");
-
-function figure(name, value, range) {
-  return h(
-    "div",
-    {},
-    h("dt", {}, name),
-    h("dd", {}, h("strong", {}, value), h("span", { className: "soft small" }, range)),
-  );
-}
 
 function alternative(text, { quality, seconds: time, error }, onUse) {
   const cost = `${seconds(time.estimate)}, error ${codeValues(error.estimate)} code values`;
