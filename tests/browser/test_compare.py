@@ -131,6 +131,26 @@ def test_from_the_page_of_a_job_another_is_chosen(open_page: Open, pair: tuple[s
     assert page.url.endswith(f"/compare/{pair[0]}/{pair[1]}")
 
 
+def test_a_refused_file_can_be_replaced_by_another(
+    open_page: Open, client: httpx2.Client, pair: tuple[str, str]
+) -> None:
+    page = open_page(f"/compare/{pair[0]}/file")
+    choose_reference(page, "exr", b"not a picture")
+    expect(page.get_by_role("alert")).to_be_visible()
+    choose_reference(page, "npy", client.get(f"/v1/jobs/{pair[1]}/image.npy").content)
+    expect(page.locator(".verdict")).to_contain_text("Not the same")
+
+
+def test_pictures_stay_when_their_verdict_fails(open_page: Open, pair: tuple[str, str]) -> None:
+    page = open_page("/jobs")
+    page.route("**/v1/comparisons", lambda route: route.abort("internetdisconnected"))
+    page.goto("/compare/{}/{}".format(*pair))
+    verdict = page.get_by_role("region", name="Verdict")
+    expect(verdict.get_by_role("alert")).to_have_text("The service does not answer.")
+    expect(verdict.get_by_text("Comparing …")).to_be_hidden()
+    expect(verdict.get_by_role("row", name="RMSE")).to_be_visible()
+
+
 def test_pictures_of_two_sizes_are_refused_with_the_reason(
     open_page: Open, client: httpx2.Client, pair: tuple[str, str]
 ) -> None:

@@ -90,7 +90,7 @@ test("floats keep values above 1 and whole numbers are shares of the largest", (
   assert.deepEqual(colors([1, 1], Uint16Array.of(65535), "u2", "srgb"), [1, 1, 1]);
 });
 
-test("an array of another shape is no picture", () => {
-  assert.throws(() => colors([4], Float32Array.of(1, 2, 3, 4), "f4"), /no picture/);
-  assert.throws(() => colors([1, 1, 5], new Float32Array(5), "f4"), /no picture/);
+test("an array of another shape is not a picture", () => {
+  assert.throws(() => colors([4], Float32Array.of(1, 2, 3, 4), "f4"), /not a picture/);
+  assert.throws(() => colors([1, 1, 5], new Float32Array(5), "f4"), /not a picture/);
 });

@@ -1,14 +1,15 @@
 // Compares two pictures: split along a line, in turn, by their difference, and by the verdict of the service.
 
-import { get, jobPath, post } from "../api.js";
+import { Problem, get, jobPath, post } from "../api.js";
 import { announce, h } from "../dom.js";
+import { field } from "../elements.js";
 import { Blending, MODES } from "./compare/blending.js";
 import { HOTTEST, metricsOf } from "./compare/differences.js";
 import { encoded, filmOfFile, filmOfJob, referenceIn } from "./compare/pictures.js";
 import { EIGHT_BITS } from "./compare/references.js";
 import { makeNumbers, makeVerdict } from "./compare/verdict.js";
 import { displayOf, makeDisplay, makeZoom } from "./picture/controls.js";
-import { KEYS } from "./picture/keys.js";
+import { MOVING_KEYS } from "./picture/keys.js";
 import { makeScale } from "./picture/legend.js";
 import { keepPlace } from "./picture/place.js";
 import { leastPositive } from "./picture/scales.js";
@@ -31,7 +32,7 @@ const FILE = "file";
 export function mount(root, { a, b }) {
   const life = new AbortController();
   const { signal } = life;
-  const names = h("p", { className: "lead compared-names" });
+  const names = h("p", { className: "lead" });
   const place = h("div", { "aria-busy": "true" });
   root.append(h("h1", {}, "Compare"), names, place);
   let close = () => {};
@@ -39,15 +40,7 @@ export function mount(root, { a, b }) {
   function fail(error) {
     if (signal.aborted) return;
     place.removeAttribute("aria-busy");
-    place.append(
-      h(
-        "p",
-        { className: "problem", role: "alert" },
-        [error.message, ...(error.errors ?? []).map((one) => one.detail)]
-          .filter((text, i, all) => all.indexOf(text) === i)
-          .join(" "),
-      ),
-    );
+    place.append(refusalOf(error));
   }
 
   /**
@@ -70,21 +63,21 @@ export function mount(root, { a, b }) {
     );
     const same = read && read.film.width === film.width && read.film.height === film.height;
     const b = same ? read : await readByService(await asking, film);
+    signal.throwIfAborted();
     const shown = show(place, [film, b.film], b.note, displayOf(scene), signal);
     close = shown.close;
-    shown.conclude(await asking);
+    await asking.then(shown.conclude, shown.refuse);
   }
 
   async function begin() {
     const job = await get(jobPath(a), { signal });
     const link = (one) => h("a", { href: `/jobs/${one.id}` }, one.name ?? "an untitled scene");
     if (b === FILE) {
-      names.append("A is ", link(job), ", B a file of yours.");
-      place.replaceChildren(
-        picker((file, encoding) =>
-          chosen(file, encoding).catch((error) => (place.replaceChildren(), fail(error))),
-        ),
+      names.append("A is ", link(job), ", B a file of your own.");
+      const form = picker((file, encoding) =>
+        chosen(file, encoding).catch((error) => (place.replaceChildren(form), fail(error))),
       );
+      place.replaceChildren(form);
       return;
     }
     const other = await get(jobPath(b), { signal });
@@ -105,6 +98,15 @@ export function mount(root, { a, b }) {
     life.abort();
     close();
   };
+}
+
+/** What is wrong, in a sentence or more. @param {Error} error */
+function refusalOf(error) {
+  const texts = [
+    error.message,
+    ...(error instanceof Problem ? error.errors : []).map(({ detail }) => detail),
+  ];
+  return h("p", { className: "problem", role: "alert" }, [...new Set(texts)].join(" "));
 }
 
 /** B as the service has read it, which sends it with 8 bits a channel. */
@@ -132,13 +134,8 @@ function picker(chosen) {
   return h(
     "form",
     { className: "panel row reference", onsubmit: submit },
-    h(
-      "div",
-      { className: "field" },
-      h("label", { htmlFor: file.id }, "Reference: a PNG, NPY or EXR file"),
-      file,
-    ),
-    h("div", { className: "field" }, h("label", { htmlFor: encoding.id }, "Its values are"), encoding),
+    field("Reference: a PNG, NPY or EXR file", file),
+    field("Its values are", encoding),
     h("button", { type: "submit", className: "primary" }, "Compare"),
   );
 }
@@ -159,7 +156,7 @@ function show(place, films, note, asked, signal) {
   const keys = h(
     "p",
     { className: "soft small", id: "compare-keys" },
-    `Hold Space for B; F switches between A and B. ${KEYS.split(" Enter")[0]}`,
+    `Hold Space for B; F switches between A and B. ${MOVING_KEYS}`,
   );
   const line = h("input", {
     id: "split-line",
@@ -186,11 +183,12 @@ function show(place, films, note, asked, signal) {
     line,
   );
   const modes = makeModes(change);
+  const numbers = makeNumbers(metricsOf(...films, whole));
   const verdict = h(
     "section",
     { className: "panel compared-verdict", "aria-label": "Verdict", "aria-busy": "true" },
     h("p", { className: "soft", role: "status" }, "Comparing …"),
-    makeNumbers(metricsOf(...films, whole)),
+    numbers,
   );
 
   function overlay(context) {
@@ -209,13 +207,19 @@ function show(place, films, note, asked, signal) {
     return makeScale(blending.scales[mode], least, LEGENDS[mode], (scale) => {
       blending.scales[mode] = scale;
       blending.draw();
-    }).element;
+    });
   }
 
   function conclude(answer) {
     verdict.removeAttribute("aria-busy");
     verdict.replaceChildren(makeVerdict(answer, showRegion));
     announce(answer.reason);
+  }
+
+  function refuse(error) {
+    if (signal.aborted) return;
+    verdict.removeAttribute("aria-busy");
+    verdict.replaceChildren(refusalOf(error), numbers);
   }
 
   function showRegion(chosen) {
@@ -254,7 +258,7 @@ function show(place, films, note, asked, signal) {
       { className: "compared" },
       h(
         "section",
-        { className: "compared-pictures", "aria-label": "Pictures" },
+        { "aria-label": "Pictures" },
         h("div", { className: "row tools" }, modes.element, display.element, makeZoom(screen)),
         screen.element,
         lineField,
@@ -270,7 +274,7 @@ function show(place, films, note, asked, signal) {
   keepPlace(screen, signal);
   display.begin(asked);
   change("split");
-  return { conclude, close: () => (screen.close(), blending.close()) };
+  return { conclude, refuse, close: () => (screen.close(), blending.close()) };
 }
 
 function makeModes(changed) {

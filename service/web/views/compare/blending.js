@@ -120,12 +120,7 @@ export class Blending {
   /** Draw the line between A and B, and the numbers of pixels. @param {CanvasRenderingContext2D} context */
   overlay(context) {
     const { screen } = this;
-    drawNumbers(
-      context,
-      screen,
-      (x, y) => this.#lines(x, y),
-      (x, y) => this.#shown(x, y),
-    );
+    drawNumbers(context, screen, (x, y) => this.#lines(x, y), this.#shown());
     if (this.mode !== "split") return;
     const x = screen.left + screen.scale * this.column;
     for (const [style, width] of /** @type {[string, number][]} */ ([
@@ -162,9 +157,16 @@ export class Blending {
     return this.mode === "a" || (this.mode === "split" && x < this.column);
   }
 
-  /** @param {number} x @param {number} y */
-  #shown(x, y) {
-    return Array.from(this.screen.context.getImageData(x, y, 1, 1).data.subarray(0, 3));
+  /** Gives the codes of visible pixels, which are read once: each reading may wait for a graphics card. */
+  #shown() {
+    const { x0, y0, x1, y1 } = this.screen.visible();
+    /** @type {Uint8ClampedArray | null} */
+    let codes = null;
+    return (/** @type {number} */ x, /** @type {number} */ y) => {
+      codes ??= this.screen.context.getImageData(x0, y0, x1 - x0, y1 - y0).data;
+      const from = 4 * ((y - y0) * (x1 - x0) + x - x0);
+      return Array.from(codes.subarray(from, from + 3));
+    };
   }
 }
 

@@ -72,8 +72,8 @@ function pixelsOf(bitmap) {
   return context.getImageData(0, 0, canvas.width, canvas.height);
 }
 
-/** A picture, or a piece of it. @param {string} png - In Base64. */
-export function bitmapOf(png, ...piece) {
+/** A piece of a picture. @param {string} png - In Base64. */
+function bitmapOf(png, ...piece) {
   const blob = new Blob([Uint8Array.from(atob(png), (letter) => letter.charCodeAt(0))], {
     type: "image/png",
   });

@@ -23,7 +23,7 @@ const LARGEST = { u1: 255, u2: 65535 };
 export function colorsOf({ shape, values: numbers, type }, encoding) {
   const [height, width, channels = 1] = shape;
   if (shape.length < 2 || shape.length > 3 || channels > 4)
-    throw new Error(`An array of shape (${shape.join(", ")}) is no picture.`);
+    throw new Error(`An array of shape (${shape.join(", ")}) is not a picture.`);
   const largest = LARGEST[type] ?? 1;
   const colored = channels > 2 ? 1 : 0;
   const values = new Float32Array(3 * width * height);

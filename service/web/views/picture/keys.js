@@ -4,8 +4,9 @@ const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowD
 const FAR = 10;
 const STEP = Math.SQRT2;
 
-export const KEYS =
-  "Arrow keys move from pixel to pixel, with Shift by ten. Plus and minus zoom, 0 fits, 1 shows one to one. C copies the values. Enter explains the pixel.";
+export const MOVING_KEYS =
+  "Arrow keys move from pixel to pixel, with Shift by ten. Plus and minus zoom, 0 fits, 1 shows one to one.";
+export const KEYS = `${MOVING_KEYS} C copies the values. Enter explains the pixel.`;
 
 export function hearKeys(screen) {
   const middle = () => ({ x: Math.floor(screen.width / 2), y: Math.floor(screen.height / 2) });

@@ -17,7 +17,7 @@ const UNITS = {
 /** @type {Record<string, string>} */
 const MEANINGS = {
   directions: "Red, green and blue are x, y and z, from −1 to 1.",
-  names: "Each number has its own colour; black is no shape.",
+  names: "Each number has its own colour; black means no shape.",
 };
 
 /** @typedef {import("./scales.js").Scale} Scale */
@@ -42,7 +42,7 @@ export function makeLegend(layer, changed) {
   const unit = UNITS[layer.name] ?? "";
   const caption = `${layer.name}${unit && `, ${unit}`}. Grey is infinite or has no value.`;
   const change = (/** @type {Scale} */ scale) => ((layer.scale = scale), changed());
-  return makeScale(layer.scale, leastPositive(layer.values), caption, change).element;
+  return makeScale(layer.scale, leastPositive(layer.values), caption, change);
 }
 
 /** A number as it is typed. @param {number} value */
@@ -58,20 +58,20 @@ const typed = (value) => String(Number(value.toPrecision(4)));
  */
 export function makeScale(begun, least, caption, changed) {
   let scale = begun;
-  const ramp = /** @type {HTMLCanvasElement} */ (h("canvas", { width: WIDTH, height: HEIGHT, role: "img" }));
-  ramp.setAttribute("aria-label", "Colour scale");
+  const ramp = h("canvas", { width: WIDTH, height: HEIGHT, role: "img", "aria-label": "Colour scale" });
   const middle = h("output", { className: "number" });
   const low = end("Lowest value", (value) => ({ low: value }));
   const high = end("Highest value", (value) => ({ high: value }));
-  const log = /** @type {HTMLInputElement} */ (
-    h("input", { type: "checkbox", disabled: !(least < Infinity), onchange: () => set(logarithmic()) })
-  );
-  const colors = /** @type {HTMLSelectElement} */ (
-    h(
-      "select",
-      { "aria-label": "Colours", onchange: () => set({ colors: colors.value }) },
-      COLORMAPS.map((name) => h("option", { value: name }, name)),
-    )
+  const log = h("input", {
+    type: "checkbox",
+    disabled: !(least < Infinity),
+    onchange: () => set(logarithmic()),
+  });
+  /** @type {HTMLSelectElement} */
+  const colors = h(
+    "select",
+    { "aria-label": "Colours", onchange: () => set({ colors: colors.value }) },
+    COLORMAPS.map((name) => h("option", { value: name }, name)),
   );
   const reset = h("button", { type: "button", className: "plain", onclick: () => set(begun) }, "Reset");
 
@@ -79,7 +79,7 @@ export function makeScale(begun, least, caption, changed) {
   function end(label, part) {
     const input = h("input", { inputMode: "decimal", "aria-label": label, title: label });
     input.addEventListener("change", () => set(part(Number(input.value.replace("−", "-")))));
-    return /** @type {HTMLInputElement} */ (input);
+    return input;
   }
 
   // A logarithmic scale cannot begin at zero.
@@ -104,7 +104,7 @@ export function makeScale(begun, least, caption, changed) {
   }
 
   show();
-  const element = h(
+  return h(
     "figure",
     { className: "legend" },
     ramp,
@@ -112,7 +112,6 @@ export function makeScale(begun, least, caption, changed) {
     h("div", { className: "row small legend-choices" }, h("label", {}, log, " logarithmic"), colors, reset),
     h("figcaption", { className: "soft small" }, caption),
   );
-  return { element };
 }
 
 /** @param {HTMLCanvasElement} canvas @param {string} colors */

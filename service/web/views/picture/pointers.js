@@ -12,28 +12,21 @@ export function hearPointers(screen) {
   const down = new Map();
   let dragged = false;
   let gripped = false;
-  const place = (event) => {
-    const box = element.getBoundingClientRect();
-    return {
-      x: event.clientX - box.left - element.clientLeft,
-      y: event.clientY - box.top - element.clientTop,
-    };
-  };
   const on = (type, listener, options = {}) =>
     element.addEventListener(type, listener, { signal: life.signal, ...options });
 
   on("pointerdown", (event) => {
     if (event.button !== 0) return;
     element.setPointerCapture(event.pointerId);
-    gripped = !down.size && Boolean(screen.grip?.holds(place(event)));
+    gripped = !down.size && Boolean(screen.grip?.holds(screen.placeOf(event)));
     // A press with two fingers never chooses a pixel.
     dragged = down.size > 0;
-    down.set(event.pointerId, { now: place(event), begun: place(event) });
+    down.set(event.pointerId, { now: screen.placeOf(event), begun: screen.placeOf(event) });
   });
 
   on("pointermove", (event) => {
     const finger = down.get(event.pointerId);
-    const now = place(event);
+    const now = screen.placeOf(event);
     if (!finger) {
       element.classList.toggle("gripping", Boolean(screen.grip?.holds(now)));
       return screen.point(screen.pixelAt(now.x, now.y));
@@ -60,7 +53,7 @@ export function hearPointers(screen) {
     "wheel",
     (event) => {
       event.preventDefault();
-      const { x, y } = place(event);
+      const { x, y } = screen.placeOf(event);
       screen.zoom(screen.scale * Math.exp(-WHEEL * event.deltaY * (event.deltaMode ? LINE : 1)), x, y);
     },
     { passive: false },

@@ -14,12 +14,12 @@ export function hearRegion(screen, chosen) {
   const options = { signal: life.signal, capture: true };
 
   const pixel = (/** @type {PointerEvent} */ event) => {
-    const box = element.getBoundingClientRect();
+    const { x, y } = screen.placeOf(event);
     const whole = (/** @type {number} */ place, /** @type {number} */ count) =>
       Math.min(count - 1, Math.max(0, Math.floor(place / screen.scale)));
     return {
-      x: whole(event.clientX - box.left - element.clientLeft - screen.left, screen.width),
-      y: whole(event.clientY - box.top - element.clientTop - screen.top, screen.height),
+      x: whole(x - screen.left, screen.width),
+      y: whole(y - screen.top, screen.height),
     };
   };
 

@@ -141,6 +141,15 @@ export class Screen extends EventTarget {
     return { x0, y0, x1, y1 };
   }
 
+  /** Where the pointer is, in CSS pixels of the element. @param {MouseEvent} event @returns {PixelPlace} */
+  placeOf(event) {
+    const { left, top } = this.element.getBoundingClientRect();
+    return {
+      x: event.clientX - left - this.element.clientLeft,
+      y: event.clientY - top - this.element.clientTop,
+    };
+  }
+
   /** The pixel at a point of the element, or null outside the picture. */
   pixelAt(x, y) {
     const pixel = { x: Math.floor((x - this.left) / this.scale), y: Math.floor((y - this.top) / this.scale) };
@@ -189,7 +198,6 @@ export class Screen extends EventTarget {
     const density = this.scale * devicePixelRatio;
     this.canvas.style.transform = `translate(${this.left}px, ${this.top}px) scale(${this.scale})`;
     this.canvas.classList.toggle("crisp", density >= 2);
-    this.element.classList.toggle("fitted", this.fitted);
     this.redraw();
     this.dispatchEvent(new CustomEvent("view"));
   }
