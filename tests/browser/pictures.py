@@ -24,7 +24,8 @@ CODES = """() => {
     for (const code of data) text += String.fromCharCode(code);
     return [canvas.width, canvas.height, btoa(text)];
 }"""
-OUTLINED = """(rectangles) => {
+# What is drawn over the picture: a context to read, and where a point of the picture is on it.
+OVERLAY = """
     const over = document.querySelector("canvas.over");
     const copy = new OffscreenCanvas(over.width, over.height);
     const context = copy.getContext("2d", { willReadFrequently: true });
@@ -33,6 +34,10 @@ OUTLINED = """(rectangles) => {
     const [area, picture] = [over, pixels].map((one) => one.getBoundingClientRect());
     const scale = picture.width / pixels.width;
     const place = (x, y) => [picture.x - area.x + x * scale, picture.y - area.y + y * scale].map(Math.round);
+"""
+OUTLINED = (
+    f"(rectangles) => {{{OVERLAY}"
+    """
     // Lines lie within their tile, about two dots from its edge.
     const orange = ([x, y]) => {
         const { data } = context.getImageData(x - 1, y - 1, 3, 3);
@@ -49,6 +54,7 @@ OUTLINED = """(rectangles) => {
         ].every(orange);
     });
 }"""
+)
 COVERED = """() => {
     const canvas = document.querySelector("canvas.pixels");
     if (!canvas) return false;

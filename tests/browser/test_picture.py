@@ -24,6 +24,7 @@ from service.settings import Settings
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import (
     COVERED,
+    OVERLAY,
     Rectangle,
     at_work,
     click_at,
@@ -188,14 +189,10 @@ def test_from_some_zoom_on_numbers_stand_in_the_pixels(
     open_page: Open, client: httpx2.Client, shoot: Shoot
 ) -> None:
     page = opened(open_page, finished(client))
-    drawn = """(least) => {
-        const over = document.querySelector("canvas.over");
-        const copy = new OffscreenCanvas(over.width, over.height);
-        const context = copy.getContext("2d", { willReadFrequently: true });
-        context.drawImage(over, 0, 0);
-        const { data } = context.getImageData(0, 0, over.width, over.height);
+    drawn = f"""(least) => {{{OVERLAY}
+        const {{ data }} = context.getImageData(0, 0, over.width, over.height);
         return data.filter((alpha, i) => i % 4 === 3 && alpha > 0).length >= least;
-    }"""
+    }}"""
     assert not page.evaluate(drawn, 1)
     for _ in range(3):
         page.get_by_role("button", name="Zoom in").click()

@@ -14,7 +14,7 @@ from renderer.images import files as image_files
 from schemas.scene import Display
 from service.server import RunningServer
 from tests.browser.conftest import Open
-from tests.browser.pictures import codes_of, finished, opened, served, tab
+from tests.browser.pictures import codes_of, finished, opened, point_at, served, tab
 from tests.integration.support import image, scene
 
 LUMA = [0.2126, 0.7152, 0.0722]
@@ -71,6 +71,17 @@ def test_the_automatic_exposure_clips_one_pixel_of_a_hundred(
     assert (brightest * 2**exposure > 1).mean() <= 0.01
     # A quarter of a stop more would be too much.
     assert (brightest * 2 ** (exposure + 0.25) > 1).mean() > 0.01
+
+
+def test_a_new_exposure_changes_the_codes_under_the_cursor(open_page: Open, bright: str) -> None:
+    page = opened(open_page, bright)
+    point_at(page, 30, 20, (60, 40))
+    readout = page.locator(".readout")
+    linear = readout.inner_text().split("shown")[0]
+    page.get_by_label("Exposure", exact=True).fill("-10")
+    expect(readout).to_have_text(linear + "shown 0  0  0")
+    swatch = page.locator(".swatch").evaluate("(one) => getComputedStyle(one).backgroundColor")
+    assert swatch == "rgb(0, 0, 0)"
 
 
 def test_the_statistics_are_those_of_the_dragged_part(

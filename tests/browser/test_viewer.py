@@ -13,23 +13,23 @@ from playwright.sync_api import FloatRect, Locator, Page, expect
 from renderer.cameras import build_pinhole
 from schemas.cameras import Camera
 from tests.browser.conftest import Open, Shoot
-from tests.browser.pictures import COVERED, click_at, codes_of, finished, opened, point_at, served, tab
+from tests.browser.pictures import (
+    COVERED,
+    OVERLAY,
+    click_at,
+    codes_of,
+    finished,
+    opened,
+    point_at,
+    served,
+    tab,
+)
 from tests.browser.scenes import TIMEOUT, endless
 from tests.integration.support import image, scene
 
 SIZES = [(1280, 800), (1920, 1080), (390, 844), (360, 740)]
 TABS = ("Render", "Pixel", "Plan", "Compare")
-OVER = """([x, y]) => {
-    const over = document.querySelector("canvas.over");
-    const copy = new OffscreenCanvas(over.width, over.height);
-    const context = copy.getContext("2d", { willReadFrequently: true });
-    context.drawImage(over, 0, 0);
-    const pixels = document.querySelector("canvas.pixels");
-    const [area, picture] = [over, pixels].map((one) => one.getBoundingClientRect());
-    const scale = picture.width / pixels.width;
-    const place = [picture.x - area.x + scale * x, picture.y - area.y + scale * y].map(Math.round);
-    return Array.from(context.getImageData(...place, 1, 1).data);
-}"""
+OVER = f"([x, y]) => {{{OVERLAY} return Array.from(context.getImageData(...place(x, y), 1, 1).data); }}"
 
 
 def box(place: Locator) -> FloatRect:
@@ -206,6 +206,25 @@ def test_a_pixel_is_copied_with_all_its_digits(open_page: Open, client: httpx2.C
     expect(page.locator("#announcer")).to_have_text("The values of pixel 40, 40 are copied.")
     copied = np.array(page.evaluate("navigator.clipboard.readText()").split(), np.float32)
     np.testing.assert_array_equal(copied, image(client, job)[40, 40])
+
+
+def test_a_browser_that_stores_nothing_shows_the_picture(open_page: Open, job: str) -> None:
+    page = open_page("/jobs")
+    for name in ("localStorage", "sessionStorage"):
+        page.add_init_script(
+            f"Object.defineProperty(window, '{name}', "
+            "{ get() { throw new DOMException('Access is denied.', 'SecurityError'); } })"
+        )
+    page.goto(f"/jobs/{job}")
+    page.wait_for_function(COVERED)
+    page.get_by_role("button", name="Display").click()
+    page.get_by_label("Background").select_option("black")
+    expect(page.locator(".stage")).to_have_attribute("data-background", "black")
+    page.goto("/")
+    expect(page.get_by_role("button", name="Render", exact=True)).to_be_enabled()
+    page.get_by_label("Labels").fill("week:3")
+    page.get_by_role("link", name="Jobs", exact=True).click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
 
 
 def test_what_blocks_the_light_of_a_pixel_is_highlighted(open_page: Open, job: str) -> None:

@@ -1,6 +1,7 @@
 // Controls of what is shown of a picture: one channel, clipped pixels, an exposure that fits.
 
 import { announce, h } from "../../dom.js";
+import { field } from "../../elements.js";
 import { exposureFor } from "./histogram.js";
 
 /** @typedef {import("./develop.js").Developer} Developer @typedef {import("./look.js").Channel} Channel */
@@ -16,18 +17,16 @@ const NAMES = [
 
 /** A choice of the channel that is shown. @param {Developer} developer */
 export function makeChannels(developer) {
-  const select = /** @type {HTMLSelectElement} */ (
-    h(
-      "select",
-      {
-        id: "shown-channel",
-        onchange: () => developer.change({ channel: /** @type {Channel} */ (select.value) }),
-      },
-      NAMES.map(([value, name]) => h("option", { value }, name)),
-    )
+  /** @type {HTMLSelectElement} */
+  const select = h(
+    "select",
+    {
+      id: "shown-channel",
+      onchange: () => developer.change({ channel: /** @type {Channel} */ (select.value) }),
+    },
+    NAMES.map(([value, name]) => h("option", { value }, name)),
   );
-  const element = h("div", { className: "field" }, h("label", { htmlFor: select.id }, "Channel"), select);
-  return { element };
+  return field("Channel", select);
 }
 
 // CSS pixels across a stripe.
@@ -35,17 +34,16 @@ const STRIPE = 4;
 
 /** A switch of the stripes over clipped pixels. @param {Developer} developer */
 export function makeZebra(developer) {
-  const box = /** @type {HTMLInputElement} */ (
-    h("input", {
-      type: "checkbox",
-      onchange: () =>
-        developer.change({
-          stripe: box.checked ? Math.max(1, Math.ceil(STRIPE / developer.screen.scale)) : 0,
-        }),
-    })
-  );
+  /** @type {HTMLInputElement} */
+  const box = h("input", {
+    type: "checkbox",
+    onchange: () =>
+      developer.change({
+        stripe: box.checked ? Math.max(1, Math.ceil(STRIPE / developer.screen.scale)) : 0,
+      }),
+  });
   const title = "Red stripes: brighter than white. Blue stripes: below zero. Magenta: not a number.";
-  return { element: h("label", { className: "zebra", title }, box, " Mark clipped pixels") };
+  return h("label", { className: "zebra", title }, box, " Mark clipped pixels");
 }
 
 /**
@@ -59,7 +57,7 @@ export function makeAutoExposure(film, expose) {
   function choose() {
     const exposure = exposureFor(film);
     if (exposure !== null) expose(exposure);
-    announce(exposure === null ? "The picture has no light." : `Exposure ${exposure} stops`);
+    announce(exposure === null ? "The picture is black." : `Exposure ${exposure} stops`);
   }
-  return { element: h("button", { type: "button", title, onclick: choose }, "Auto exposure") };
+  return h("button", { type: "button", title, onclick: choose }, "Auto exposure");
 }

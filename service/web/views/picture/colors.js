@@ -1,7 +1,7 @@
 // The brightness of a colour.
 
 /** Weights of red, green and blue in luminance (ITU-R BT.709). */
-export const LUMA = [0.2126, 0.7152, 0.0722];
+const LUMA = [0.2126, 0.7152, 0.0722];
 
 /**
  * @param {number} red

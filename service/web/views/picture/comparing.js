@@ -3,6 +3,7 @@
 import { get } from "../../api.js";
 import { h } from "../../dom.js";
 import { navigate } from "../../navigation.js";
+import { nameOf } from "../job/state.js";
 import { placeOf } from "./place.js";
 
 const MOST = 50;
@@ -38,13 +39,9 @@ export function makeComparing(watch, screen) {
     );
     select.replaceChildren(
       ...others.map((job) =>
-        h(
-          "option",
-          { value: job.id },
-          `${job.name ?? "untitled"}, ${new Date(job.created_at).toLocaleTimeString()}`,
-        ),
+        h("option", { value: job.id }, `${nameOf(job)}, ${new Date(job.created_at).toLocaleTimeString()}`),
       ),
-      h("option", { value: "file" }, "a file of yours …"),
+      h("option", { value: "file" }, "a file of your own …"),
     );
     form.hidden = false;
   }

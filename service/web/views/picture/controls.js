@@ -1,13 +1,13 @@
-// Display controls: layer, exposure, transfer function, zoom.
+// Controls of the viewer: layer, exposure, transfer function, zoom, background, full screen.
 
 import { h } from "../../dom.js";
+import { field } from "../../elements.js";
+import { keep, kept } from "../../storage.js";
+import { makeIcon } from "./icons.js";
 import { TRANSFERS } from "./transfer.js";
 
 const WORDS = { srgb: "sRGB", linear: "Linear", "gamma 2.2": "Gamma 2.2" };
 const MOST_STOPS = 10;
-
-const field = (label, control, ...more) =>
-  h("div", { className: "field" }, h("label", { htmlFor: control.id }, label), control, ...more);
 
 /** The display settings of a scene. */
 export const displayOf = (scene) => ({ exposure: 0, transfer: "srgb", ...scene.display });
@@ -109,3 +109,40 @@ export function makeZoom(screen) {
 }
 
 const short = (value) => (value < 9.95 ? value.toFixed(1) : String(Math.round(value)));
+
+/** @type {Record<string, string>} */
+const BACKGROUNDS = { grey: "Grey", black: "Black", white: "White", checks: "Checks" };
+const BACKGROUND = "penumbra:background";
+
+/** A choice of what lies behind the picture, kept for the next one. @param {HTMLElement} stage */
+export function makeBackground(stage) {
+  const begun = kept("localStorage", BACKGROUND);
+  const select = h(
+    "select",
+    { id: "background", onchange: () => (keep("localStorage", BACKGROUND, select.value), show()) },
+    Object.entries(BACKGROUNDS).map(([value, name]) =>
+      h("option", { value, selected: value === begun }, name),
+    ),
+  );
+  const show = () => (stage.dataset.background = select.value);
+  show();
+  return field("Background", select);
+}
+
+/** A button that fills the display, where the browser can. @param {HTMLElement} viewer */
+export function makeFullscreen(viewer) {
+  const toggle = () =>
+    document.fullscreenElement ? document.exitFullscreen() : viewer.requestFullscreen().catch(() => {});
+  return h(
+    "button",
+    {
+      type: "button",
+      className: "icon",
+      title: "Full screen",
+      "aria-label": "Full screen",
+      hidden: !document.fullscreenEnabled,
+      onclick: toggle,
+    },
+    makeIcon("fullscreen"),
+  );
+}

@@ -1,9 +1,11 @@
 // Draws a film or a layer on a screen, and the numbers in its pixels.
 
+import { unpack } from "./colormaps.js";
 import { Darkroom } from "./darkroom.js";
 import { area } from "./film.js";
 import { plainLook } from "./look.js";
 import { drawNumbers, short } from "./numbers.js";
+import { develop } from "./software.js";
 import { Encoder } from "./transfer.js";
 
 /** @typedef {import("./film.js").Film} Film @typedef {import("./film.js").Rectangle} Rectangle */
@@ -65,6 +67,8 @@ export class Developer {
   change(part) {
     this.look = { ...this.look, ...part };
     if (!this.layer) this.#put(this.film.whole);
+    // The numbers in pixels are codes.
+    this.screen.redraw();
   }
 
   /** Show a layer, or the picture where it is null. @param {Layer | null} layer */
@@ -94,6 +98,20 @@ export class Developer {
     return values
       ? `linear ${values.map(short).join("  ")}   shown ${this.codes(x, y)?.join("  ")}`
       : "not rendered yet";
+  }
+
+  /**
+   * The colour of a pixel on the screen, computed: a canvas on a graphics card is slow to read.
+   *
+   * @param {number} x
+   * @param {number} y
+   * @returns {number[]} RGBA codes, transparent where the picture is not known.
+   */
+  color(x, y) {
+    if (this.layer) return [...this.layer.codes(x, y), 255];
+    const packed = new Uint32Array(1);
+    develop(this.film, this.look, { x0: x, y0: y, x1: x + 1, y1: y + 1 }, packed);
+    return [...unpack(packed[0]), packed[0] >>> 24];
   }
 
   /** @param {CanvasRenderingContext2D} context */

@@ -1,28 +1,28 @@
 // The histogram of a picture, with what is white at the present exposure.
 
-import { h } from "../../dom.js";
+import { debounced, h } from "../../dom.js";
 import { STOPS, countClipped, histogramOf } from "./histogram.js";
 
 const WIDTH = 320;
 const HEIGHT = 96;
 const COLORS = ["#f33", "#2c2", "#46f"];
 // Milliseconds without new tiles or another exposure before values are counted again.
-const CALM = 300;
+const CALM_MS = 300;
 
 /**
  * @param {import("./film.js").Film} film
- * @returns {{element: HTMLElement, changed: () => void, expose: (exposure: number) => void, close: () => void}}
- *   `changed` is to be called when the film has changed.
+ * @param {AbortSignal} signal
+ * @returns {{element: HTMLElement, changed: () => void, expose: (exposure: number) => void}} `changed` is to be called when the film has changed.
  */
-export function makeHistogram(film) {
-  const canvas = /** @type {HTMLCanvasElement} */ (
-    h("canvas", { className: "histogram", width: WIDTH, height: HEIGHT, role: "img" })
-  );
+export function makeHistogram(film, signal) {
+  const canvas = h("canvas", { className: "histogram", width: WIDTH, height: HEIGHT, role: "img" });
   const caption = h("figcaption", { className: "soft small" });
   /** @type {import("./histogram.js").Histogram | null} */
   let histogram = null;
   let exposure = 0;
-  let timer = 0;
+  // In a closed drawer nothing is counted.
+  let isVisible = false;
+  const soon = debounced(CALM_MS, () => isVisible && show(), signal);
 
   function show() {
     histogram ??= histogramOf(film);
@@ -31,19 +31,13 @@ export function makeHistogram(film) {
     canvas.setAttribute("aria-label", `Histogram. ${caption.textContent}`);
   }
 
-  function soon() {
-    clearTimeout(timer);
-    timer = setTimeout(() => seen.isVisible && show(), CALM);
-  }
-
-  // In a closed drawer nothing is counted.
-  const seen = { isVisible: false };
   const observer = new IntersectionObserver((entries) => {
-    seen.isVisible = entries[entries.length - 1].isIntersecting;
-    if (seen.isVisible) show();
+    isVisible = entries[entries.length - 1].isIntersecting;
+    if (isVisible) show();
   });
   const element = h("figure", { className: "histogram-figure" }, canvas, caption);
   observer.observe(element);
+  signal.addEventListener("abort", () => observer.disconnect());
 
   return {
     element,
@@ -53,13 +47,9 @@ export function makeHistogram(film) {
     },
     expose(stops) {
       exposure = stops;
-      if (!seen.isVisible || !histogram) return;
+      if (!isVisible || !histogram) return;
       draw(canvas, histogram.counts, exposure);
       soon();
-    },
-    close() {
-      clearTimeout(timer);
-      observer.disconnect();
     },
   };
 }
@@ -95,6 +85,6 @@ function words({ dark, infinite, total }, clipped) {
   const share = (/** @type {number} */ count) => `${((100 * count) / Math.max(1, total)).toFixed(1)} %`;
   return (
     `Counts are logarithmic, lines are two stops apart, the white line is display white: ${share(clipped)} of the ` +
-    `values lie above it, ${share(dark)} are zero or below.${infinite ? ` ${infinite} are no finite numbers.` : ""}`
+    `values lie above it, ${share(dark)} are zero or below.${infinite ? ` ${infinite} are not finite.` : ""}`
   );
 }

@@ -6,7 +6,6 @@ import { svg } from "../../dom.js";
 const LINES = {
   panel: "M2 3h12v10H2zM10 3v10",
   fullscreen: "M2 6V2h4M10 2h4v4M14 10v4h-4M6 14H2v-4",
-  copy: "M5 5h8v8H5zM3 11V3h8",
 };
 
 export function makeIcon(name) {

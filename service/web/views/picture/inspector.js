@@ -2,6 +2,7 @@
 
 import { jobPath, post } from "../../api.js";
 import { announce, h } from "../../dom.js";
+import { quoted } from "../../elements.js";
 import { MARKS } from "./path.js";
 import { makeRay } from "./ray.js";
 import { short } from "./numbers.js";
@@ -94,9 +95,6 @@ export function makeInspector(id, pictured, copy, signal) {
 
   return self;
 }
-
-/** Set names between backticks as code. */
-const quoted = (text) => text.split("`").map((part, i) => (i % 2 ? h("code", {}, part) : part));
 
 function colours(found, mean) {
   const rows = [

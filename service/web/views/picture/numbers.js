@@ -3,7 +3,7 @@
 import { luma } from "./colors.js";
 
 // CSS pixels a side from which three lines of linear value and code are readable.
-export const READABLE = 64;
+const READABLE = 64;
 const LINES_A_PIXEL = 6.4;
 const LARGEST_TEXT = 14;
 // From this luminance on, black text is easier to read than white.

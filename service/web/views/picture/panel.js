@@ -1,30 +1,36 @@
 // The picture of a job: it fills in while it renders, zooms, and explains single pixels.
 
-import { get, jobPath } from "../../api.js";
-import { announce, h } from "../../dom.js";
-import { makeArrivals } from "./arrivals.js";
+import { get, jobPath, request } from "../../api.js";
+import { announce, debounced, h } from "../../dom.js";
 import { makeAutoExposure, makeChannels, makeZebra } from "./channels.js";
 import { makeComparing } from "./comparing.js";
-import { displayOf, makeDisplay, makeLayerChoice, makeZoom } from "./controls.js";
-import { copied } from "./copying.js";
+import {
+  displayOf,
+  makeBackground,
+  makeDisplay,
+  makeFullscreen,
+  makeLayerChoice,
+  makeZoom,
+} from "./controls.js";
 import { Developer } from "./develop.js";
 import { Film } from "./film.js";
 import { makeFirst } from "./first.js";
-import { drawGrid } from "./grid.js";
 import { makeHistogram } from "./histogram_view.js";
 import { makeInspector } from "./inspector.js";
 import { KEYS } from "./keys.js";
-import { fetchLayer } from "./layer_files.js";
+import { Layer } from "./layers.js";
 import { makeLegend } from "./legend.js";
+import { decodeNpy } from "./npy.js";
+import { drawGrid, drawTiles, makeArrivals } from "./overlay.js";
 import { makePath } from "./path.js";
 import { keepPlace } from "./place.js";
 import { makePopover } from "./popover.js";
 import { makeReadout } from "./readout.js";
 import { Screen, square } from "./screen.js";
 import { makeStatistics } from "./statistics_view.js";
-import { makeBackground, makeFullscreen } from "./surroundings.js";
-import { drawTiles } from "./tiles.js";
 
+// Without new tiles for so long, the statistics are taken again.
+const CALM_MS = 300;
 const CHOSEN = "#ffb43c";
 // In narrower windows the display controls are in the popover of the toolbar.
 const NARROW = matchMedia("(max-width: 60rem)");
@@ -38,42 +44,39 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   const display = makeDisplay(() => {
     developer.expose(display.exposure, display.transfer);
     histogram.expose(display.exposure);
+    readout.show();
   });
-  const histogram = makeHistogram(film);
+  const histogram = makeHistogram(film, watch.signal);
   const statistics = makeStatistics(screen, () => developer.shown);
-  const inspector = makeInspector(watch.id, (x, y) => film.at(x, y), copy, watch.signal);
   const readout = makeReadout(screen, developer);
+  const inspector = makeInspector(watch.id, (x, y) => film.at(x, y), readout.copy, watch.signal);
   const keys = h("p", { className: "soft small", id: "picture-keys" }, KEYS);
   const legend = h("div", { className: "stage-legend" });
   const refusal = h("p", { className: "problem stage-notice", role: "alert", hidden: true });
   const nothing = h("p", { className: "stage-nothing", hidden: true });
   const first = makeFirst(watch, screen, () => inspector.pixel);
   const layers = Object.keys(links.layers ?? {});
-  // What else looks at the picture: elements by the place where they stand.
-  const tools = {
-    bar: [makeZoom(screen)],
-    display: [
-      makeAutoExposure(film, (exposure) => display.set({ exposure })).element,
-      makeChannels(developer).element,
-      makeZebra(developer).element,
-      makeBackground(stage),
-    ],
-    render: [],
-    pixel: [inspector.element, histogram.element, statistics.element, keys],
-    compare: [makeComparing(watch, screen)],
-  };
   const arrivals = makeArrivals(screen);
+  const recount = debounced(CALM_MS, statistics.changed, watch.signal);
   let wanted = null;
   let drawPath = null;
 
-  const settings = makePopover("Display", "display-settings", ...tools.display);
+  const settings = makePopover(
+    "Display",
+    "display-settings",
+    makeAutoExposure(film, (exposure) => display.set({ exposure })),
+    makeChannels(developer),
+    makeZebra(developer),
+    makeBackground(stage),
+  );
   screen.element.setAttribute("aria-describedby", keys.id);
   const choices = [layers.length ? makeLayerChoice(layers, chooseLayer) : null, display.element].filter(
     Boolean,
   );
-  bar.controls.append(...tools.bar, settings.button, makeFullscreen(viewer), settings.panel);
+  bar.controls.append(makeZoom(screen), settings.button, makeFullscreen(viewer), settings.panel);
   stage.append(screen.element, readout.element, legend, first.element, refusal, nothing);
-  for (const place of ["render", "pixel", "compare"]) drawer.panels[place].append(...tools[place]);
+  drawer.panels.pixel.append(inspector.element, histogram.element, statistics.element, keys);
+  drawer.panels.compare.append(makeComparing(watch, screen));
   keepPlace(screen, watch.signal);
   NARROW.addEventListener("change", settle, { signal: watch.signal });
   settle();
@@ -94,10 +97,8 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     if (inspector.pixel) screen.outline(context, square(inspector.pixel), CHOSEN);
   }
 
-  const read = () => readout.show(screen.cursor);
-
   screen.addEventListener("cursor", ({ detail: pixel }) => {
-    read();
+    readout.show();
     if (pixel && document.activeElement === screen.element) announce(readout.text);
   });
   screen.addEventListener("choose", async ({ detail: pixel }) => {
@@ -108,20 +109,15 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     screen.redraw();
   });
   screen.addEventListener("view", first.show);
-  screen.addEventListener("copy", ({ detail: pixel }) => copy(pixel));
-
-  async function copy({ x, y }) {
-    const values = developer.layer?.at(x, y) ?? film.at(x, y);
-    const done = values && (await copied(values.join(" ")));
-    announce(done ? `The values of pixel ${x}, ${y} are copied.` : "Nothing was copied.");
-  }
+  screen.addEventListener("copy", ({ detail: pixel }) => readout.copy(pixel));
 
   watch.on("tiles", (batch) => {
     if (!batch.tiles.length) return;
     if (!developer.layer) arrivals.before(batch.tiles);
     developer.take(batch.tiles);
     histogram.changed();
-    read();
+    recount();
+    readout.show();
   });
   watch.on("job", () => (screen.redraw(), ended()));
   ended();
@@ -158,7 +154,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     statistics.changed();
     legend.replaceChildren(layer ? makeLegend(layer, () => developer.show(layer)) : "");
     display.element.inert = layer !== null;
-    read();
+    readout.show();
   }
 
   get(`${jobPath(watch.id)}/request`, { signal: watch.signal }).then(
@@ -166,7 +162,14 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
       drawPath = makePath(scene);
       display.begin(displayOf(scene));
     },
-    () => display.begin(displayOf({})),
+    () => watch.signal.aborted || display.begin(displayOf({})),
   );
-  return () => (screen.close(), developer.close(), histogram.close());
+  return () => (screen.close(), developer.close());
+}
+
+/** @param {string} id @param {string} name @param {AbortSignal} signal */
+async function fetchLayer(id, name, signal) {
+  const response = await request(`${jobPath(id)}/layers/${name}.npy`, { signal });
+  const { shape, values } = decodeNpy(await response.arrayBuffer());
+  return new Layer(name, shape, values);
 }

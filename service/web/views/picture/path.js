@@ -16,7 +16,7 @@ const END = 3.5;
 
 export const MARKS =
   "On the picture, blue lines follow the ray, yellow ones lead to lights, dashed where a part is hidden, and red ones to " +
-  "lights of which nothing is seen. What blocks them is outlined in red.";
+  "lights that are hidden completely. What blocks them is outlined in red.";
 
 /** @param {object} scene - As it was sent. */
 export function makePath(scene) {
