@@ -13,25 +13,244 @@ interface PixelPlace {
   y: number;
 }
 
-/** What is said of a job at `/v1/jobs/{id}`, as far as the page reads it. */
+/** A job at `/v1/jobs/{id}`, as far as the page reads it. */
 interface JobDocument {
   id: string;
   name: string | null;
-  state: "queued" | "running" | "succeeded" | "failed" | "cancelled" | "expired" | "deleted";
+  state: JobState;
+  paused: boolean;
   width: number;
   height: number;
+  labels: Record<string, string>;
+  quality: QualityDocument;
   created_at: string;
-  paused: boolean;
+  started_at: string | null;
+  finished_at: string | null;
+  progress: { done: number; total: number; share: number; remaining_seconds: number | null };
+  queue_position: number | null;
+  last_seq: number;
   rendering: PixelRectangle[];
+  cost: { cpu_seconds: number; predicted_cpu_seconds: number; rays: Record<string, number> };
+  error: PredictedNumber | null;
+  failure: { message: string } | null;
+  /** What cannot be read of its record. */
+  damage: string | null;
   links: {
     cancel: string;
     pause: string;
     resume: string;
-    image_png?: string;
-    image_npy?: string;
-    image_exr?: string;
-    layers?: Record<string, string>;
+    image_png: string;
+    image_npy: string;
+    image_exr: string;
+    layers: Record<string, string>;
   };
+}
+
+/** The last is the page's own: the service no longer has the job. */
+type JobState = "queued" | "running" | "succeeded" | "failed" | "cancelled" | "expired" | "deleted";
+
+interface JobListDocument {
+  jobs: JobDocument[];
+  /** The cursor of older jobs; null if there are none. */
+  next: string | null;
+}
+
+/** The request of a job, as it was sent, as far as the page reads it. */
+interface JobRequestDocument {
+  scene: SceneDocument;
+  quality?: QualityDocument | null;
+  layers?: string[];
+  labels?: Record<string, string>;
+}
+
+interface Sampling {
+  pattern: string;
+  samples: number;
+}
+
+interface FixedQuality {
+  mode: "fixed";
+  antialiasing?: Sampling | null;
+  light?: Sampling | null;
+  precision?: string;
+}
+
+interface TargetQuality {
+  mode: "target";
+  error: number;
+  confidence?: number;
+  time_limit?: number | null;
+  precision?: string;
+}
+
+type QualityDocument = FixedQuality | TargetQuality;
+
+interface PredictedNumber {
+  estimate: number;
+  low: number;
+  high: number;
+}
+
+interface OfferDocument {
+  quality: QualityDocument;
+  seconds: PredictedNumber;
+  error: PredictedNumber | null;
+  error_unknown: string | null;
+}
+
+/** The answer of `POST /v1/quotes`, as far as the page reads it. */
+interface QuoteDocument {
+  asked: OfferDocument | null;
+  offers: OfferDocument[];
+  for_seconds: OfferDocument | null;
+  price: { cpu_seconds: number };
+  workers: number;
+}
+
+interface PlanStage {
+  name: string;
+  detail: string;
+  share?: number | null;
+  pointers: string[];
+}
+
+/** The answer of `POST /v1/plans`, as far as the page reads it. */
+interface PlanDocument {
+  stages: PlanStage[];
+  pilot_samples: PlanStage[];
+  left_out: { effect: string; reason: string; pointers: string[] }[];
+}
+
+interface ConvergencePass {
+  seconds: number;
+  error: PredictedNumber | null;
+}
+
+/** `/v1/jobs/{id}/convergence`, as far as the page reads it. */
+interface ConvergenceDocument {
+  target_error: number | null;
+  passes: ConvergencePass[];
+  next_halving: { seconds: { estimate: number; low: number; high: number | null } } | null;
+  reason: string | null;
+}
+
+/** One of the `errors` of a problem document (RFC 9457). */
+interface ProblemEntry {
+  pointer: string;
+  detail: string;
+  code?: string;
+  suggestion?: string | null;
+  line?: number | null;
+  column?: number | null;
+}
+
+/** The body of an answer with a status from 400 on. */
+interface ProblemDocument {
+  title?: string;
+  detail?: string | null;
+  code?: string | null;
+  errors?: ProblemEntry[];
+  more?: number;
+}
+
+type Triple = [number, number, number];
+
+interface ScenePart {
+  pointer: string;
+  name: string | null;
+}
+
+interface InspectedLight {
+  light: number;
+  pointer: string;
+  visibility: number;
+  points: number;
+  below_horizon: number;
+  blockers: (ScenePart & { shape: number; points: number })[];
+  diffuse: Triple;
+  specular: Triple;
+}
+
+interface InspectedSurface {
+  shape: number;
+  part: ScenePart;
+  primitive: number;
+  t: number;
+  position: Triple;
+  uv: [number, number];
+  normal: Triple;
+  shading_normal: Triple;
+  material: ScenePart;
+  texture: ScenePart | null;
+  color: Triple;
+  ambient: Triple;
+  lights: InspectedLight[];
+}
+
+interface InspectedRay {
+  kind: "camera" | "mirror" | "reflection" | "refraction";
+  weight: number;
+  origin: Triple;
+  direction: Triple;
+  surface: InspectedSurface | null;
+  light: ScenePart | null;
+  radiance: Triple;
+  rays: InspectedRay[];
+}
+
+/** The answer of `POST /v1/jobs/{id}/inspections`. */
+interface InspectionDocument {
+  x: number;
+  y: number;
+  color: Triple;
+  reasons: { text: string; pointers: string[] }[];
+  ray: InspectedRay;
+  complete: boolean;
+}
+
+interface CameraDocument {
+  position: number[];
+  look_at: number[];
+  up?: number[];
+  vertical_fov?: number;
+  width?: number;
+  height?: number;
+}
+
+/** A rectangle, written in one of two ways. */
+interface RectangleDocument {
+  center: number[];
+  normal: number[];
+  tangent: number[];
+  size: number[];
+  corner?: number[];
+  edges?: number[][];
+}
+
+type ShapeDocument =
+  | ({ type: "rectangle" } & RectangleDocument)
+  | { type: "triangle"; vertices: number[][] }
+  | { type: "ellipsoid"; center: number[]; radius: number; axes?: number[][] }
+  | { type: "mesh" };
+
+type LightDocument =
+  | { type: "directional"; direction: number[] }
+  | { type: "point"; position: number[] }
+  | ({ type: "area" } & RectangleDocument);
+
+/** A valid scene, as far as the page reads it. */
+interface SceneDocument {
+  camera: CameraDocument;
+  shapes: ShapeDocument[];
+  lights: LightDocument[];
+  display?: Partial<DisplaySettings>;
+}
+
+interface DisplaySettings {
+  /** Stops. */
+  exposure: number;
+  /** A key of `TRANSFERS`. */
+  transfer: string;
 }
 
 /** The answer of `POST /v1/comparisons`, as far as the page reads it. */
@@ -41,6 +260,7 @@ interface ComparisonDocument {
   metrics: Record<string, number | null>;
   diagnosis: { cause: string; hint: string; rmse_before: number; rmse_after: number }[];
   worst_regions: ComparedRegion[];
+  images: { side_by_side: string } | null;
 }
 
 interface ComparedRegion extends PixelRectangle {
@@ -51,18 +271,19 @@ interface ComparedRegion extends PixelRectangle {
 }
 
 /** The screen of a picture, `Screen` in views/picture/screen.js, as its tools use it. */
-interface PictureScreen {
-  readonly width: number;
-  readonly height: number;
-  readonly scale: number;
-  readonly left: number;
-  readonly top: number;
-  readonly element: HTMLElement;
-  readonly context: CanvasRenderingContext2D;
-  readonly life: AbortController;
-  /** What is dragged in place of the picture. */
-  grip: { holds(place: PixelPlace): boolean; drag(place: PixelPlace): void } | null;
-  redraw(): void;
-  visible(): PixelRectangle;
-  outline(context: CanvasRenderingContext2D, place: PixelRectangle, color?: string, grown?: number): void;
-}
+type PictureScreen = Pick<
+  import("../../service/web/views/picture/screen.js").Screen,
+  | "width"
+  | "height"
+  | "scale"
+  | "left"
+  | "top"
+  | "element"
+  | "context"
+  | "life"
+  | "grip"
+  | "redraw"
+  | "visible"
+  | "outline"
+  | "placeOf"
+>;
