@@ -6,7 +6,7 @@ import os
 import shutil
 import tempfile
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -95,13 +95,7 @@ def grade(  # noqa: PLR0913 - one argument for each option
     _check_server(server)
     from service.grading.grading import grade as graded
 
-    with progress_bar("grading") as bar:
-        done: list[str] = []
-
-        def show(test: TestGrade) -> None:
-            done.append(test.id)
-            bar.show(len(done) / len(read.tests), test.name)
-
+    with _progress(read) as show:
         found = graded(
             read,
             references=manifest.parent,
@@ -123,6 +117,19 @@ def grade(  # noqa: PLR0913 - one argument for each option
 
     if fail_under is not None and not reached(found.grade.score, fail_under, rising=True):
         raise typer.Exit(ExitCode.BELOW_THRESHOLD)
+
+
+@contextmanager
+def _progress(manifest: Manifest) -> Iterator[Callable[[TestGrade], None]]:
+    """A progress bar, moved by each test that is graded."""
+    done: list[str] = []
+    with progress_bar("grading") as bar:
+
+        def show(test: TestGrade) -> None:
+            done.append(test.id)
+            bar.show(len(done) / len(manifest.tests), test.name)
+
+        yield show
 
 
 def _refuse_with_class(given: Mapping[str, object]) -> None:

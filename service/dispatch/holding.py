@@ -38,7 +38,7 @@ class HeldTasks:
         self._tasks.append((self._clock() + HOLD_SECONDS, task))
 
     def release(self) -> Iterator[JobTask]:
-        """Let the tasks go that were held long enough."""
+        """Return the tasks that were held long enough, and hold them no longer."""
         while self._tasks and self._tasks[0][0] <= self._clock():
             yield self._tasks.popleft()[1]
 

@@ -60,7 +60,7 @@ function decoded(part) {
 
 /** Add a style sheet unless it is there, and wait until it applies. */
 function styled(path) {
-  const href = `/web/${path}`;
+  const href = new URL(path, import.meta.url).pathname;
   if (document.querySelector(`link[href="${href}"]`)) return Promise.resolve();
   return new Promise((resolve) => {
     // Also on an error: an unstyled page is better than none.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import httpx2
 import pytest
 from playwright.sync_api import Page, expect
@@ -31,6 +33,36 @@ def test_a_file_that_the_browser_has_costs_no_transfer(client: httpx2.Client) ->
     # Browsers replace the headers that they have stored by these.
     rules = "content-security-policy"
     assert again.headers[rules] == first.headers[rules] == client.get("/").headers[rules]
+
+
+def test_files_of_the_page_are_kept_by_browsers_until_they_change(client: httpx2.Client) -> None:
+    index = client.get("/")
+    assert index.headers["cache-control"] == "no-cache"
+    addresses = re.findall(r'(?:src|href)="(/web/[^"]+)"', index.text)
+    assert any(address.endswith("/main.js") for address in addresses)
+    for address in addresses:
+        answer = client.get(address)
+        assert "immutable" in answer.headers["cache-control"]
+        # The same file, under the name that it has in the repository.
+        plain = client.get(re.sub("/v-[0-9a-f]{16}/", "/", address))
+        assert (plain.content, plain.headers["cache-control"]) == (answer.content, "no-cache")
+        # A page that was opened before an upgrade still works, and no cache keeps what it gets.
+        older = client.get(re.sub("/v-[0-9a-f]{16}/", f"/v-{'0' * 16}/", address))
+        assert (older.content, older.headers["cache-control"]) == (answer.content, "no-cache")
+
+
+def test_a_page_that_is_opened_again_asks_for_its_document_alone(open_page: Open) -> None:
+    page = open_page("/jobs")
+    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
+    before = page.evaluate("performance.getEntriesByType('resource').length")
+    assert before > 10
+    page.goto(page.url)
+    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
+    # What comes from the browser's cache has no bytes transferred.
+    sent = """() => performance.getEntriesByType("resource")
+      .filter(({ name, transferSize }) => name.includes("/web/") && transferSize > 0)
+      .map(({ name }) => name)"""
+    assert page.evaluate(sent) == []
 
 
 @pytest.mark.parametrize("path", ["/", "/web/main.js", "/web/style.css", "/gallery/basic.json", "/docs"])

@@ -71,7 +71,8 @@ def test_a_refusal_that_comes_late_does_not_ask_again(open_page: Open, key: str)
     # Send the request without waiting for its answer.
     page.evaluate(
         """() => {
-          const answer = import("/web/api.js").then(({ get }) => get("/v1/jobs?held=1"));
+          const api = new URL("api.js", document.querySelector("script[type=module]").src).href;
+          const answer = import(api).then(({ get }) => get("/v1/jobs?held=1"));
           answer.then(() => (window.held = "answered"));
         }"""
     )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
@@ -42,6 +44,9 @@ HEADERS = ALWAYS | {"Content-Security-Policy": POLICY}
 # Paths below a folder, without `..` and empty parts.
 BELOW = re.compile(r"[\w-]+(?:\.[\w-]+)*(?:/[\w-]+(?:\.[\w-]+)*)*", re.ASCII)
 
+VERSIONED = re.compile(r"v-[0-9a-f]{16}/")
+ASK_AGAIN, FOR_EVER = "no-cache", "public, max-age=31536000, immutable"
+
 FilePath = Annotated[str, fastapi.Path(max_length=200)]
 
 
@@ -52,20 +57,59 @@ FilePath = Annotated[str, fastapi.Path(max_length=200)]
 @router.get("/compare/{a}/{b}")
 def page(request: Request) -> Response:
     """Serve the page. Its script reads the address, so that links can be shared."""
-    return _file(request, WEB, "index.html")
+    return _page(request, _index(), TYPES[".html"])
 
 
 def missing(request: Request) -> Response | None:
     """Serve the page at an unknown address to a browser, with 404: it says where to go instead."""
     if request.method != "GET" or "text/html" not in request.headers.get("Accept", ""):
         return None
-    return Response((WEB / "index.html").read_bytes(), 404, HEADERS, TYPES[".html"])
+    return Response(_index(), 404, HEADERS, TYPES[".html"])
+
+
+def _index() -> bytes:
+    """The page, whose files are at addresses that change with them: browsers never ask for them again.
+
+    Modules import each other by relative paths, so the version in the address of the first is in all.
+    """
+    html = (WEB / "index.html").read_bytes()
+    return html.replace(b'"/web/', f'"/web/{_version()}'.encode())
+
+
+def _version() -> str:
+    return _hash_of(tuple(sorted(_files(str(WEB)))))
+
+
+def _files(folder: str) -> Iterator[tuple[str, int, int]]:
+    """Paths of files, with what changes when they do. For each file of a visit all are looked at."""
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_dir():
+                yield from _files(entry.path)
+            else:
+                status = entry.stat()
+                yield entry.path, status.st_mtime_ns, status.st_size
+
+
+@lru_cache(maxsize=1)
+def _hash_of(files: tuple[tuple[str, int, int], ...]) -> str:
+    hashed = hashlib.sha256()
+    for path, _, size in files:
+        hashed.update(f"{Path(path).relative_to(WEB)} {size} ".encode() + Path(path).read_bytes())
+    return f"v-{hashed.hexdigest()[:16]}/"
 
 
 @router.get("/web/{path:path}")
 def web_file(request: Request, path: FilePath) -> Response:
-    """Serve a script, a style sheet or a picture of the page."""
-    return _file(request, WEB, path)
+    """Serve a script, a style sheet or a picture of the page, at its own address or at that of a version.
+
+    A page of an earlier version that is still open gets the newest files, which no cache keeps as its own.
+    """
+    version = VERSIONED.match(path)
+    if version is None:
+        return _file(request, WEB, path)
+    kept = FOR_EVER if version[0] == _version() else ASK_AGAIN
+    return _file(request, WEB, path[version.end() :], kept)
 
 
 @router.get("/gallery/{path:path}")
@@ -86,19 +130,19 @@ def _reference_of(app: FastAPI) -> bytes:
     return page_of(app.openapi()).encode()
 
 
-def _file(request: Request, folder: Path, path: str) -> Response:
+def _file(request: Request, folder: Path, path: str, kept: str = ASK_AGAIN) -> Response:
     """Serve the newest version of a file."""
     wanted = folder / path
     media_type = TYPES.get(wanted.suffix)
     if media_type is None or not BELOW.fullmatch(path) or not wanted.is_file():
         raise HTTPException(404, "There is no such page.")
-    return _page(request, wanted.read_bytes(), media_type)
+    return _page(request, wanted.read_bytes(), media_type, kept)
 
 
-def _page(request: Request, content: bytes, media_type: str) -> Response:
+def _page(request: Request, content: bytes, media_type: str, kept: str = ASK_AGAIN) -> Response:
     """Serve some content, compressed where the browser accepts that, or 304 if the browser has it."""
     tag = hashlib.sha256(content).hexdigest()[:32]
-    headers = HEADERS | {"Cache-Control": "no-cache"}
+    headers = HEADERS | {"Cache-Control": kept}
     if is_compressible(content, media_type):
         headers["Vary"] = "Accept-Encoding"
         if accepts_gzip(", ".join(request.headers.getlist("accept-encoding"))):

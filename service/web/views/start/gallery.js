@@ -4,6 +4,9 @@ import { get, request } from "../../api.js";
 import { h } from "../../dom.js";
 import { assetNames } from "../../assets.js";
 
+/** The address of a file of the page, with the version that the address of this module has. */
+const ofPage = (path) => new URL(`../../${path}`, import.meta.url).pathname;
+
 /**
  * @param {(scene: {title: string, notice: string, text: string, files: Map<string, Blob>, entry: string}) => void} onChoice
  */
@@ -25,7 +28,7 @@ export function makeGallery(onChoice, signal) {
   }
 
   async function fill() {
-    const entries = await get("/web/gallery.json", { signal });
+    const entries = await get(ofPage("gallery.json"), { signal });
     list.replaceChildren(
       ...entries.map((entry) =>
         h(
@@ -42,7 +45,13 @@ export function makeGallery(onChoice, signal) {
 }
 
 function card({ name, title, width, height }, onclick) {
-  const picture = h("img", { src: `/web/thumbnails/${name}.webp`, alt: "", width, height, loading: "lazy" });
+  const picture = h("img", {
+    src: ofPage(`thumbnails/${name}.webp`),
+    alt: "",
+    width,
+    height,
+    loading: "lazy",
+  });
   return h(
     "button",
     { type: "button", className: "card", "data-name": name, "aria-pressed": "false", onclick },
