@@ -5,6 +5,7 @@ import { admitted, begunSessions } from "./session.js";
 
 /** An error response of the service (RFC 9457). */
 export class Problem extends Error {
+  /** @param {number} status @param {ProblemDocument} document @param {number | null} retryAfter - Seconds. */
   constructor(status, document = {}, retryAfter = null) {
     super(
       document.detail || document.errors?.[0]?.detail || document.title || `The service answered ${status}.`,
@@ -18,19 +19,25 @@ export class Problem extends Error {
   }
 }
 
+/** What to say about an exception. @param {unknown} error */
+export const messageOf = (error) => (error instanceof Error ? error.message : String(error));
+
 /** The service did not answer at all. */
 export class Unreachable extends Error {
+  /** @param {unknown} cause */
   constructor(cause) {
     super("The service does not answer.", { cause });
     this.name = "Unreachable";
   }
 }
 
+/** @typedef {{method?: string, body?: BodyInit, type?: string, accept?: string, signal?: AbortSignal}} RequestOptions */
+
 /**
  * Make a request.
  *
  * @param {string} path - On this server.
- * @param {{method?: string, body?: BodyInit, type?: string, accept?: string, signal?: AbortSignal}} options
+ * @param {RequestOptions} options
  * @returns {Promise<Response>} The answer, with a status below 400.
  * @throws {Problem | Unreachable | DOMException} AbortError when the signal is aborted.
  */
@@ -44,29 +51,47 @@ export async function request(path, options = {}) {
   throw new Problem(response.status, document, Number(response.headers.get("Retry-After")) || null);
 }
 
+/** @param {string} path @param {RequestOptions} options */
 async function sent(path, { method = "GET", body, type, accept, signal }) {
+  /** @type {Record<string, string>} */
   const headers = {};
   if (type) headers["Content-Type"] = type;
   if (accept) headers.Accept = accept;
   try {
     return await fetch(path, { method, body, headers, signal, credentials: "same-origin" });
   } catch (error) {
-    if (error.name === "AbortError") throw error;
+    if (error instanceof DOMException && error.name === "AbortError") throw error;
     throw new Unreachable(error);
   }
 }
 
+/**
+ * Get a document.
+ *
+ * @template Document
+ * @param {string} path
+ * @param {{signal?: AbortSignal}} options
+ * @returns {Promise<Document>}
+ */
 export async function get(path, { signal } = {}) {
   return (await request(path, { signal, accept: "application/json" })).json();
 }
 
-/** Post JSON: a value, or JSON text, whose lines and columns the problems then refer to. */
+/**
+ * Post JSON and get a document.
+ *
+ * @template Document
+ * @param {string} path
+ * @param {unknown} value - JSON text as a string: lines and columns of problems then refer to it.
+ * @param {{signal?: AbortSignal}} options
+ * @returns {Promise<Document>}
+ */
 export async function post(path, value, { signal } = {}) {
   const body = typeof value === "string" ? value : JSON.stringify(value);
   return (await request(path, { method: "POST", type: "application/json", body, signal })).json();
 }
 
-/** Get a response body as text. */
+/** Get a response body as text. @param {string} path @param {{signal?: AbortSignal}} options */
 export async function text(path, { signal } = {}) {
   return (await request(path, { signal })).text();
 }
@@ -96,26 +121,31 @@ export async function whenFree(ask, signal, onBusy = () => {}) {
   }
 }
 
+/** @param {string} id */
 export const jobPath = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
 
 const BATCHES = "application/octet-stream";
 const HEAD = 20;
 const TILE_HEAD = 32;
+// The service keeps a request waiting for new tiles for so long.
+const WAIT_SECONDS = 25;
 
 /**
- * Read a binary batch of tiles.
+ * @typedef {import("./views/picture/film.js").Tile & {seq: number, pass: number, rows: number}} BatchedTile
+ * @typedef {{next: number, complete: boolean, succeeded: boolean, tiles: BatchedTile[]}} Batch
+ */
+
+/**
+ * Read a binary batch of tiles of linear RGB.
  *
  * @param {ArrayBuffer} buffer
- * @returns {{next: number, complete: boolean, succeeded: boolean, tiles: object[]}} Each tile has `seq`, `pass`, `x0`,
- *   `y0`, `x1`, `y1`, `stride`, `columns`, `rows`, and its `pixels` as a view into the buffer: linear RGB as
- *   Float32Array, or displayed RGB as Uint8Array.
+ * @returns {Batch} The pixels are views into the buffer.
  */
 export function decodeBatch(buffer) {
   const view = new DataView(buffer);
-  const word = (offset) => view.getUint32(offset, true);
-  if (word(0) !== 0x424d4e50 || view.getUint16(4, true) !== 1)
-    throw new Error("This is not a batch of tiles.");
-  const linear = view.getUint16(6, true) === 0;
+  const word = (/** @type {number} */ offset) => view.getUint32(offset, true);
+  if (word(0) !== 0x424d4e50 || view.getUint16(4, true) !== 1 || view.getUint16(6, true) !== 0)
+    throw new Error("This is not a batch of linear tiles.");
   const tiles = [];
   let offset = HEAD;
   for (let i = 0; i < word(8); i++) {
@@ -123,9 +153,7 @@ export function decodeBatch(buffer) {
       word(offset + 4 * k),
     );
     offset += TILE_HEAD;
-    const pixels = linear
-      ? new Float32Array(buffer, offset, length / 4)
-      : new Uint8Array(buffer, offset, length);
+    const pixels = new Float32Array(buffer, offset, length / 4);
     const columns = Math.ceil((x1 - x0) / stride);
     const rows = Math.ceil((y1 - y0) / stride);
     tiles.push({ seq, pass, x0, y0, x1, y1, stride, columns, rows, pixels });
@@ -139,20 +167,17 @@ export function decodeBatch(buffer) {
  * Follow the tiles of a job until it ends. After a lost connection it resumes from the last cursor.
  *
  * @param {string} id
- * @param {{after?: number, encoding?: "float32" | "rgb8", wait?: number, signal: AbortSignal,
- *   onConnection?: (live: boolean) => void}} options
- * @yields {object} Batches as `decodeBatch` reads them, empty ones too.
+ * @param {{signal: AbortSignal, onConnection: (live: boolean) => void}} options
+ * @returns {AsyncGenerator<Batch, void>} Empty batches too.
  * @throws {Problem} If the job does not exist (any more).
  */
-export async function* followTiles(
-  id,
-  { after = 0, encoding = "float32", wait = 25, signal, onConnection = () => {} },
-) {
+export async function* followTiles(id, { signal, onConnection }) {
+  let after = 0;
   let failures = 0;
   while (!signal.aborted) {
     let batch;
     try {
-      const path = `${jobPath(id)}/tiles?after=${after}&wait=${wait}&encoding=${encoding}`;
+      const path = `${jobPath(id)}/tiles?after=${after}&wait=${WAIT_SECONDS}&encoding=float32`;
       const response = await request(path, { accept: BATCHES, signal });
       batch = decodeBatch(await response.arrayBuffer());
     } catch (error) {

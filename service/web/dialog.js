@@ -18,13 +18,15 @@ export async function confirmed(question, verb) {
   return answer === "yes";
 }
 
-/** Say something that is to be read before going on. */
+/** Say something that is to be read before going on. @param {string} text */
 export async function notified(text) {
   await asked(text, h("button", { value: "", autofocus: true }, "OK"));
 }
 
+/** @param {string} text @param {HTMLButtonElement[]} buttons @returns {Promise<string>} The value of the pressed one. */
 function asked(text, ...buttons) {
   return new Promise((resolve) => {
+    /** @type {HTMLDialogElement} */
     const dialog = h(
       "dialog",
       { "aria-label": text, onclose: () => (dialog.remove(), resolve(dialog.returnValue)) },

@@ -10,18 +10,18 @@
  *
  * @template {keyof HTMLElementTagNameMap} Tag
  * @param {Tag} tag
- * @param {Record<string, any>} properties
+ * @param {ElementProperties<HTMLElementTagNameMap[Tag]>} properties
  * @param {(Child | Child[])[]} children
  * @returns {HTMLElementTagNameMap[Tag]}
  */
-export function h(tag, properties = {}, ...children) {
+export function h(tag, properties = /** @type {{}} */ ({}), ...children) {
   const element = document.createElement(tag);
-  const fields = /** @type {Record<string, any>} */ (/** @type {unknown} */ (element));
+  const fields = /** @type {Record<string, unknown>} */ (/** @type {unknown} */ (element));
   for (const [name, value] of Object.entries(properties)) {
     if (value === undefined || value === null || value === false) continue;
-    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
     else if (name in element && name !== "list" && name !== "form") fields[name] = value;
-    else element.setAttribute(name, value === true ? "" : value);
+    else element.setAttribute(name, value === true ? "" : String(value));
   }
   element.append(
     .../** @type {(Node | string)[]} */ (
@@ -36,13 +36,13 @@ export function h(tag, properties = {}, ...children) {
  *
  * @template {keyof SVGElementTagNameMap} Tag
  * @param {Tag} tag
- * @param {Record<string, any>} properties
+ * @param {Record<string, string | number>} properties
  * @param {(Node | string)[]} children
  * @returns {SVGElementTagNameMap[Tag]}
  */
 export function svg(tag, properties = {}, ...children) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(properties)) element.setAttribute(name, value);
+  for (const [name, value] of Object.entries(properties)) element.setAttribute(name, String(value));
   element.append(...children);
   return element;
 }
@@ -56,7 +56,7 @@ export function announce(text) {
 /**
  * Delay calls of a function until none has come for some milliseconds. Aborting the signal cancels a pending call.
  *
- * @template {any[]} Values
+ * @template {unknown[]} Values
  * @param {number} wait
  * @param {(...values: Values) => void} call
  * @param {AbortSignal} [signal]

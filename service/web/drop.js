@@ -5,24 +5,26 @@ import { navigate } from "./navigation.js";
 
 const DROPPED = "penumbra:dropped";
 
+/** @typedef {Map<string, File>} Files By path. */
+
 // A scene that was dropped on another view than the one that opens it.
+/** @type {Files | null} */
 let waiting = null;
 
 /** Accept drops as long as the page is open. */
 export function acceptDrops() {
-  const carriesFiles = (event) => event.dataTransfer?.types.includes("Files");
-  const lit = (on) => document.body.classList.toggle("dropping", on);
-  const listen = (type, listener) => addEventListener(type, listener);
-  listen("dragover", (event) => {
+  const carriesFiles = (/** @type {DragEvent} */ event) => event.dataTransfer?.types.includes("Files");
+  const lit = (/** @type {boolean} */ on) => document.body.classList.toggle("dropping", on);
+  addEventListener("dragover", (event) => {
     if (!carriesFiles(event)) return;
     event.preventDefault();
     lit(true);
   });
-  listen("dragleave", (event) => {
+  addEventListener("dragleave", (event) => {
     if (event.relatedTarget === null) lit(false);
   });
-  listen("drop", async (event) => {
-    if (!carriesFiles(event)) return;
+  addEventListener("drop", async (event) => {
+    if (!event.dataTransfer || !carriesFiles(event)) return;
     event.preventDefault();
     lit(false);
     const files = await dropped(event.dataTransfer);
@@ -30,6 +32,7 @@ export function acceptDrops() {
   });
 }
 
+/** @param {Files} files */
 function hand(files) {
   // A view that takes the files says so by preventing the default.
   if (!dispatchEvent(new CustomEvent(DROPPED, { detail: files, cancelable: true }))) return;
@@ -39,43 +42,56 @@ function hand(files) {
   navigate("/");
 }
 
-/** Take what is dropped from now on, and a scene that was dropped on another view just before. */
+/**
+ * Take what is dropped from now on.
+ *
+ * @param {(files: Files) => void} onFiles
+ * @param {AbortSignal} signal
+ * @returns {Files | null} A scene that was dropped on another view just before.
+ */
 export function takeDrops(onFiles, signal) {
-  addEventListener(DROPPED, (event) => (event.preventDefault(), onFiles(event.detail)), { signal });
+  const taken = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    onFiles(/** @type {CustomEvent<Files>} */ (event).detail);
+  };
+  addEventListener(DROPPED, taken, { signal });
   const files = waiting;
   waiting = null;
   return files;
 }
 
+/** @param {DataTransfer} transfer */
 async function dropped(transfer) {
   // Entries are valid only during the event, so collect them all before the first await.
-  const entries = Array.from(transfer.items, (item) => item.webkitGetAsEntry?.()).filter(Boolean);
+  const entries = Array.from(transfer.items, (item) => item.webkitGetAsEntry?.() ?? []).flat();
+  /** @type {Files} */
   const files = new Map();
   if (!entries.length) for (const file of transfer.files) files.set(file.name, file);
   for (const entry of entries) await gather(entry, files);
   return files;
 }
 
+/** @param {FileSystemEntry} entry @param {Files} files */
 async function gather(entry, files) {
   if (entry.isFile) {
-    const file = await new Promise((resolve, reject) => entry.file(resolve, reject));
+    const one = /** @type {FileSystemFileEntry} */ (entry);
+    const file = await /** @type {Promise<File>} */ (new Promise((done, failed) => one.file(done, failed)));
     files.set(entry.fullPath.replace(/^\//, ""), file);
     return;
   }
-  const reader = entry.createReader();
+  const reader = /** @type {FileSystemDirectoryEntry} */ (entry).createReader();
+  const read = () =>
+    /** @type {Promise<FileSystemEntry[]>} */ (
+      new Promise((done, failed) => reader.readEntries(done, failed))
+    );
   // A reader returns entries in batches, and an empty batch at the end.
-  for (
-    let some;
-    (some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject))).length;
-  ) {
-    for (const inner of some) await gather(inner, files);
-  }
+  for (let some; (some = await read()).length;) for (const inner of some) await gather(inner, files);
 }
 
-/** The chosen files by path. */
+/** The chosen files by path. @param {Iterable<File> | ArrayLike<File> | null} list @returns {Files} */
 export function chosen(list) {
-  return new Map(Array.from(list, (file) => [file.webkitRelativePath || file.name, file]));
+  return new Map(Array.from(list ?? [], (file) => [file.webkitRelativePath || file.name, file]));
 }
 
-/** Whether a file is a scene; glTF files are JSON too, but meshes. */
+/** Whether a file is a scene; glTF files are JSON too, but meshes. @param {string} path */
 export const isScene = (path) => /\.json$/i.test(path);

@@ -58,13 +58,18 @@ const ALWAYS = [
   marks,
   EditorView.domEventHandlers({
     // The page opens files that are dropped; the editor would insert their text.
-    drop: (event) => event.dataTransfer.types.includes("Files"),
+    drop: (event) => event.dataTransfer?.types.includes("Files"),
     beforeinput: typedOver,
   }),
 ];
 const WRITABLE = [history(), indentOnInput(), highlightActiveLine()];
 
-/** Replace selected lines by what is typed. Browsers join lines with inline styles, which the page's policy refuses. */
+/**
+ * Replace selected lines by what is typed. Browsers join lines with inline styles, which the page's policy refuses.
+ *
+ * @param {InputEvent} event
+ * @param {EditorView} view
+ */
 function typedOver(event, view) {
   const { state } = view;
   if (event.inputType !== "insertText" || !event.data || event.isComposing || state.selection.main.empty)
@@ -74,13 +79,13 @@ function typedOver(event, view) {
   return true;
 }
 
+/** @typedef {ReturnType<typeof makeEditor>} Editor */
+
 /**
  * Make an editor.
  *
  * @param {{label: string, describedBy?: string, readOnly?: boolean, onInput?: () => void, signal?: AbortSignal}} options -
  *   `signal` ends the editor.
- * @returns {object} `element`; `text`, to be read and set; `mark(problems)`, each with `line`, `column` and `detail`;
- *   `point(start, end)`, which shows and selects a piece of the text.
  */
 export function makeEditor({ label, describedBy, readOnly = false, onInput = () => {}, signal }) {
   const attributes = {
@@ -102,7 +107,8 @@ export function makeEditor({ label, describedBy, readOnly = false, onInput = () 
 
   return {
     element,
-    mark: (problems) => view.dispatch({ effects: problemLines.of(problems) }),
+    mark: (/** @type {ProblemEntry[]} */ problems) => view.dispatch({ effects: problemLines.of(problems) }),
+    /** Show and select a piece of the text. @param {number} start @param {number} end @param {{focus?: boolean}} options */
     point(start, end, { focus = true } = {}) {
       view.dispatch({
         selection: { anchor: start, head: end },

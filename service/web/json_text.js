@@ -20,38 +20,42 @@ export function tokenLength(text, start) {
 }
 
 /**
+ * @typedef {{start: number, value: number, end: number}} Span
+ * @typedef {Span & {line: number, column: number}} Place
+ */
+
+/**
  * Find the places in a text that JSON Pointers refer to.
  *
  * @param {string} text - JSON.
  * @param {Iterable<string>} pointers - RFC 6901, into the document.
- * @returns {Map<string, {line: number, column: number, start: number, value: number, end: number}>} Lines and columns
+ * @returns {Map<string, Place>} Lines and columns
  *   from 1, at the key where the value has one; offsets with the key, and of the value alone. Pointers that the text
  *   lacks are missing, and so are all of them where the text is not JSON.
  */
 export function places(text, pointers) {
-  const wanted = new Set(pointers);
-  const spans = new Map();
   try {
     JSON.parse(text);
   } catch {
-    return spans;
+    return new Map();
   }
-  walk(text, wanted, spans);
   const starts = lineStarts(text);
-  for (const span of spans.values()) {
-    span.line = lineOf(starts, span.start);
-    span.column = span.start - starts[span.line - 1] + 1;
-  }
-  return spans;
+  return new Map(
+    Array.from(walk(text, new Set(pointers)), ([pointer, span]) => {
+      const line = lineOf(starts, span.start);
+      return [pointer, { ...span, line, column: span.start - starts[line - 1] + 1 }];
+    }),
+  );
 }
 
-/** Offsets at which the lines of a text begin. */
+/** Offsets at which the lines of a text begin. @param {string} text */
 export function lineStarts(text) {
   const starts = [0];
   for (let at = text.indexOf("\n"); at >= 0; at = text.indexOf("\n", at + 1)) starts.push(at + 1);
   return starts;
 }
 
+/** @param {number[]} starts @param {number} offset */
 function lineOf(starts, offset) {
   let low = 0;
   let high = starts.length;
@@ -65,19 +69,28 @@ function lineOf(starts, offset) {
 
 const VALUE = /"(?:[^"\\]|\\.)*"|[{}[\],:]|[^\s"{}[\],:]+/g;
 
-function walk(text, wanted, spans) {
-  // A frame for each open bracket: its pointer, the index or key of its next value, and where that key began.
+/**
+ * An open bracket: its pointer, the index or key of its next value, and where that key began.
+ *
+ * @typedef {{pointer: string, keyed: boolean, name: string | number, at: number | null, start: number, value: number}} Frame
+ */
+
+/** @param {string} text - JSON. @param {Set<string>} wanted - Pointers. @returns {Map<string, Span>} */
+function walk(text, wanted) {
+  const spans = new Map();
+  /** @type {Frame[]} */
   const frames = [];
-  const top = () => frames[frames.length - 1];
+  const top = () => frames.at(-1);
   const pointer = () => {
     const frame = top();
     return frame ? `${frame.pointer}/${pointerPart(String(frame.name))}` : "";
   };
-  const ended = (at, start, value, end) => wanted.has(at) && spans.set(at, { start, value, end });
+  const ended = (/** @type {string} */ at, /** @type {Span} */ span) => wanted.has(at) && spans.set(at, span);
   const next = () => {
     const frame = top();
-    if (frame && !frame.keyed) frame.name++;
-    if (frame) frame.at = null;
+    if (!frame) return;
+    if (typeof frame.name === "number") frame.name++;
+    frame.at = null;
   };
   for (const { 0: token, index } of text.matchAll(VALUE)) {
     const frame = top();
@@ -86,32 +99,38 @@ function walk(text, wanted, spans) {
       frames.push({
         pointer: pointer(),
         keyed,
-        name: keyed ? null : 0,
+        name: keyed ? "" : 0,
         at: null,
         start: frame?.at ?? index,
         value: index,
       });
     } else if (token === "}" || token === "]") {
-      const closed = frames.pop();
-      ended(closed.pointer, closed.start, closed.value, index + 1);
+      const { pointer, start, value } = /** @type {Frame} */ (frames.pop());
+      ended(pointer, { start, value, end: index + 1 });
       next();
     } else if (token[0] === '"' && frame?.keyed && frame.at === null) {
       frame.name = JSON.parse(token);
       frame.at = index;
     } else if (token !== "," && token !== ":") {
-      ended(pointer(), frame?.at ?? index, index, index + token.length);
+      ended(pointer(), { start: frame?.at ?? index, value: index, end: index + token.length });
       next();
     }
   }
+  return spans;
 }
 
 // Arrays and objects up to this many characters stay on one line.
 const WIDTH = 110;
 
-/** Format a value like the scenes of the gallery: what fits on one line stays on one. */
+/**
+ * Format a value like the scenes of the gallery: what fits on one line stays on one.
+ *
+ * @param {unknown} value - Of JSON.
+ * @returns {string}
+ */
 export function written(value, indent = "") {
   const flat = JSON.stringify(value, null, 1)
-    ?.replace(/\n\s*/g, " ")
+    .replace(/\n\s*/g, " ")
     .replace(/([[{]) | ([\]}])/g, "$1$2");
   if (value === null || typeof value !== "object" || (indent && indent.length + flat.length <= WIDTH))
     return flat;
@@ -126,7 +145,7 @@ export function written(value, indent = "") {
 // Longer lines were written by a program, and are formatted again.
 const LONG_LINE = 2000;
 
-/** Format a text again if it has very long lines; otherwise return it as it is. */
+/** Format a text again if it has very long lines; otherwise return it as it is. @param {string} text */
 export function readable(text) {
   if (!text.split("\n").some((line) => line.length > LONG_LINE)) return text;
   try {

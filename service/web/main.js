@@ -6,7 +6,13 @@ import { AMENDED, MOVED, navigate } from "./navigation.js";
 import { showSession } from "./session.js";
 import { skeleton } from "./elements.js";
 
+/**
+ * @typedef {{title?: string, mount: (root: HTMLElement, params: ViewParams) => () => void}} View `mount` returns what unmounts it.
+ * @typedef {[RegExp, (keyof ViewParams)[], () => Promise<View>, string[]]} Route
+ */
+
 // For each view: the pattern of its path, the names of the pattern's groups, the module, and the style sheets to wait for.
+/** @type {Route[]} */
 const ROUTES = [
   [/^\/$/, [], () => import("./views/start.js"), ["editor.css", "views/start.css"]],
   [/^\/jobs$/, [], () => import("./views/jobs.js"), ["views/job.css", "views/jobs.css"]],
@@ -33,12 +39,14 @@ const ROUTES = [
   ],
 ];
 
-const main = document.getElementById("main");
+const main = /** @type {HTMLElement} */ (document.getElementById("main"));
 let unmount = () => {};
 // Counts visits: a view whose module arrives after the next click is not shown.
 let visit = 0;
+/** @type {string | null} */
 let shown = null;
 
+/** @param {string} path @returns {{load: () => Promise<View>, params: object, styles: string[]}} */
 function found(path) {
   for (const [form, names, load, styles] of ROUTES) {
     const match = form.exec(path);
@@ -49,7 +57,7 @@ function found(path) {
   return { load: () => import("./views/missing.js"), params: {}, styles: [] };
 }
 
-/** A part of a path, or null if it is no UTF-8. */
+/** A part of a path, or null if it is no UTF-8. @param {string} part */
 function decoded(part) {
   try {
     return decodeURIComponent(part);
@@ -58,7 +66,7 @@ function decoded(part) {
   }
 }
 
-/** Add a style sheet unless it is there, and wait until it applies. */
+/** Add a style sheet unless it is there, and wait until it applies. @param {string} path */
 function styled(path) {
   const href = new URL(path, import.meta.url).pathname;
   if (document.querySelector(`link[href="${href}"]`)) return Promise.resolve();
@@ -68,6 +76,7 @@ function styled(path) {
   });
 }
 
+/** @param {{focus: boolean}} options - Whether to move the focus to the view. */
 async function show({ focus }) {
   const current = ++visit;
   shown = location.pathname + location.search;
@@ -77,10 +86,11 @@ async function show({ focus }) {
   unmount();
   main.replaceChildren();
   document.title = `${view.title ?? "Penumbra"} · Penumbra`;
-  unmount = view.mount(main, { ...params, query: new URLSearchParams(location.search) });
+  const query = new URLSearchParams(location.search);
+  unmount = view.mount(main, /** @type {ViewParams} */ ({ ...params, query }));
   // A view that waits for the service has nothing to show yet; it replaces all that is here.
   if (!main.childElementCount) main.append(skeleton(3));
-  for (const link of document.querySelectorAll("nav a")) {
+  for (const link of /** @type {NodeListOf<HTMLAnchorElement>} */ (document.querySelectorAll("nav a"))) {
     const here =
       link.pathname === location.pathname ||
       (link.pathname !== "/" && location.pathname.startsWith(link.pathname));
@@ -95,9 +105,16 @@ async function show({ focus }) {
 }
 
 document.addEventListener("click", (event) => {
-  const link = event.target.closest?.("a[href]");
+  const link = event.target instanceof Element && event.target.closest("a[href]");
   const plain = event.button === 0 && !event.metaKey && !event.ctrlKey && !event.shiftKey && !event.altKey;
-  if (!link || !plain || event.defaultPrevented || link.target || link.hasAttribute("download")) return;
+  if (
+    !(link instanceof HTMLAnchorElement) ||
+    !plain ||
+    event.defaultPrevented ||
+    link.target ||
+    link.hasAttribute("download")
+  )
+    return;
   const page = link.origin === location.origin && !/^\/(v1|web|docs|openapi)/.test(link.pathname);
   if (!page || (link.hash && link.pathname === location.pathname)) return;
   event.preventDefault();
@@ -113,4 +130,4 @@ addEventListener(MOVED, () => show({ focus: true }));
 acceptDrops();
 show({ focus: false });
 // The view does not wait for the name of the user.
-showSession(document.getElementById("session")).catch(() => {});
+showSession(/** @type {HTMLElement} */ (document.getElementById("session"))).catch(() => {});

@@ -3,7 +3,7 @@
 export const MOVED = "penumbra:moved";
 export const AMENDED = "penumbra:amended";
 
-/** Go to another view, as a click on its link would. */
+/** Go to another view, as a click on its link would. @param {string} path */
 export function navigate(path, { replace = false } = {}) {
   history[replace ? "replaceState" : "pushState"](null, "", path);
   dispatchEvent(new Event(MOVED));

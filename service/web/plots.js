@@ -4,6 +4,13 @@ import { h } from "./dom.js";
 import uPlot from "./vendor/uplot/uPlot.esm.js";
 import { digits } from "./format.js";
 
+/** @import { Axis, Options } from "./vendor/uplot/uPlot.esm.js" */
+/**
+ * @typedef {{x: number, y: number, low: number, high: number}} Point
+ * @typedef {{label: string, xLabel: string, yLabel: string}} Words
+ * @typedef {{points: Point[], limit: number | null, marks: number[]}} Content
+ */
+
 const HEIGHT = 210;
 // The data keep this share of an axis free at both its ends, and ticks are at least this many.
 const MARGIN = 0.06;
@@ -11,14 +18,19 @@ const FEWEST = 3;
 // CSS pixels.
 const MARK = 9;
 
-/** A logarithmic range with all values and a margin. */
+/** A logarithmic range with all values and a margin. @param {number[]} values @returns {[number, number]} */
 function around(values) {
   const [low, high] = [Math.min(...values), Math.max(...values)];
   const margin = Math.max(1.15, (high / low) ** MARGIN);
   return [low / margin, high * margin];
 }
 
-/** Round numbers of a range: decades if they are enough, else finer steps of them, else equal steps. */
+/**
+ * Round numbers of a range: decades if they are enough, else finer steps of them, else equal steps.
+ *
+ * @param {number} low
+ * @param {number} high
+ */
 export function ticks(low, high) {
   const first = Math.floor(Math.log10(low));
   const decades = Array.from(
@@ -33,21 +45,28 @@ export function ticks(low, high) {
   }
   const power = 10 ** Math.floor(Math.log10(high - low));
   const steps = [5, 2, 1, 0.5, 0.2, 0.1].map((factor) => factor * power);
-  const count = (step) => Math.floor(high / step) - Math.ceil(low / step) + 1;
-  const step = steps.find((one) => count(one) >= FEWEST);
+  const count = (/** @type {number} */ step) => Math.floor(high / step) - Math.ceil(low / step) + 1;
+  const step = steps.find((one) => count(one) >= FEWEST) ?? steps[steps.length - 1];
   const least = Math.ceil(low / step);
   return Array.from({ length: count(step) }, (_, i) => Number(((least + i) * step).toPrecision(6)));
 }
 
 function colours() {
   const style = getComputedStyle(document.documentElement);
-  return (name) => style.getPropertyValue(`--${name}`).trim();
+  return (/** @type {string} */ name) => style.getPropertyValue(`--${name}`).trim();
 }
 
-/** Draw the interval of each point, the limit, and marks on the axis below. */
+/**
+ * Draw the interval of each point, the limit, and marks on the axis below.
+ *
+ * @param {uPlot} plot
+ * @param {Content} content
+ * @param {(name: string) => string} colour
+ */
 function extras(plot, { points, limit, marks }, colour) {
   const { ctx, bbox } = plot;
-  const place = (value) => plot.valToPos(value, "y", true);
+  const place = (/** @type {number} */ value) => plot.valToPos(value, "y", true);
+  /** @param {string} name @param {number[]} dash @param {() => void} path */
   const stroke = (name, dash, path) => {
     ctx.save();
     ctx.beginPath();
@@ -84,9 +103,11 @@ function extras(plot, { points, limit, marks }, colour) {
   });
 }
 
+/** @param {Words} words @param {number} width @param {Content} content @returns {Options} */
 function options({ xLabel, yLabel }, width, content) {
   const colour = colours();
   const font = `12px ${colour("sans")}`;
+  /** @param {string} label @param {number} size @returns {Axis} */
   const axis = (label, size) => ({
     label,
     labelFont: font,
@@ -120,22 +141,24 @@ function options({ xLabel, yLabel }, width, content) {
   };
 }
 
+/** @param {number} value */
 const short = (value) =>
   value >= 0.01 && value < 1e5 ? String(Number(value.toPrecision(3))) : value.toExponential(0);
 
 /**
  * A plot with a line, an interval around it, and a limit.
  *
- * @param {{label: string, xLabel: string, yLabel: string}} words
- * @returns {{element: HTMLElement, draw: (points: {x: number, y: number, low: number, high: number}[], limit: number |
- *   null, marks: number[]) => void, destroy: () => void}} Only points above 0 can be drawn.
+ * @param {Words} words
  */
 export function makePlot(words) {
   const element = h("div", { className: "plot", role: "img", "aria-label": words.label });
+  /** @type {Content} */
   const content = { points: [], limit: null, marks: [] };
+  /** @type {uPlot | null} */
   let plot = null;
 
-  function draw(points, limit, marks = []) {
+  /** Only points above 0 can be drawn. @param {Point[]} points @param {number | null} limit @param {number[]} marks */
+  function draw(points, limit, marks) {
     content.points = points.filter(({ x, y }) => x > 0 && y > 0);
     content.limit = limit;
     content.marks = marks.filter((x) => x > 0);

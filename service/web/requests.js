@@ -4,7 +4,7 @@ import { places, readable } from "./json_text.js";
 
 const HEAD = '{"scene":';
 
-/** @param {string} scene - JSON. @param {object} rest - The other fields; null and undefined ones are left out. */
+/** @param {string} scene - JSON. @param {Record<string, unknown>} rest - The other fields; null and undefined ones are left out. */
 export function requestText(scene, rest = {}) {
   const fields = Object.entries(rest).filter(([, value]) => value !== null && value !== undefined);
   const tail = fields.map(([name, value]) => `,${JSON.stringify(name)}:${JSON.stringify(value)}`).join("");
@@ -14,14 +14,18 @@ export function requestText(scene, rest = {}) {
 /**
  * Convert a problem of a request body into one of the scene's text, with pointer and column relative to the scene. A
  * problem of another field has no line, and keeps its pointer without the slash: `quality/error`.
+ *
+ * @param {ProblemEntry} problem
+ * @returns {ProblemEntry}
  */
 export function problemInScene(problem) {
   const isOfScene =
     problem.pointer === "" || problem.pointer === "/scene" || problem.pointer.startsWith("/scene/");
   if (!isOfScene)
     return { ...problem, pointer: problem.pointer.slice(1), line: undefined, column: undefined };
-  const column = problem.line === 1 ? Math.max(1, problem.column - HEAD.length) : problem.column;
-  return { ...problem, pointer: inScene(problem.pointer), column };
+  const { line, column } = problem;
+  const own = line === 1 && column ? Math.max(1, column - HEAD.length) : column;
+  return { ...problem, pointer: inScene(problem.pointer), column: own };
 }
 
 /** Convert a pointer into a request body to one into its scene. @param {string} pointer */
@@ -31,11 +35,12 @@ export const inScene = (pointer) => pointer.replace(/^\/scene(?=\/|$)/, "");
  * Split the request of a job into its parts.
  *
  * @param {string} body - The request of the job, as it was sent.
- * @returns {{scene: string, quality: object | null, layers: string[], labels: Record<string, string>}} The scene as its
+ * @returns {{scene: string, quality: QualityDocument | null, layers: string[], labels: Record<string, string>}} The scene as its
  *   own text.
  */
 export function takenApart(body) {
   const place = places(body, ["/scene"]).get("/scene");
   const { quality = null, layers = [], labels = {} } = JSON.parse(body);
-  return { scene: readable(body.slice(place.value, place.end).trim()), quality, layers, labels };
+  const scene = place ? readable(body.slice(place.value, place.end).trim()) : "";
+  return { scene, quality, layers, labels };
 }

@@ -12,28 +12,37 @@ const TINY = 1e-100;
  */
 
 /**
+ * @typedef {{name: string, paragraphs: string[], facts: string}} FieldText
+ * @typedef {{name: string, at: SchemaNode, owner: SchemaNode, inner: string | null}} Field
+ */
+
+/**
  * Find a field of the scene language.
  *
- * @param {object} schema - The JSON Schema of scenes.
+ * @param {SchemaNode} schema - The JSON Schema of scenes.
  * @param {Step[]} steps - The way to the field.
- * @returns {{name: string, paragraphs: string[], facts: string} | null} Null where the language has no such field.
+ * @returns {FieldText | null} Null where the language has no such field.
  */
 export function fieldAt(schema, steps) {
   let at = schema;
+  /** @type {Field | null} */
   let field = null;
   for (const { name, type, inner } of steps) {
     const owners = variants(schema, at, type);
-    const owner = owners.find((one) => partOf(one, name)) ?? null;
-    at = partOf(owner, name);
-    if (!at) return null;
+    const owner = owners.find((one) => partOf(one, name));
+    const part = owner && partOf(owner, name);
+    if (!part) return null;
+    at = part;
     if (name !== null) field = { name, at, owner, inner };
   }
   return field && written(schema, field);
 }
 
+/** @param {SchemaNode} owner @param {string | null} name */
 const partOf = (owner, name) =>
-  name === null ? owner?.items : owner?.properties?.[name] || owner?.additionalProperties;
+  name === null ? owner.items : owner.properties?.[name] || owner.additionalProperties;
 
+/** @param {SchemaNode} schema @param {Field} field @returns {FieldText} */
 function written(schema, { name, at, owner, inner }) {
   const found = variants(schema, at, inner);
   // Of several kinds none is described, unless its `type` is written.
@@ -48,30 +57,43 @@ function written(schema, { name, at, owner, inner }) {
   };
 }
 
-/** The alternatives that a `type` leaves, behind references: an ellipsoid may be written in two ways. */
+/**
+ * The alternatives that a `type` leaves, behind references: an ellipsoid may be written in two ways.
+ *
+ * @param {SchemaNode} schema
+ * @param {SchemaNode} at
+ * @param {string | null} type
+ * @returns {SchemaNode[]}
+ */
 function variants(schema, at, type) {
-  const target = at?.$ref ? schema.$defs[at.$ref.slice("#/$defs/".length)] : at;
+  const target = at.$ref ? schema.$defs?.[at.$ref.slice("#/$defs/".length)] : at;
   const choices = target?.oneOf ?? target?.anyOf;
   if (!choices) return target && target.type !== "null" ? [target] : [];
   const all = choices.flatMap((choice) => variants(schema, choice, type));
   return type === null ? all : all.filter((one) => one.properties?.type?.const === type);
 }
 
+/** @type {Record<string, string>} */
 const KINDS = { number: "a number", integer: "a whole number", string: "text", boolean: "true or false" };
+/** @type {Record<string, string>} */
 const MANY = { number: "numbers", integer: "whole numbers", string: "texts" };
 
+/** @param {SchemaNode | null} target */
 function kind(target) {
   if (!target) return null;
   if (target.enum) return `one of ${target.enum.join(", ")}`;
-  if (target.type !== "array") return KINDS[target.type];
+  if (target.type !== "array") return KINDS[target.type ?? ""];
   const { items, minItems, maxItems } = target;
-  return minItems === maxItems && items && MANY[items.type] ? `${minItems} ${MANY[items.type]}` : null;
+  const many = MANY[items?.type ?? ""];
+  return minItems === maxItems && many ? `${minItems} ${many}` : null;
 }
 
+/** @param {SchemaNode | null} target */
 function range(target) {
   const { minimum: least, maximum: most, exclusiveMinimum: above, exclusiveMaximum: below } = target ?? {};
-  const low = Math.abs(least) < HUGE && (least > TINY || least === 0 || least < 0) ? least : undefined;
-  const high = most < HUGE ? most : undefined;
+  const bounded = least !== undefined && Math.abs(least) < HUGE && (least > TINY || least <= 0);
+  const low = bounded ? least : undefined;
+  const high = most !== undefined && most < HUGE ? most : undefined;
   if (low !== undefined && high !== undefined) return `${low} to ${high}`;
   if (above !== undefined && below !== undefined) return `between ${above} and ${below}`;
   if (low !== undefined) return `${low} or more`;
@@ -79,6 +101,7 @@ function range(target) {
   return high === undefined ? null : `at most ${high}`;
 }
 
+/** @param {SchemaNode} at @param {SchemaNode} owner @param {string} name */
 function standard({ default: value }, owner, name) {
   if (owner.required?.includes(name)) return "required";
   const plain = value !== undefined && value !== null && !(Array.isArray(value) && value.length === 0);

@@ -4,6 +4,7 @@ import { h } from "./dom.js";
 
 const PATH = "/v1/session";
 
+/** @type {Promise<boolean> | null} */
 let asking = null;
 let sessions = 0;
 
@@ -24,6 +25,7 @@ export async function admitted(before) {
   return asking;
 }
 
+/** @returns {Promise<boolean>} */
 function ask() {
   return new Promise((resolve) => {
     const wrong = h("p", { className: "problem", role: "alert", hidden: true });
@@ -51,12 +53,14 @@ function ask() {
         h("button", { type: "button", onclick: () => dialog.close() }, "Not now"),
       ),
     );
+    /** @type {HTMLDialogElement} */
     const dialog = h(
       "dialog",
       { className: "session", "aria-label": "This service requires a key", onclose: ended },
       form,
     );
 
+    /** @param {SubmitEvent} event */
     async function send(event) {
       event.preventDefault();
       const answer = await begun(key.value);
@@ -75,7 +79,7 @@ function ask() {
   });
 }
 
-/** Begin a session; return an error message, or an empty string. */
+/** Begin a session. @param {string} key @returns {Promise<string>} An error message, or an empty string. */
 async function begun(key) {
   try {
     const response = await fetch(PATH, {
@@ -93,7 +97,12 @@ async function begun(key) {
   }
 }
 
-/** Show the user's name and a button that ends the session, if the service requires keys. */
+/**
+ * Show the user's name and a button that ends the session, if the service requires keys.
+ *
+ * @param {HTMLElement} place
+ * @returns {Promise<boolean>} Whether they are shown.
+ */
 export async function showSession(place) {
   const before = sessions;
   const response = await fetch(PATH, { credentials: "same-origin" });

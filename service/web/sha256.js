@@ -5,17 +5,20 @@ const START = new Uint32Array(8);
 
 // The first 32 bits of the fractional parts of cube and square roots of the first primes.
 (function roots() {
+  /** @type {number[]} */
   const primes = [];
   for (let n = 2; primes.length < 64; n++) if (primes.every((prime) => n % prime)) primes.push(n);
-  const fraction = (x) => Math.floor((x - Math.floor(x)) * 2 ** 32);
+  const fraction = (/** @type {number} */ x) => Math.floor((x - Math.floor(x)) * 2 ** 32);
   primes.forEach((prime, i) => {
     K[i] = fraction(Math.cbrt(prime));
     if (i < 8) START[i] = fraction(Math.sqrt(prime));
   });
 })();
 
+/** @param {number} x @param {number} n */
 const turned = (x, n) => (x >>> n) | (x << (32 - n));
 
+/** @param {Uint8Array} bytes */
 function padded(bytes) {
   const length = Math.ceil((bytes.length + 9) / 64) * 64;
   const block = new Uint8Array(length);
@@ -27,6 +30,7 @@ function padded(bytes) {
   return view;
 }
 
+/** @param {Uint32Array} state @param {Uint32Array} words */
 function mix(state, words) {
   for (let i = 16; i < 64; i++) {
     const a = words[i - 15];
@@ -46,6 +50,7 @@ function mix(state, words) {
   [a, b, c, d, e, f, g, h].forEach((value, i) => (state[i] += value));
 }
 
+/** @param {Uint8Array} bytes */
 function plain(bytes) {
   const view = padded(bytes);
   const state = START.slice();

@@ -12,15 +12,21 @@ const LOOK_MS = 5000;
 export const FINAL = new Set(["succeeded", "failed", "cancelled", "expired", "deleted"]);
 
 /**
- * Events: `job` (detail: the job's document), `tiles` (detail: a batch of `decodeBatch`), `connection` (detail: true
- * while the service answers), `gone` (the job was deleted; its state is then `deleted`), `locked` (the session has ended and
- * nothing more is asked).
+ * @typedef {object} WatchEvents
+ * @property {JobDocument} job - As it is now.
+ * @property {import("./api.js").Batch} tiles
+ * @property {boolean} connection - Whether the service answers.
+ * @property {Problem} gone - The job was deleted; its state is then `deleted`.
+ * @property {Problem} locked - The session has ended and nothing more is asked.
  */
+
+/** A job, with an event for each property of `WatchEvents`. */
 export class Watch extends EventTarget {
   #life = new AbortController();
   #stale = false;
   #refreshing = false;
 
+  /** @param {JobDocument} job */
   constructor(job) {
     super();
     this.id = job.id;
@@ -37,20 +43,29 @@ export class Watch extends EventTarget {
     return FINAL.has(this.job.state);
   }
 
+  /**
+   * Hear an event until the watch stops.
+   *
+   * @template {keyof WatchEvents} Type
+   * @param {Type} type
+   * @param {(detail: WatchEvents[Type]) => void} listener
+   */
   on(type, listener) {
-    this.addEventListener(type, (event) => listener(event.detail), { signal: this.signal });
+    const heard = (/** @type {Event} */ event) => listener(/** @type {CustomEvent} */ (event).detail);
+    this.addEventListener(type, heard, { signal: this.signal });
   }
 
   async start() {
     this.#look();
     try {
-      const options = { signal: this.signal, onConnection: (live) => this.#connection(live) };
+      const options = { signal: this.signal, onConnection: this.#connection };
       for await (const batch of followTiles(this.id, options)) {
         this.#emit("tiles", batch);
         this.refresh();
       }
       await this.refresh();
     } catch (error) {
+      if (!(error instanceof Problem)) throw error;
       this.#end(error);
     }
   }
@@ -62,11 +77,11 @@ export class Watch extends EventTarget {
     }
   }
 
-  /** End after an error of the service that trying again does not cure. */
+  /** End after an error of the service that trying again does not cure. @param {Problem} error */
   #end(error) {
     if (this.signal.aborted) return;
     if (error.status === 404) {
-      this.job = { ...this.job, state: "deleted", paused: false, rendering: [] };
+      this.job = { ...this.job, state: /** @type {const} */ ("deleted"), paused: false, rendering: [] };
       this.#emit("job", this.job);
       this.#emit("gone", error);
     } else this.#emit("locked", error);
@@ -103,12 +118,17 @@ export class Watch extends EventTarget {
     }
   }
 
-  #connection(live) {
+  #connection = (/** @type {boolean} */ live) => {
     if (live === this.live) return;
     this.live = live;
     this.#emit("connection", live);
-  }
+  };
 
+  /**
+   * @template {keyof WatchEvents} Type
+   * @param {Type} type
+   * @param {WatchEvents[Type]} detail
+   */
   #emit(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }

@@ -1,5 +1,36 @@
 // Types of documents of the service and of parts of the page, for JSDoc comments in service/web.
 
+// For `h` of service/web/dom.js.
+
+type Listeners = {
+  [Type in keyof HTMLElementEventMap as `on${Type}`]?: (event: HTMLElementEventMap[Type]) => unknown;
+};
+
+type Skipped = false | null | undefined;
+
+/** What may be set of a field of an element; browsers turn numbers into text. */
+type Settable<Value> = Value extends string | DOMTokenList
+  ? string | number
+  : Value extends number | boolean
+    ? Value
+    : never;
+
+/** The fields of an element with texts, numbers and truth values, its attributes, and listeners. */
+type ElementProperties<Element> = {
+  [Name in keyof Element as Settable<Element[Name]> extends never ? never : Name]?:
+    Settable<Element[Name]> | Skipped;
+} & Listeners & {
+    [Name in `aria-${string}` | `data-${string}`]?: string | number | boolean | Skipped;
+  } & { role?: string | Skipped; popovertarget?: string };
+
+/** What the address of a view says: parts of its path, and its query. */
+interface ViewParams {
+  id: string;
+  a: string;
+  b: string;
+  query: URLSearchParams;
+}
+
 /** A rectangle of pixels, half open, rows from the top. */
 interface PixelRectangle {
   x0: number;
@@ -22,7 +53,7 @@ interface JobDocument {
   width: number;
   height: number;
   labels: Record<string, string>;
-  quality: QualityDocument;
+  quality: ResolvedQuality;
   created_at: string;
   started_at: string | null;
   finished_at: string | null;
@@ -83,7 +114,14 @@ interface TargetQuality {
   precision?: string;
 }
 
+/** As a request has it. */
 type QualityDocument = FixedQuality | TargetQuality;
+
+type ResolvedFixed = FixedQuality & { antialiasing: Sampling; light: Sampling; precision: string };
+type ResolvedTarget = TargetQuality & { confidence: number; precision: string };
+
+/** As jobs and offers have it: with what the request leaves to the scene and to the service. */
+type ResolvedQuality = ResolvedFixed | ResolvedTarget;
 
 interface PredictedNumber {
   estimate: number;
@@ -92,7 +130,7 @@ interface PredictedNumber {
 }
 
 interface OfferDocument {
-  quality: QualityDocument;
+  quality: ResolvedQuality;
   seconds: PredictedNumber;
   error: PredictedNumber | null;
   error_unknown: string | null;
@@ -105,6 +143,19 @@ interface QuoteDocument {
   for_seconds: OfferDocument | null;
   price: { cpu_seconds: number };
   workers: number;
+}
+
+/** A scene on the start page, with what it was opened with. */
+interface OpenedScene {
+  title: string;
+  text: string;
+  files: Map<string, Blob>;
+  notice?: string;
+  /** Of the gallery. */
+  entry?: string;
+  quality?: QualityDocument | null;
+  labels?: string;
+  layers?: boolean;
 }
 
 interface PlanStage {
@@ -208,6 +259,29 @@ interface InspectionDocument {
   complete: boolean;
 }
 
+/** A part of the JSON Schema of scenes, as far as the page reads it. */
+interface SchemaNode {
+  $ref?: string;
+  $defs?: Record<string, SchemaNode>;
+  oneOf?: SchemaNode[];
+  anyOf?: SchemaNode[];
+  type?: string;
+  const?: string;
+  enum?: string[];
+  default?: unknown;
+  description?: string;
+  properties?: Record<string, SchemaNode>;
+  additionalProperties?: SchemaNode;
+  required?: string[];
+  items?: SchemaNode;
+  minItems?: number;
+  maxItems?: number;
+  minimum?: number;
+  maximum?: number;
+  exclusiveMinimum?: number;
+  exclusiveMaximum?: number;
+}
+
 interface CameraDocument {
   position: number[];
   look_at: number[];
@@ -270,20 +344,9 @@ interface ComparedRegion extends PixelRectangle {
   name: string | null;
 }
 
-/** The screen of a picture, `Screen` in views/picture/screen.js, as its tools use it. */
-type PictureScreen = Pick<
-  import("../../service/web/views/picture/screen.js").Screen,
-  | "width"
-  | "height"
-  | "scale"
-  | "left"
-  | "top"
-  | "element"
-  | "context"
-  | "life"
-  | "grip"
-  | "redraw"
-  | "visible"
-  | "outline"
-  | "placeOf"
->;
+type PictureScreen = import("../../service/web/views/picture/screen.js").Screen;
+
+declare module "@codemirror/lint" {
+  // Named by the types of lang-json; the page has no linter.
+  type Diagnostic = unknown;
+}

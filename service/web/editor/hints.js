@@ -15,22 +15,28 @@ import {
   syntaxTree,
 } from "../vendor/codemirror/codemirror.js";
 
+/** @import { EditorState, EditorView, StateEffectType, SyntaxNode, Text, Tooltip } from "../vendor/codemirror/codemirror.js" */
+/** @import { FieldText, Step } from "../scene_fields.js" */
+/** @typedef {Tooltip & {end: number, text: string}} Tip */
+
 const VALUES = new Set(["String", "Number", "True", "False", "Null"]);
+/** @type {StateEffectType<Tip | null>} */
 const setTip = StateEffect.define();
 
+/** @type {Promise<SchemaNode | null> | null} */
 let schema = null;
 
-/** The JSON Schema of scenes; a failed request is made again the next time. */
+/** The JSON Schema of scenes; a failed request is made again the next time. @returns {Promise<SchemaNode | null>} */
 function sceneSchema() {
   schema ??= get("/v1/schemas/scene.json").catch(() => (schema = null));
   return schema;
 }
 
 const tips = StateField.define({
-  create: () => null,
+  create: () => /** @type {Tip | null} */ (null),
   update(tip, transaction) {
     const sent = transaction.effects.find((one) => one.is(setTip));
-    if (sent) return sent.value;
+    if (sent?.is(setTip)) return sent.value;
     return transaction.docChanged || transaction.selection ? null : tip;
   },
   provide: (field) => showTooltip.from(field),
@@ -45,6 +51,7 @@ export const hints = () => [
   ]),
 ];
 
+/** @param {EditorView} view */
 function show(view) {
   const { state } = view;
   tipAt(state, state.selection.main.head, 1).then((tip) => {
@@ -56,12 +63,14 @@ function show(view) {
   return true;
 }
 
+/** @param {EditorView} view */
 function hide(view) {
   if (!view.state.field(tips) && !hasHoverTooltips(view.state)) return false;
   view.dispatch({ effects: [setTip.of(null), closeHoverTooltips] });
   return true;
 }
 
+/** @param {EditorState} state @param {number} at @param {-1 | 1} side @returns {Promise<Tip | null>} */
 async function tipAt(state, at, side) {
   const node = syntaxTree(state).resolveInner(at, side);
   if (node.name !== "PropertyName" && !VALUES.has(node.name)) return null;
@@ -77,6 +86,7 @@ async function tipAt(state, at, side) {
   };
 }
 
+/** @param {FieldText} field */
 function described({ name, paragraphs, facts }) {
   return h(
     "div",
@@ -90,26 +100,32 @@ function described({ name, paragraphs, facts }) {
 /**
  * The way from the document to a node of its syntax tree.
  *
- * @returns {import("../scene_fields.js").Step[]}
+ * @param {Text} doc
+ * @param {SyntaxNode} node
+ * @returns {Step[]}
  */
 function stepsTo(doc, node) {
+  /** @type {Step[]} */
   const steps = [];
-  for (let at = node; at.parent; at = at.parent) {
+  for (let at = node, { parent } = at; parent; at = parent, { parent } = at) {
     if (at.name === "Property")
       steps.unshift({
         name: nameOf(doc, at),
-        type: typeOf(doc, at.parent),
+        type: typeOf(doc, parent),
         inner: typeOf(doc, at.lastChild),
       });
-    else if (at.parent.name === "Array") steps.unshift({ name: null, type: null, inner: typeOf(doc, at) });
+    else if (parent.name === "Array") steps.unshift({ name: null, type: null, inner: typeOf(doc, at) });
   }
   return steps;
 }
 
+/** @param {Text} doc @param {SyntaxNode} node */
 const textOf = (doc, node) => doc.sliceString(node.from, node.to);
 
+/** @param {Text} doc @param {SyntaxNode} property @returns {string} */
 function nameOf(doc, property) {
-  const written = textOf(doc, property.getChild("PropertyName"));
+  const name = property.getChild("PropertyName");
+  const written = name ? textOf(doc, name) : "";
   try {
     return JSON.parse(written);
   } catch {
@@ -117,7 +133,7 @@ function nameOf(doc, property) {
   }
 }
 
-/** The member `type` of an object, or null. */
+/** The member `type` of an object, or null. @param {Text} doc @param {SyntaxNode | null} node */
 function typeOf(doc, node) {
   if (node?.name !== "Object") return null;
   const kind = node.getChildren("Property").find((property) => nameOf(doc, property) === "type");

@@ -14,18 +14,23 @@ import {
   gutterWidgetClass,
 } from "../vendor/codemirror/codemirror.js";
 
-/** Replaces the problems: a list of `line` and `column`, from 1, and `detail`. */
+/** @import { DecorationSet, Line, StateEffectType, Text } from "../vendor/codemirror/codemirror.js" */
+/** @typedef {{from: number, to: number}} Range */
+
+/** Replaces the problems. @type {StateEffectType<ProblemEntry[]>} */
 export const problemLines = StateEffect.define();
-/** Replaces the lines that are pointed at by those of a range: `from` and `to`. */
+/** Replaces the lines that are pointed at. @type {StateEffectType<Range>} */
 export const pointedLines = StateEffect.define();
 
 const CULPRIT = Decoration.mark({ class: "culprit" });
 
 class Details extends WidgetType {
+  /** @param {string[]} texts */
   constructor(texts) {
     super();
     this.texts = texts;
   }
+  /** @param {Details} other */
   eq(other) {
     return this.texts.length === other.texts.length && this.texts.every((text, i) => text === other.texts[i]);
   }
@@ -36,6 +41,7 @@ class Details extends WidgetType {
 }
 
 class NumberClass extends GutterMarker {
+  /** @param {string} name */
   constructor(name) {
     super();
     this.elementClass = name;
@@ -44,33 +50,41 @@ class NumberClass extends GutterMarker {
 const BESIDE = new NumberClass("beside");
 const NUMBERS = { wrong: new NumberClass("wrong"), pointed: new NumberClass("pointed") };
 
+/** @param {keyof typeof NUMBERS} kind @param {Line} line */
 function lineMark(kind, line) {
   const attributes = { class: `line ${kind}`, "data-number": String(line.number) };
   return Decoration.line({ attributes, kind }).range(line.from);
 }
 
+/** @param {Text} doc @param {ProblemEntry[]} problems */
 function problemMarks(doc, problems) {
+  /** @type {Map<number, ProblemEntry[]>} */
   const byLine = new Map();
-  for (const problem of problems.filter(({ line }) => line && line <= doc.lines))
-    byLine.set(problem.line, [...(byLine.get(problem.line) ?? []), problem]);
+  for (const problem of problems) {
+    const { line } = problem;
+    if (line && line <= doc.lines) byLine.set(line, [...(byLine.get(line) ?? []), problem]);
+  }
   const found = Array.from(byLine, ([number, list]) => marksOfLine(doc.line(number), list));
   return Decoration.set(found.flat(), true);
 }
 
+/** @param {Line} line @param {ProblemEntry[]} problems */
 function marksOfLine(line, problems) {
   const widget = new Details(problems.map(({ detail }) => detail));
   return [
     lineMark("wrong", line),
-    ...problems.flatMap(({ column }) => culprit(line, column - 1)),
+    ...problems.flatMap(({ column }) => culprit(line, (column ?? 1) - 1)),
     Decoration.widget({ widget, block: true, side: 1 }).range(line.to),
   ];
 }
 
+/** @param {Line} line @param {number} start */
 function culprit(line, start) {
   const length = tokenLength(line.text, start);
   return length ? [CULPRIT.range(line.from + start, line.from + start + length)] : [];
 }
 
+/** @param {Text} doc @param {Range} range */
 function pointedMarks(doc, { from, to }) {
   const first = doc.lineAt(from).number;
   const last = doc.lineAt(Math.max(from, to - 1)).number;
@@ -78,13 +92,19 @@ function pointedMarks(doc, { from, to }) {
   return Decoration.set(numbers.map((number) => lineMark("pointed", doc.line(number))));
 }
 
-/** Decorations that an effect replaces, and that move with the text when it is edited. */
+/**
+ * Decorations that an effect replaces, and that move with the text when it is edited.
+ *
+ * @template Value
+ * @param {StateEffectType<Value>} effect
+ * @param {(doc: Text, value: Value) => DecorationSet} made
+ */
 function decorations(effect, made) {
   return StateField.define({
     create: () => Decoration.none,
     update(found, { changes, effects, state }) {
       const sent = effects.find((one) => one.is(effect));
-      return sent ? made(state.doc, sent.value) : found.map(changes);
+      return sent?.is(effect) ? made(state.doc, sent.value) : found.map(changes);
     },
     provide: (field) => [
       EditorView.decorations.from(field),
@@ -93,10 +113,11 @@ function decorations(effect, made) {
   });
 }
 
+/** @param {DecorationSet} found */
 function numbers(found) {
   const classes = [];
   for (const at = found.iter(); at.value; at.next()) {
-    const name = NUMBERS[at.value.spec.kind];
+    const name = NUMBERS[/** @type {keyof typeof NUMBERS} */ (at.value.spec.kind)];
     if (name) classes.push(name.range(at.from));
   }
   return RangeSet.of(classes);
@@ -114,14 +135,16 @@ export const marks = [
   })),
 ];
 
-/** Go to the next problem, or to the first after the last one. */
+/** Go to the next problem, or to the first after the last one. @param {EditorView} view */
 export const nextProblem = (view) => goTo(view, (at, all) => all.find(({ from }) => from > at) ?? all[0]);
 
-/** Go to the previous problem, or to the last before the first one. */
+/** Go to the previous problem, or to the last before the first one. @param {EditorView} view */
 export const previousProblem = (view) =>
   goTo(view, (at, all) => all.findLast(({ to }) => to < at) ?? all.at(-1));
 
+/** @param {EditorView} view @param {(at: number, all: Range[]) => Range | undefined} chosen */
 function goTo(view, chosen) {
+  /** @type {Range[]} */
   const all = [];
   for (const at = view.state.field(problems).iter(); at.value; at.next())
     if (at.value === CULPRIT) all.push({ from: at.from, to: at.to });

@@ -1,6 +1,6 @@
 // Compares two pictures: split along a line, in turn, by their difference, and by the verdict of the service.
 
-import { Problem, get, jobPath, post } from "../api.js";
+import { Problem, get, jobPath, messageOf, post } from "../api.js";
 import { announce, h } from "../dom.js";
 import { field } from "../elements.js";
 import { Blending, MODES } from "./compare/blending.js";
@@ -18,7 +18,11 @@ import { catchLine, hearSpace } from "./picture/split.js";
 
 export const title = "Compare";
 
-/** What the scales of the modes are about. */
+/** @import { Film } from "./picture/film.js" */
+/** @import { Encoding } from "./compare/references.js" */
+/** @typedef {{film: Film, note: string}} Read A picture, and what to know of it. */
+
+/** What the scales of the modes are about. @type {Record<string, string>} */
 const LEGENDS = {
   difference: "The largest difference of the channels, linear. Grey is infinite or has no value.",
   relative: "The largest |A − B| / √(B² + 0.01) of the channels, linear. Grey is infinite or has no value.",
@@ -29,6 +33,7 @@ const HEAT_LEGEND = () =>
 // Instead of a job's id: a file still to be chosen.
 const FILE = "file";
 
+/** @param {HTMLElement} root @param {ViewParams} params */
 export function mount(root, { a, b }) {
   const life = new AbortController();
   const { signal } = life;
@@ -37,6 +42,7 @@ export function mount(root, { a, b }) {
   root.append(h("h1", {}, "Compare"), names, place);
   let close = () => {};
 
+  /** @param {unknown} error */
   function fail(error) {
     if (signal.aborted) return;
     place.removeAttribute("aria-busy");
@@ -47,15 +53,17 @@ export function mount(root, { a, b }) {
    * Show both pictures as soon as they are here, and the verdict of the service when it has come.
    *
    * @param {object} reference - For the service.
-   * @param {Promise<{film: Film, note: string} | null>} other - B, null if only the service can read it.
+   * @param {Promise<Read | null>} other - B, null if only the service can read it.
    */
   async function compare(reference, other) {
     place.replaceChildren(h("p", { className: "soft", role: "status" }, "Comparing …"));
+    /** @type {[Film, JobRequestDocument, Read | null]} */
     const [film, { scene }, read] = await Promise.all([
       filmOfJob(a, signal),
       get(`${jobPath(a)}/request`, { signal }),
       other,
     ]);
+    /** @type {Promise<ComparisonDocument>} */
     const asking = post(
       "/v1/comparisons",
       { image: { job: a }, reference, pictures: read === null },
@@ -70,8 +78,10 @@ export function mount(root, { a, b }) {
   }
 
   async function begin() {
+    /** @type {JobDocument} */
     const job = await get(jobPath(a), { signal });
-    const link = (one) => h("a", { href: `/jobs/${one.id}` }, one.name ?? "an untitled scene");
+    const link = (/** @type {JobDocument} */ one) =>
+      h("a", { href: `/jobs/${one.id}` }, one.name ?? "an untitled scene");
     if (b === FILE) {
       names.append("A is ", link(job), ", B a file of your own.");
       const form = picker((file, encoding) =>
@@ -80,6 +90,7 @@ export function mount(root, { a, b }) {
       place.replaceChildren(form);
       return;
     }
+    /** @type {JobDocument} */
     const other = await get(jobPath(b), { signal });
     names.append("A is ", link(job), ", B is ", link(other), ".");
     await compare(
@@ -88,6 +99,7 @@ export function mount(root, { a, b }) {
     );
   }
 
+  /** @param {File} file @param {Encoding} encoding */
   async function chosen(file, encoding) {
     const reference = { content: await encoded(file), ...(encoding && { encoding }) };
     await compare(reference, filmOfFile(file, encoding));
@@ -100,22 +112,28 @@ export function mount(root, { a, b }) {
   };
 }
 
-/** What is wrong, in a sentence or more. @param {Error} error */
+/** What is wrong, in a sentence or more. @param {unknown} error */
 function refusalOf(error) {
   const texts = [
-    error.message,
+    messageOf(error),
     ...(error instanceof Problem ? error.errors : []).map(({ detail }) => detail),
   ];
   return h("p", { className: "problem", role: "alert" }, [...new Set(texts)].join(" "));
 }
 
-/** B as the service has read it, which sends it with 8 bits a channel. */
-const readByService = async ({ images }, { width, height }) => ({
-  film: await referenceIn(images.side_by_side, width, height),
-  note: EIGHT_BITS,
-});
+/**
+ * B as the service has read it, which sends it with 8 bits a channel.
+ *
+ * @param {ComparisonDocument} answer
+ * @param {Film} film - A.
+ * @returns {Promise<Read>}
+ */
+async function readByService({ images }, { width, height }) {
+  if (!images) throw new Error("The service sent no pictures.");
+  return { film: await referenceIn(images.side_by_side, width, height), note: EIGHT_BITS };
+}
 
-/** @param {(file: File, encoding: "srgb" | "linear" | "") => void} chosen */
+/** @param {(file: File, encoding: Encoding) => void} chosen */
 function picker(chosen) {
   const file = h("input", { id: "reference-file", type: "file", accept: ".png,.npy,.exr", required: true });
   const encoding = h(
@@ -127,9 +145,9 @@ function picker(chosen) {
       ["linear", "linear"],
     ].map(([value, name]) => h("option", { value }, name)),
   );
-  const submit = (event) => {
+  const submit = (/** @type {SubmitEvent} */ event) => {
     event.preventDefault();
-    chosen(file.files[0], encoding.value);
+    if (file.files?.[0]) chosen(file.files[0], /** @type {Encoding} */ (encoding.value));
   };
   return h(
     "form",
@@ -140,8 +158,16 @@ function picker(chosen) {
   );
 }
 
+/**
+ * @param {HTMLElement} place
+ * @param {[Film, Film]} films - A and B.
+ * @param {string} note - What to know of B.
+ * @param {DisplaySettings} asked
+ * @param {AbortSignal} signal
+ */
 function show(place, films, note, asked, signal) {
   const [{ width, height, whole }] = films;
+  /** @type {ComparedRegion | null} */
   let region = null;
   const screen = new Screen({
     width,
@@ -158,6 +184,7 @@ function show(place, films, note, asked, signal) {
     { className: "soft small", id: "compare-keys" },
     `Hold Space for B; F switches between A and B. ${MOVING_KEYS}`,
   );
+  /** @type {HTMLInputElement} */
   const line = h("input", {
     id: "split-line",
     type: "range",
@@ -165,12 +192,12 @@ function show(place, films, note, asked, signal) {
     max: 100,
     step: 0.5,
     value: 50,
-    oninput: () => blending.split(line.value / 100),
+    oninput: () => blending.split(Number(line.value) / 100),
   });
   catchLine(screen, {
     at: () => (blending.mode === "split" ? blending.at : null),
     move: (share) => {
-      line.value = 100 * share;
+      line.value = String(100 * share);
       blending.split(share);
     },
   });
@@ -191,17 +218,20 @@ function show(place, films, note, asked, signal) {
     numbers,
   );
 
+  /** @param {CanvasRenderingContext2D} context */
   function overlay(context) {
     blending.overlay(context);
     if (region) screen.outline(context, region, "#ffb43c");
   }
 
+  /** @param {string} mode */
   function change(mode) {
     blending.show(mode);
     lineField.hidden = mode !== "split";
     legend.replaceChildren(mode in LEGENDS ? scaleOf(mode) : mode === "heat" ? HEAT_LEGEND() : "");
   }
 
+  /** @param {string} mode */
   function scaleOf(mode) {
     const least = leastPositive(blending.apart(mode));
     return makeScale(blending.scales[mode], least, LEGENDS[mode], (scale) => {
@@ -210,18 +240,21 @@ function show(place, films, note, asked, signal) {
     });
   }
 
+  /** @param {ComparisonDocument} answer */
   function conclude(answer) {
     verdict.removeAttribute("aria-busy");
     verdict.replaceChildren(makeVerdict(answer, showRegion));
     announce(answer.reason);
   }
 
+  /** @param {unknown} error */
   function refuse(error) {
     if (signal.aborted) return;
     verdict.removeAttribute("aria-busy");
     verdict.replaceChildren(refusalOf(error), numbers);
   }
 
+  /** @param {ComparedRegion} chosen */
   function showRegion(chosen) {
     region = chosen;
     screen.frame(chosen);
@@ -230,7 +263,7 @@ function show(place, films, note, asked, signal) {
   }
 
   screen.element.setAttribute("aria-describedby", keys.id);
-  screen.addEventListener("cursor", ({ detail: pixel }) => {
+  screen.on("cursor", (pixel) => {
     readout.textContent = pixel ? `${pixel.x}, ${pixel.y}   ${blending.describe(pixel.x, pixel.y)}` : "";
     if (pixel && document.activeElement === screen.element) announce(readout.textContent);
   });
@@ -242,7 +275,7 @@ function show(place, films, note, asked, signal) {
         event.ctrlKey ||
         event.metaKey ||
         event.altKey ||
-        event.target.closest("input:not([type=range], [type=radio]), textarea")
+        /** @type {Element} */ (event.target).closest("input:not([type=range], [type=radio]), textarea")
       )
         return;
       modes.choose(blending.mode === "a" ? "b" : "a");
@@ -277,10 +310,9 @@ function show(place, films, note, asked, signal) {
   return { conclude, refuse, close: () => (screen.close(), blending.close()) };
 }
 
+/** @param {(mode: string) => void} changed */
 function makeModes(changed) {
-  const inputs = Object.entries(MODES).map(([mode, name]) => [
-    mode,
-    name,
+  const inputs = Object.keys(MODES).map((mode) =>
     h("input", {
       type: "radio",
       name: "compare-mode",
@@ -288,7 +320,7 @@ function makeModes(changed) {
       checked: mode === "split",
       onchange: () => changed(mode),
     }),
-  ]);
+  );
   return {
     element: h(
       "fieldset",
@@ -297,14 +329,15 @@ function makeModes(changed) {
       h(
         "div",
         { className: "row" },
-        inputs.map(([, name, input]) => h("label", {}, input, ` ${name}`)),
+        inputs.map((input) => h("label", {}, input, ` ${MODES[input.value]}`)),
       ),
     ),
     get chosen() {
-      return inputs.find(([, , input]) => input.checked)[0];
+      return inputs.find((input) => input.checked)?.value ?? "split";
     },
+    /** @param {string} wanted */
     choose(wanted) {
-      for (const [mode, , input] of inputs) input.checked = mode === wanted;
+      for (const input of inputs) input.checked = input.value === wanted;
       changed(wanted);
     },
   };

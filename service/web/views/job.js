@@ -1,6 +1,6 @@
 // The page of a job: a viewer that fills the window. Its parts share one watch.
 
-import { Problem, get, jobPath } from "../api.js";
+import { Problem, get, jobPath, messageOf } from "../api.js";
 import { h, pause } from "../dom.js";
 import { navigate } from "../navigation.js";
 import { Watch } from "../watch.js";
@@ -15,9 +15,13 @@ import * as picture from "./picture/panel.js";
 
 export const title = "Job";
 
-// In the order of the drawer. Each has mount(places, watch) -> unmount(), and receives no events once watch.signal is aborted.
+/** @typedef {{viewer: HTMLElement, bar: {controls: HTMLElement}, stage: HTMLElement, drawer: Drawer}} Places */
+
+// In the order of the drawer. What they hear ends with the watch; `mount` returns what else is to be ended.
+/** @type {{mount: (places: Places, watch: Watch) => () => void}[]} */
 const PARTS = [progress, actions, picture, convergence, plan];
 
+/** @type {[string, string][]} */
 const TABS = [
   ["render", "Render"],
   ["pixel", "Pixel"],
@@ -28,8 +32,10 @@ const TABS = [
 // Milliseconds before a service that does not answer is asked for the job again.
 const RETRY_MS = 2000;
 
+/** @param {HTMLElement} root @param {ViewParams} params */
 export function mount(root, { id }) {
   const life = new AbortController();
+  /** @type {(() => void)[]} */
   const unmounts = [];
   open(root, id, life.signal, unmounts).catch((error) => !life.signal.aborted && refuse(root, error));
   return () => {
@@ -38,11 +44,12 @@ export function mount(root, { id }) {
   };
 }
 
+/** @param {HTMLElement} root @param {unknown} error */
 function refuse(root, error) {
-  const refused = error.status === 401 || error.status === 403;
+  const refused = error instanceof Problem && (error.status === 401 || error.status === 403);
   root.replaceChildren(
     h("h1", {}, "This job cannot be shown"),
-    h("p", { className: "lead" }, error.message),
+    h("p", { className: "lead" }, messageOf(error)),
     refused ? signIn() : "",
   );
 }
@@ -53,19 +60,29 @@ function signIn() {
   return h("button", { type: "button", className: "primary", onclick: again }, "Sign in");
 }
 
-/** The job, as soon as the service answers. */
+/**
+ * The job, as soon as the service answers.
+ *
+ * @param {HTMLElement} root
+ * @param {string} id
+ * @param {AbortSignal} signal
+ * @returns {Promise<JobDocument>}
+ */
 async function found(root, id, signal) {
   while (true) {
     try {
       return await get(jobPath(id), { signal });
     } catch (error) {
       if (signal.aborted || (error instanceof Problem && error.status < 500)) throw error;
-      root.replaceChildren(h("p", { className: "lead", role: "status" }, `${error.message} Trying again …`));
+      root.replaceChildren(
+        h("p", { className: "lead", role: "status" }, `${messageOf(error)} Trying again …`),
+      );
       await pause(RETRY_MS, signal);
     }
   }
 }
 
+/** @param {HTMLElement} root @param {string} id @param {AbortSignal} signal @param {(() => void)[]} unmounts */
 async function open(root, id, signal, unmounts) {
   const watch = new Watch(await found(root, id, signal));
   unmounts.push(() => watch.stop());
@@ -82,12 +99,12 @@ async function open(root, id, signal, unmounts) {
   watch.start();
 }
 
-/** What interrupts the watch, over the picture so that nothing moves. */
+/** What interrupts the watch, over the picture so that nothing moves. @param {Watch} watch */
 function makeNotice(watch) {
   const notice = h("p", { className: "problem stage-notice", role: "status", hidden: true });
-  const report = (...content) => {
-    notice.replaceChildren(...content);
-    notice.hidden = !content.join("");
+  const report = (/** @type {string} */ text, /** @type {Node[]} */ ...more) => {
+    notice.replaceChildren(text, ...more);
+    notice.hidden = !text;
   };
   watch.on("connection", (live) => report(live ? "" : "The service does not answer. Trying again …"));
   watch.on("gone", () => report("This job was deleted."));

@@ -1,6 +1,6 @@
 // All jobs, newest first, with filters, actions, and a choice of two to compare.
 
-import { get, jobPath, post, request } from "../api.js";
+import { get, jobPath, messageOf, post, request } from "../api.js";
 import { confirmed } from "../dialog.js";
 import { announce, debounced, h, pause } from "../dom.js";
 import { plural } from "../format.js";
@@ -21,13 +21,19 @@ const TYPING_MS = 300;
 // The service filters by a whole label, name:value; the page filters by a part of one.
 const WHOLE_LABEL = /^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}:/;
 
+/** @typedef {{state: string, label: string}} Filter Empty where there is none. */
+
+/** @param {HTMLElement} root @param {ViewParams} params */
 export function mount(root, { query }) {
   const life = new AbortController();
   const { signal } = life;
+  /** @type {Map<string, import("./jobs/row.js").Row>} */
   const rows = new Map();
   const filter = { state: query.get("state") ?? "", label: query.get("label") ?? "" };
+  /** @type {string | null} */
   let next = null;
   let pages = 1;
+  /** @type {JobDocument[]} */
   let known = [];
 
   const list = h("ul", { className: "jobs" });
@@ -40,6 +46,7 @@ export function mount(root, { query }) {
     "Older jobs",
   );
   const compare = h("button", { type: "button", disabled: true, onclick: openComparison }, "Compare two");
+  /** @type {HTMLSelectElement} */
   const state = h(
     "select",
     { onchange: () => change("state", state.value) },
@@ -53,13 +60,15 @@ export function mount(root, { query }) {
     debounced(TYPING_MS, () => change("label", label.value.trim()), signal),
   );
 
+  /** @type {import("./jobs/row.js").Acts} */
   const acts = {
     onCancel: (job) => attempt(() => post(job.links.cancel, {})),
-    onDelete: (job) => remove(job),
+    onDelete: remove,
     onPick: picked,
     onLabel: (name) => ((label.value = name), change("label", name)),
   };
 
+  /** @param {keyof Filter} name @param {string} value */
   function change(name, value) {
     filter[name] = value;
     pages = 1;
@@ -77,13 +86,14 @@ export function mount(root, { query }) {
     } catch (error) {
       if (signal.aborted) return;
       waiting.remove();
-      trouble.textContent = error.message;
+      trouble.textContent = messageOf(error);
       trouble.hidden = false;
     }
   }
 
+  /** @param {number} limit @param {string | null} cursor @returns {Promise<JobListDocument>} */
   function fetchPage(limit, cursor) {
-    const asked = new URLSearchParams({ limit });
+    const asked = new URLSearchParams({ limit: String(limit) });
     if (filter.state) asked.set("state", filter.state);
     if (WHOLE_LABEL.test(filter.label)) asked.set("label", filter.label);
     if (cursor) asked.set("cursor", cursor);
@@ -91,9 +101,12 @@ export function mount(root, { query }) {
   }
 
   async function fetchJobs() {
+    /** @type {JobDocument[]} */
     const jobs = [];
+    /** @type {string | null} */
     let cursor = null;
     do {
+      /** @type {JobListDocument} */
       const answer = await fetchPage(Math.min(MOST, PAGE * pages - jobs.length), cursor);
       jobs.push(...answer.jobs);
       cursor = answer.next;
@@ -119,12 +132,14 @@ export function mount(root, { query }) {
     // Without a filter a list that has no older jobs shows all there are.
     if (!filter.state && !filter.label && next === null) return false;
     for (const state of ACTIVE) {
+      /** @type {JobListDocument} */
       const { jobs } = await get(`/v1/jobs?state=${state}&limit=1`, { signal });
       if (jobs.length) return true;
     }
     return false;
   }
 
+  /** @param {JobDocument[]} jobs @param {boolean} active - Whether any job is, also one that is not shown. */
   function show(jobs, active) {
     waiting.remove();
     const wanted = new Set(jobs.map(({ id }) => id));
@@ -147,12 +162,14 @@ export function mount(root, { query }) {
   }
 
   function openComparison() {
-    const [b, a] = [...list.children]
-      .map((element) => [...rows.values()].find((row) => row.element === element))
-      .filter((row) => row.picked);
+    const chosen = [...rows.values()].filter((row) => row.picked);
+    const [b, a] = [...list.children].flatMap(
+      (element) => chosen.find((row) => row.element === element) ?? [],
+    );
     navigate(`/compare/${a.id}/${b.id}`);
   }
 
+  /** @param {JobDocument} job */
   async function remove(job) {
     const name = nameOf(job);
     if (!(await confirmed(`Delete ${name} and its picture?`, "Delete"))) return;
@@ -160,11 +177,12 @@ export function mount(root, { query }) {
     announce(`${name} was deleted.`);
   }
 
+  /** @param {() => Promise<unknown>} action */
   async function attempt(action) {
     try {
       await action();
     } catch (error) {
-      trouble.textContent = error.message;
+      trouble.textContent = messageOf(error);
       trouble.hidden = false;
       return;
     }
@@ -202,13 +220,15 @@ export function mount(root, { query }) {
 
 // In the order in which the service is asked: where a job waits, another is usually being rendered.
 const ACTIVE = ["running", "queued"];
+/** @param {JobDocument} job */
 const isActive = ({ state }) => ACTIVE.includes(state);
 
-/** The filter that the service does not have: a part of a label. */
+/** The filter that the service does not have: a part of a label. @param {JobDocument} job @param {Filter} filter */
 function fits(job, { state, label }) {
   return (!state || job.state === state) && (!label || labelsOf(job).some((own) => own.includes(label)));
 }
 
+/** @param {JobDocument[]} jobs @param {Filter} filter @param {boolean} active */
 function summary(jobs, filter, active) {
   const filtered = filter.state || filter.label;
   const shown = jobs.length ? "" : "No matching jobs. ";

@@ -4,6 +4,7 @@ import { h } from "../dom.js";
 
 export const title = "No such page";
 
+/** @param {HTMLElement} root */
 export function mount(root) {
   if (/^\/compare(\/|$)/.test(location.pathname)) return comparing(root);
   root.append(
@@ -21,6 +22,7 @@ export function mount(root) {
   return () => {};
 }
 
+/** @param {HTMLElement} root */
 function comparing(root) {
   root.append(
     h("h1", {}, "Compare two pictures"),

@@ -1,6 +1,6 @@
 // The start page: choose, drop or write a scene, set its quality, get a quote, render it.
 
-import { Unreachable, get, jobPath, post, text } from "../api.js";
+import { Unreachable, get, jobPath, messageOf, post, text } from "../api.js";
 import { confirmed } from "../dialog.js";
 import { announce, h, pause } from "../dom.js";
 import { chosen, isScene, takeDrops } from "../drop.js";
@@ -29,13 +29,17 @@ const LAYERS = ["depth", "normal", "shape", "samples", "error"];
 // Milliseconds before a service that does not answer is asked again.
 const RETRY_MS = 2000;
 
+/** @param {HTMLElement} root @param {ViewParams} params */
 export function mount(root, { query }) {
   const life = new AbortController();
   const { signal } = life;
+  /** @type {Map<string, Blob>} */
   const files = new Map();
   const job = query.get("job");
+  /** @type {string | null} */
   let ready = null;
   // What was opened: the scene is edited if its text differs from this.
+  /** @type {OpenedScene | null} */
   let origin = null;
 
   const keep = makeKeeper(draft, signal);
@@ -65,6 +69,7 @@ export function mount(root, { query }) {
   const refusal = h("div", { className: "problem", role: "alert", hidden: true });
   const button = h("button", { type: "submit", className: "primary render", disabled: true }, "Render");
 
+  /** @param {OpenedScene} scene */
   function open(scene) {
     files.clear();
     for (const [path, file] of scene.files) files.set(path, file);
@@ -75,6 +80,7 @@ export function mount(root, { query }) {
     restore({ labels: labels.value, layers: layers.checked, ...origin });
   }
 
+  /** @param {Pick<OpenedScene, "text" | "labels" | "layers" | "quality">} draft */
   function restore(draft) {
     editor.text = draft.text;
     labels.value = draft.labels ?? "";
@@ -82,18 +88,16 @@ export function mount(root, { query }) {
     quality.value = draft.quality ?? null;
   }
 
-  /** Open another scene. One that was edited is asked for first, and can be brought back. */
+  /** Open another scene. One that was edited is asked for first, and can be brought back. @param {OpenedScene} scene */
   async function replace(scene) {
-    const edited = origin !== null && editor.text !== origin.text;
+    const edited = origin !== null && editor.text !== origin.text ? origin : null;
     if (edited && !(await confirmed("Replace the scene that you have edited?", "Replace it"))) return;
-    const former = { draft: draft(), origin, files: new Map(files) };
+    const former = draft();
+    const formerFiles = new Map(files);
     open(scene);
-    if (edited) notice.append(" ", h("button", { type: "button", onclick: () => bringBack(former) }, "Undo"));
-  }
-
-  function bringBack(former) {
-    open({ ...former.origin, files: former.files });
-    restore(former.draft);
+    if (!edited) return;
+    const undo = () => (open({ ...edited, files: formerFiles }), restore(former));
+    notice.append(" ", h("button", { type: "button", onclick: undo }, "Undo"));
   }
 
   function changed() {
@@ -106,6 +110,7 @@ export function mount(root, { query }) {
     validation.want(() => editor.text, files, quality.value);
   }
 
+  /** @param {import("./start/validation.js").Checked} found */
   function checked(found) {
     editor.mark(found.problems);
     problems.show(found);
@@ -119,6 +124,7 @@ export function mount(root, { query }) {
     quote.want(ready, quality.value, quality.limit);
   }
 
+  /** @param {Map<string, Blob>} added - By path. */
   async function addFiles(added) {
     const scene = [...added].find(([path]) => isScene(path));
     if (scene) {
@@ -132,9 +138,10 @@ export function mount(root, { query }) {
     announce(`${plural(added.size + (scene ? 1 : 0), "file")} added`);
   }
 
+  /** @returns {import("./start/draft.js").Draft} */
   function draft() {
     return {
-      title: heading.textContent,
+      title: heading.textContent ?? "",
       text: editor.text,
       entry: origin?.entry ?? "",
       job,
@@ -148,6 +155,7 @@ export function mount(root, { query }) {
     if (origin !== null) keep();
   }
 
+  /** @param {SubmitEvent} event */
   async function submit(event) {
     event.preventDefault();
     if (ready === null || button.disabled) return;
@@ -158,11 +166,12 @@ export function mount(root, { query }) {
       labels: labelled(labels.value),
     };
     try {
+      /** @type {JobDocument} */
       const job = await post("/v1/jobs", requestText(ready, wanted), { signal });
       navigate(`/jobs/${job.id}`);
     } catch (error) {
       if (signal.aborted) return;
-      refusal.textContent = error.message;
+      refusal.textContent = messageOf(error);
       refusal.hidden = false;
       button.disabled = false;
     }
@@ -179,6 +188,7 @@ export function mount(root, { query }) {
     refusal,
     button,
   );
+  /** @type {HTMLInputElement} */
   const picker = h("input", {
     type: "file",
     multiple: true,
@@ -229,13 +239,18 @@ export function mount(root, { query }) {
       await openFirst(draftOf(job), await gallery.fill());
     } catch (error) {
       if (signal.aborted) return;
-      problems.show({ problems: [], more: 0, failure: error });
+      const failure = error instanceof Error ? error : new Error(String(error));
+      problems.show({ problems: [], more: 0, failure, plan: null });
       if (!(error instanceof Unreachable)) return;
       await pause(RETRY_MS, signal);
       if (!signal.aborted) await begin();
     }
   }
 
+  /**
+   * @param {import("./start/draft.js").Draft | null} kept
+   * @param {import("./start/gallery.js").GalleryEntry[]} entries
+   */
   async function openFirst(kept, entries) {
     if (job) open(await sceneOf(job, signal));
     else if (kept && !kept.entry) open({ ...kept, files: new Map() });
@@ -246,7 +261,9 @@ export function mount(root, { query }) {
   return () => life.abort();
 }
 
+/** @param {string} id @param {AbortSignal} signal @returns {Promise<OpenedScene>} */
 async function sceneOf(id, signal) {
+  /** @type {JobDocument} */
   const job = await get(jobPath(id), { signal });
   const request = takenApart(await text(`${jobPath(id)}/request`, { signal }));
   return {
@@ -261,6 +278,7 @@ async function sceneOf(id, signal) {
   };
 }
 
+/** @param {HTMLInputElement} layers */
 function layersChoice(layers) {
   return h(
     "label",
@@ -275,6 +293,7 @@ function layersChoice(layers) {
   );
 }
 
+/** @param {HTMLInputElement} input */
 function labelsField(input) {
   return h(
     "label",
@@ -284,7 +303,7 @@ function labelsField(input) {
   );
 }
 
-/** Labels as an object, or null if there are none. */
+/** Labels as an object, or null if there are none. @param {string} text */
 function labelled(text) {
   const pairs = text
     .split(",")
@@ -296,8 +315,9 @@ function labelled(text) {
     : null;
 }
 
+/** @param {import("../editor.js").Editor} editor @param {ProblemEntry} problem - With a line. */
 function pointAt(editor, { line, column }) {
   const { text } = editor;
-  const start = lineStarts(text)[line - 1] + column - 1;
+  const start = lineStarts(text)[(line ?? 1) - 1] + (column ?? 1) - 1;
   editor.point(start, start + tokenLength(text, start));
 }

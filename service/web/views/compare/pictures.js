@@ -5,7 +5,15 @@ import { Film } from "../picture/film.js";
 import { decodeNpy } from "../picture/npy.js";
 import { EIGHT_BITS, LINEAR, colorsOf } from "./references.js";
 
-/** A film that holds a whole picture. @param {ArrayLike<number>} values - Linear RGB by pixel. */
+/** @import { Encoding } from "./references.js" */
+
+/**
+ * A film that holds a whole picture.
+ *
+ * @param {number} width
+ * @param {number} height
+ * @param {ArrayLike<number>} values - Linear RGB by pixel.
+ */
 export function exposed(width, height, values) {
   const film = new Film(width, height);
   film.fill(values);
@@ -23,7 +31,7 @@ export async function filmOfJob(id, signal) {
  * The film of a file, as far as the page can read it by itself.
  *
  * @param {Blob} file
- * @param {"srgb" | "linear" | ""} encoding - What its numbers mean; "" for what is usual.
+ * @param {Encoding} encoding
  * @returns {Promise<{film: Film, note: string} | null>} Null for a file that only the service can read.
  */
 export async function filmOfFile(file, encoding) {
@@ -40,6 +48,7 @@ export async function filmOfFile(file, encoding) {
   }
 }
 
+/** @param {Blob} file @param {Encoding} encoding */
 async function filmOfPng(file, encoding) {
   const bitmap = await createImageBitmap(file, {
     colorSpaceConversion: "none",
@@ -48,6 +57,7 @@ async function filmOfPng(file, encoding) {
   return bitmap && { film: filmOfCodes(pixelsOf(bitmap), encoding), note: EIGHT_BITS };
 }
 
+/** @param {ImageData} image @param {Encoding} encoding */
 function filmOfCodes({ width, height, data }, encoding) {
   const values = new Float32Array(3 * width * height);
   for (let from = 0, to = 0; from < data.length; from += 4)
@@ -59,32 +69,41 @@ function filmOfCodes({ width, height, data }, encoding) {
 // Pixels between two pictures side by side.
 const GAP = 4;
 
-/** The third of a picture of three side by side that holds the reference, as the service has read it. */
+/**
+ * The third of a picture of three side by side that holds the reference, as the service has read it.
+ *
+ * @param {string} png - In Base64.
+ * @param {number} width
+ * @param {number} height
+ */
 export async function referenceIn(png, width, height) {
-  return filmOfCodes(pixelsOf(await bitmapOf(png, width + GAP, 0, width, height)), "srgb");
+  return filmOfCodes(pixelsOf(await bitmapOf(png, width + GAP, width, height)), "srgb");
 }
 
+/** @param {ImageBitmap} bitmap */
 function pixelsOf(bitmap) {
   const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
-  const context = canvas.getContext("2d", { willReadFrequently: true });
+  const context = /** @type {OffscreenCanvasRenderingContext2D} */ (
+    canvas.getContext("2d", { willReadFrequently: true })
+  );
   context.drawImage(bitmap, 0, 0);
   bitmap.close();
   return context.getImageData(0, 0, canvas.width, canvas.height);
 }
 
-/** A piece of a picture. @param {string} png - In Base64. */
-function bitmapOf(png, ...piece) {
+/** A piece of a picture. @param {string} png @param {number} left @param {number} width @param {number} height */
+function bitmapOf(png, left, width, height) {
   const blob = new Blob([Uint8Array.from(atob(png), (letter) => letter.charCodeAt(0))], {
     type: "image/png",
   });
-  return createImageBitmap(blob, ...piece);
+  return createImageBitmap(blob, left, 0, width, height);
 }
 
-/** The content of a file in Base64. */
+/** The content of a file in Base64. @param {Blob} file @returns {Promise<string>} */
 export function encoded(file) {
   return new Promise((resolve, reject) => {
     const reader = new FileReader();
-    reader.onload = () => resolve(reader.result.slice(reader.result.indexOf(",") + 1));
+    reader.onload = () => resolve(String(reader.result).replace(/^.*?,/, ""));
     reader.onerror = () => reject(reader.error);
     reader.readAsDataURL(file);
   });

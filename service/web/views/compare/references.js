@@ -1,5 +1,7 @@
 // Linear colours from the numbers of a reference file, as the service reads them.
 
+/** @typedef {"srgb" | "linear" | ""} Encoding What the numbers of a file mean; "" for what is usual in its format. */
+
 /** @param {number} x - sRGB, 0 to 1. @returns {number} Linear. */
 const linearOf = (x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
 
@@ -15,7 +17,7 @@ const LARGEST = { u1: 255, u2: 65535 };
  * The picture in an array: grey or RGB; an alpha channel is left out, as the service accepts none that hides anything.
  *
  * @param {import("../picture/npy.js").NpyArray} array
- * @param {"srgb" | "linear" | ""} encoding - What its numbers mean; "" for linear.
+ * @param {Encoding} encoding
  * @returns {{width: number, height: number, values: Float32Array, note: string}} Linear RGB by pixel, and what to know
  *   about it.
  * @throws {Error} If it is no picture.

@@ -1,26 +1,30 @@
 // What can be done with a job: change it, download its picture, delete it.
 
-import { jobPath, post, request } from "../../api.js";
+import { jobPath, messageOf, post, request } from "../../api.js";
 import { confirmed } from "../../dialog.js";
 import { h } from "../../dom.js";
 import { navigate } from "../../navigation.js";
 import { makePopover } from "../picture/popover.js";
 import { nameOf } from "./state.js";
 
+/** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
+
+/** @param {Places} places @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const { job } = watch;
   const trouble = h("p", { className: "problem", role: "alert", hidden: true });
-  const act = (action) => async () => {
+  const act = (/** @type {() => Promise<unknown>} */ action) => async () => {
     trouble.hidden = true;
     try {
       await action();
       watch.refresh();
     } catch (error) {
-      trouble.textContent = error.message;
+      trouble.textContent = messageOf(error);
       trouble.hidden = false;
     }
   };
-  const button = (label, action) => h("button", { type: "button", onclick: act(action) }, label);
+  const button = (/** @type {string} */ label, /** @type {() => Promise<unknown>} */ action) =>
+    h("button", { type: "button", onclick: act(action) }, label);
   const hold = button("Pause", () => post(watch.job.paused ? job.links.resume : job.links.pause, {}));
   const cancel = button("Cancel", () => post(job.links.cancel, {}));
   const remove = button("Delete", removed);
@@ -43,7 +47,7 @@ export function mount({ drawer }, watch) {
   }
   watch.on("job", show);
   show();
-  drawer.panels.render.querySelector(".hero").append(h("div", { className: "row hero-acts" }, hold, cancel));
+  drawer.panels.render.querySelector(".hero")?.append(h("div", { className: "row hero-acts" }, hold, cancel));
   drawer.panels.render.append(
     h("div", { className: "row acts" }, again, files.button, remove),
     files.panel,
@@ -52,7 +56,9 @@ export function mount({ drawer }, watch) {
   return () => {};
 }
 
+/** @param {JobDocument} job */
 function downloads({ links }) {
+  /** @type {[string, string, string][]} */
   const files = [
     ["PNG", links.image_png, "as displayed"],
     ["NPY", links.image_npy, "linear, for NumPy"],

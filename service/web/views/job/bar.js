@@ -5,13 +5,18 @@ import { percent, seconds } from "../../format.js";
 import { makeIcon } from "../picture/icons.js";
 import { nameOf, standing, stateMark } from "./state.js";
 
-/** @returns {{element: HTMLElement, controls: HTMLElement}} Controls of the picture go into `controls`. */
+/**
+ * @param {import("../../watch.js").Watch} watch
+ * @param {import("./drawer.js").Drawer} drawer
+ * @returns {{element: HTMLElement, controls: HTMLElement}} Controls of the picture go into `controls`.
+ */
 export function makeBar(watch, drawer) {
   const name = nameOf(watch.job);
   const state = h("div", { className: "job-progress" });
   const line = h("progress", { className: "bar-line", max: 1, "aria-label": "Progress" });
   const controls = h("div", { className: "bar-controls", role: "group", "aria-label": "Display" });
 
+  /** @param {JobDocument} job */
   function show(job) {
     const rest = h("span", { className: "bar-rest number" }, remark(job));
     state.replaceChildren(stateMark(standing(job)), rest);
@@ -49,6 +54,7 @@ export function makeBar(watch, drawer) {
   return { element, controls };
 }
 
+/** @param {JobDocument} job */
 function remark(job) {
   if (standing(job) !== "running") return "";
   const left = job.progress.remaining_seconds;

@@ -5,6 +5,9 @@ import { h } from "../../dom.js";
 import { CODE_VALUE, codeValues, digits, plural, seconds } from "../../format.js";
 import { makePlot } from "../../plots.js";
 
+/** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
+
+/** @param {Places} places @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const plot = makePlot({
     label: "Error in code values against time",
@@ -17,9 +20,10 @@ export function mount({ drawer }, watch) {
   drawer.panels.render.append(h("h2", {}, "Accuracy against time"), plot.element, words, numbers);
   let known = "";
 
+  /** @param {ConvergenceDocument} convergence */
   function show(convergence) {
     const { passes, target_error: target } = convergence;
-    const points = passes.filter(({ error }) => error).map(point);
+    const points = passes.flatMap(({ seconds, error }) => (error ? point(seconds, error) : []));
     const others = passes.filter(({ error }) => !error);
     plot.element.hidden = !points.length;
     plot.draw(
@@ -32,6 +36,7 @@ export function mount({ drawer }, watch) {
     words.replaceChildren(...summary(convergence));
   }
 
+  /** @param {JobDocument} job */
   async function refresh(job) {
     const now = `${job.state} ${job.error?.estimate ?? ""}`;
     if (now === known) return;
@@ -49,10 +54,12 @@ export function mount({ drawer }, watch) {
   return plot.destroy;
 }
 
-function point({ seconds: x, error }) {
+/** @param {number} x - Seconds. @param {PredictedNumber} error */
+function point(x, error) {
   return { x, y: error.estimate / CODE_VALUE, low: error.low / CODE_VALUE, high: error.high / CODE_VALUE };
 }
 
+/** @param {HTMLElement} rows */
 function table(rows) {
   const head = h(
     "tr",
@@ -64,18 +71,20 @@ function table(rows) {
   return h("table", { className: "numbers" }, h("thead", {}, head), rows);
 }
 
-function row(pass) {
-  const { x, y, low, high } = pass.error ? point(pass) : { x: pass.seconds };
+/** @param {ConvergencePass} pass */
+function row({ seconds: x, error }) {
   return h(
     "tr",
     {},
     h("td", {}, digits(x, 3)),
-    h("td", {}, pass.error ? digits(y, 3) : "–"),
-    h("td", {}, pass.error ? `${digits(low)} to ${digits(high)}` : "no estimate"),
+    h("td", {}, error ? digits(error.estimate / CODE_VALUE, 3) : "–"),
+    h("td", {}, error ? `${codeValues(error.low)} to ${codeValues(error.high)}` : "no estimate"),
   );
 }
 
+/** @param {ConvergenceDocument} convergence */
 function summary({ next_halving: half, target_error: target, reason, passes }) {
+  /** @type {(string | Node)[]} */
   const sentences = [];
   const without = passes.filter(({ error }) => !error).length;
   if (without && without < passes.length)

@@ -2,6 +2,7 @@
 
 import { h } from "../../dom.js";
 
+/** @type {Record<string, number>} */
 const KEYS = { ArrowRight: 1, ArrowLeft: -1 };
 
 /** Events: `toggle` (it was opened or closed). */
@@ -9,8 +10,11 @@ export class Drawer extends EventTarget {
   /** @param {[string, string][]} tabs - Name and label of each. */
   constructor(tabs) {
     super();
+    /** The name of the tab that is shown. */
+    this.shown = tabs[0][0];
     this.isOpen = true;
     this.tabs = new Map(tabs.map(([name, label]) => [name, this.#tab(name, label)]));
+    /** @type {Record<string, HTMLElement>} */
     this.panels = Object.fromEntries(
       tabs.map(([name]) => [
         name,
@@ -41,6 +45,7 @@ export class Drawer extends EventTarget {
     this.#select(tabs[0][0]);
   }
 
+  /** @param {string} name @param {string} label */
   #tab(name, label) {
     return h(
       "button",
@@ -55,6 +60,7 @@ export class Drawer extends EventTarget {
     );
   }
 
+  /** @param {KeyboardEvent} event */
   #key(event) {
     const names = [...this.tabs.keys()];
     const step = KEYS[event.key];
@@ -62,9 +68,10 @@ export class Drawer extends EventTarget {
     event.preventDefault();
     const next = names[(names.indexOf(this.shown) + step + names.length) % names.length];
     this.show(next);
-    this.tabs.get(next).focus();
+    this.tabs.get(next)?.focus();
   }
 
+  /** @param {string} wanted */
   #select(wanted) {
     this.shown = wanted;
     for (const [name, tab] of this.tabs) {
@@ -74,7 +81,7 @@ export class Drawer extends EventTarget {
     }
   }
 
-  /** Open the drawer at a tab. */
+  /** Open the drawer at a tab. @param {string} name */
   show(name) {
     this.#select(name);
     if (!this.isOpen) this.toggle();

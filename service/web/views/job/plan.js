@@ -1,6 +1,6 @@
 // The plan of this job. A click on a pointer shows its line of the scene.
 
-import { get, jobPath, text } from "../../api.js";
+import { get, jobPath, messageOf, text } from "../../api.js";
 import { h } from "../../dom.js";
 import { makeEditor } from "../../editor.js";
 import { plural } from "../../format.js";
@@ -11,6 +11,10 @@ import { folded, makeStages } from "./stages.js";
 // Further lines are hidden behind a button, to keep the list short.
 const SHOWN = 3;
 
+/** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
+/** @typedef {(pointers: string[]) => Node} Lines Makes links to the lines of the scene. */
+
+/** @param {Places} places @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const editor = makeEditor({ label: "The scene of this job", readOnly: true, signal: watch.signal });
   const stages = h("div", { className: "plan-stages" });
@@ -20,11 +24,12 @@ export function mount({ drawer }, watch) {
     h("div", { className: "plan-scene" }, editor.element),
   );
   fill().catch((error) => {
-    if (!watch.signal.aborted) stages.replaceChildren(h("p", { className: "problem" }, error.message));
+    if (!watch.signal.aborted) stages.replaceChildren(h("p", { className: "problem" }, messageOf(error)));
   });
 
   async function fill() {
     const { signal } = watch;
+    /** @type {[PlanDocument, string]} */
     const [plan, body] = await Promise.all([
       get(`${jobPath(watch.id)}/plan`, { signal }),
       text(`${jobPath(watch.id)}/request`, { signal }),
@@ -38,11 +43,12 @@ export function mount({ drawer }, watch) {
   return () => {};
 }
 
+/** @param {PlanDocument} plan @param {Lines} lines */
 function rest({ pilot_samples: pilots, left_out: out }, lines) {
   return [
     pilots.length
       ? folded(`Pilot samples for the target error: ${plural(pilots.length, "stage")}`, pilots, lines)
-      : null,
+      : "",
     out.length
       ? h(
           "details",
@@ -54,10 +60,11 @@ function rest({ pilot_samples: pilots, left_out: out }, lines) {
             out.map((effect) => omission(effect, lines)),
           ),
         )
-      : null,
-  ].filter(Boolean);
+      : "",
+  ];
 }
 
+/** @param {PlanDocument["left_out"][0]} omitted @param {Lines} lines */
 function omission({ effect, reason, pointers }, lines) {
   return h(
     "li",
@@ -68,7 +75,14 @@ function omission({ effect, reason, pointers }, lines) {
   );
 }
 
-/** Make a function that turns pointers into buttons that show their lines. */
+/**
+ * Make a function that turns pointers into buttons that show their lines.
+ *
+ * @param {string} scene
+ * @param {PlanDocument} plan
+ * @param {import("../../editor.js").Editor} editor
+ * @returns {Lines}
+ */
 function makeLines(scene, plan, editor) {
   const all = [...plan.stages, ...plan.pilot_samples, ...plan.left_out].flatMap(({ pointers }) =>
     pointers.map(inScene),
@@ -76,6 +90,7 @@ function makeLines(scene, plan, editor) {
   const where = places(scene, all);
   const document = JSON.parse(scene);
 
+  /** @param {string} inRequest */
   function link(inRequest) {
     const pointer = inScene(inRequest);
     const place = where.get(pointer);
@@ -98,6 +113,7 @@ function makeLines(scene, plan, editor) {
     const hidden = pointers.slice(shown.length);
     const list = h("ul", { className: "line-links" }, shown.map(link));
     if (hidden.length) {
+      /** @type {HTMLLIElement} */
       const more = h(
         "li",
         {},
@@ -113,11 +129,13 @@ function makeLines(scene, plan, editor) {
   };
 }
 
-/** The name in the scene of what a pointer refers to. */
+/** The name in the scene of what a pointer refers to. @param {unknown} document @param {string} pointer */
 function named(document, pointer) {
   const parts = pointerParts(pointer);
-  const value = parts.reduce((inside, part) => inside?.[part], document);
-  if (typeof value?.name === "string") return value.name;
+  const inner = (/** @type {unknown} */ outer, /** @type {string} */ name) =>
+    /** @type {Record<string, unknown> | null | undefined} */ (outer)?.[name];
+  const name = inner(parts.reduce(inner, document), "name");
+  if (typeof name === "string") return name;
   const [group, number, ...rest] = parts;
   const item = /^\d+$/.test(number ?? "")
     ? `${group.replace(/s$/, "")} ${number}`

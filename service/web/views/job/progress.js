@@ -7,6 +7,9 @@ import { standing, stateName } from "./state.js";
 
 const TICK_MS = 1000;
 
+/** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
+
+/** @param {Places} places @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const large = h("p", { className: "hero-time" });
   const small = h("p", { className: "soft small" });
@@ -18,8 +21,10 @@ export function mount({ drawer }, watch) {
     trouble,
     list,
   );
+  /** @type {string | null} */
   let state = null;
 
+  /** @param {JobDocument} job */
   function show(job) {
     const [time, ...rest] = headline(job);
     large.textContent = time;
@@ -38,7 +43,7 @@ export function mount({ drawer }, watch) {
   return () => clearInterval(timer);
 }
 
-/** The large line, and two small ones below it. */
+/** The large line, and two small ones below it. @param {JobDocument} job */
 function headline(job) {
   // Little else is known of it.
   if (job.damage) return [sentence(stateName(job.state)), "", ""];
@@ -63,9 +68,11 @@ function headline(job) {
   }
 }
 
+/** @param {string} word */
 const sentence = (word) => word[0].toUpperCase() + word.slice(1);
 
 // With a target error each pass depends on the one before, so the number of steps is not known in advance.
+/** @param {JobDocument} job */
 function stepsOf(job) {
   const { done, total } = job.progress;
   return job.quality.mode === "target" || done === total
@@ -73,6 +80,7 @@ function stepsOf(job) {
     : `${count(done)} of ${count(total)} steps`;
 }
 
+/** @param {JobDocument} job */
 function figures(job) {
   if (job.damage) return [];
   const rays = Object.entries(job.cost.rays).filter(([, number]) => number > 0);
@@ -95,6 +103,7 @@ function figures(job) {
   ];
 }
 
+/** @param {JobDocument} job @returns {[string, string]} */
 function errorOf({ error }) {
   if (!error) return ["–", "no estimate"];
   return [
@@ -103,6 +112,7 @@ function errorOf({ error }) {
   ];
 }
 
+/** @param {JobDocument} job */
 function elapsed(job) {
   if (!job.started_at) return null;
   return Math.max(

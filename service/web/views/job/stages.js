@@ -7,14 +7,15 @@ const SHOWN = 5;
 // A light by its number, in the name or the sentence of a stage.
 const LIGHT = /\blight \d+/;
 
-/**
- * @param {object[]} stages - Of the plan.
- * @param {(pointers: string[]) => Node} lines - Makes links to the lines of the scene.
- * @returns {HTMLElement[]}
- */
+/** @import { Lines } from "./plan.js" */
+/** @typedef {(place: number) => Node | null} Sign Marks a stage by its place in the list. */
+
+/** @param {PlanStage[]} stages @param {Lines} lines @returns {(Node | string)[]} */
 export function makeStages(stages, lines) {
   const ranked = grouped(stages).sort((one, other) => (other.share ?? 0) - (one.share ?? 0));
-  const parts = ranked.filter(({ share }) => share > 0).slice(0, SHOWN);
+  const parts = ranked
+    .flatMap((stage) => (stage.share ? { ...stage, share: stage.share } : []))
+    .slice(0, SHOWN);
   if (!parts.length) return [listed(ranked, lines)];
   const others = ranked.slice(parts.length);
   const rest = others.reduce((sum, { share }) => sum + (share ?? 0), 0);
@@ -27,13 +28,14 @@ export function makeStages(stages, lines) {
   ];
 }
 
-/** A list of stages behind a line that opens it. */
+/** A list of stages behind a line that opens it. @param {string} title @param {PlanStage[]} stages @param {Lines} lines */
 export function folded(title, stages, lines) {
   return h("details", {}, h("summary", {}, title), listed(stages, lines));
 }
 
-/** Stages that differ in the number of their light become one. */
+/** Stages that differ in the number of their light become one. @param {PlanStage[]} stages */
 function grouped(stages) {
+  /** @type {Map<string, PlanStage[]>} */
   const groups = new Map();
   for (const stage of stages) {
     const key = [stage.name, stage.detail].join("\n").replaceAll(new RegExp(LIGHT, "g"), "light");
@@ -42,23 +44,25 @@ function grouped(stages) {
   return [...groups.values()].map((members) => (members.length > 1 ? together(members) : members[0]));
 }
 
+/** @param {PlanStage[]} members @returns {PlanStage} */
 function together(members) {
   const [{ name, detail }] = members;
   const lights = `${members.length} lights`;
-  const shares = members.map(({ share }) => share ?? null);
+  const shares = members.flatMap(({ share }) => share ?? []);
   return {
     name: name.replace(LIGHT, lights),
     detail: detail.replace(LIGHT, LIGHT.test(name) ? "each" : lights),
-    share: shares.includes(null) ? null : shares.reduce((sum, share) => sum + share, 0),
+    share: shares.length < members.length ? null : shares.reduce((sum, share) => sum + share, 0),
     pointers: [...new Set(members.flatMap(({ pointers }) => pointers))],
   };
 }
 
+/** @param {{name: string, share: number}[]} parts @param {number} rest */
 function bar(parts, rest) {
   const whole = parts.reduce((sum, { share }) => sum + share, rest);
-  const piece = (share, name) => {
+  const piece = (/** @type {number} */ share, /** @type {string} */ name) => {
     const one = h("span", { className: `part ${name}` });
-    one.style.flexGrow = share / whole;
+    one.style.flexGrow = String(share / whole);
     return one;
   };
   const words = parts.map(({ name, share }) => `${name} ${small(share)}`).join(", ");
@@ -70,6 +74,7 @@ function bar(parts, rest) {
   );
 }
 
+/** @param {PlanStage[]} stages @param {Lines} lines @param {Sign} sign */
 function listed(stages, lines, sign = () => null) {
   return h(
     "ol",
@@ -78,6 +83,7 @@ function listed(stages, lines, sign = () => null) {
   );
 }
 
+/** @param {PlanStage} stage @param {Lines} lines @param {Node | null} sign */
 function entry({ name, detail, share, pointers }, lines, sign) {
   const known = share !== null && share !== undefined;
   return h(
@@ -102,4 +108,5 @@ function entry({ name, detail, share, pointers }, lines, sign) {
   );
 }
 
+/** @param {number} share */
 const small = (share) => (share > 0 && share < 0.005 ? "under 1 %" : percent(share));

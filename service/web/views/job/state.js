@@ -2,6 +2,9 @@
 
 import { h } from "../../dom.js";
 
+/** @typedef {JobState | "paused"} Standing */
+
+/** The sign and the word of each. @type {Record<string, [string, string]>} */
 const STATES = {
   queued: ["◌", "queued"],
   running: ["▶", "running"],
@@ -16,14 +19,17 @@ const STATES = {
 /** States to filter by: a paused job counts as queued or running, and a deleted one is in no list. */
 export const NAMES = Object.keys(STATES).filter((name) => name !== "paused" && name !== "deleted");
 
-/** The state to show: a paused job shows as paused, not as queued or running. */
+/** The state to show: a paused job shows as paused, not as queued or running. @param {JobDocument} job @returns {Standing} */
 export const standing = (job) => (job.paused ? "paused" : job.state);
 
+/** @param {string} state */
 export const stateName = (state) => STATES[state]?.[1] ?? state;
 
+/** @param {Standing} state */
 export function stateMark(state) {
   const [sign, name] = STATES[state] ?? ["?", state];
   return h("span", { className: `state ${state}` }, h("span", { "aria-hidden": "true" }, sign), ` ${name}`);
 }
 
+/** @param {JobDocument} job */
 export const nameOf = (job) => job.name ?? "Untitled scene";

@@ -6,8 +6,15 @@ import { FINAL } from "../../watch.js";
 import { nameOf, standing, stateMark } from "../job/state.js";
 
 /**
- * @param {{onCancel: (job) => void, onDelete: (job) => void, onPick: () => void, onLabel: (label: string) => void}} acts
+ * @typedef {object} Acts
+ * @property {(job: JobDocument) => void} onCancel
+ * @property {(job: JobDocument) => void} onDelete
+ * @property {() => void} onPick
+ * @property {(label: string) => void} onLabel
+ * @typedef {ReturnType<typeof makeRow>} Row
  */
+
+/** @param {JobDocument} first @param {Acts} acts */
 export function makeRow(first, acts) {
   let job = first;
   const name = nameOf(first);
@@ -44,8 +51,10 @@ export function makeRow(first, acts) {
     h("div", { className: "what" }, h("div", { className: "row" }, link, state, labels), facts),
     h("div", { className: "row acts" }, cancel, remove),
   );
+  /** @type {string | null} */
   let shown = null;
 
+  /** @param {JobDocument} newest */
   function update(newest) {
     job = newest;
     state.replaceChildren(stateMark(standing(job)));
@@ -76,6 +85,7 @@ export function makeRow(first, acts) {
   };
 }
 
+/** @param {string} label @param {(label: string) => void} onLabel */
 function labelButton(label, onLabel) {
   return h(
     "button",
@@ -89,11 +99,12 @@ function labelButton(label, onLabel) {
   );
 }
 
-/** The labels of a job, in the form of the service's filter. */
+/** The labels of a job, in the form of the service's filter. @param {JobDocument} job */
 export function labelsOf({ labels = {} }) {
   return Object.entries(labels).map(([name, value]) => `${name}:${value}`);
 }
 
+/** @param {JobDocument} job */
 function factsOf(job) {
   if (job.damage) return `${job.damage}  ·  ${ago(job.created_at)}`;
   const facts = [`${job.width} × ${job.height}`, qualityName(job.quality)];

@@ -8,7 +8,12 @@ import { placeOf } from "./place.js";
 
 const MOST = 50;
 
-/** A form that chooses the picture to compare a finished job with. */
+/**
+ * A form that chooses the picture to compare a finished job with.
+ *
+ * @param {import("../../watch.js").Watch} watch
+ * @param {PictureScreen} screen
+ */
 export function makeComparing(watch, screen) {
   const select = h("select", { id: "compared-with" });
   const button = h("button", { type: "submit" }, "Compare");
@@ -26,11 +31,14 @@ export function makeComparing(watch, screen) {
 
   /** The part that is shown here, for the address of the comparison. */
   function at() {
-    const query = new URLSearchParams(Object.entries(placeOf(screen)).filter(([, value]) => value !== null));
+    const query = new URLSearchParams(
+      Object.entries(placeOf(screen)).flatMap(([name, value]) => (value === null ? [] : [[name, value]])),
+    );
     return query.size ? `?${query}` : "";
   }
 
   async function fill() {
+    /** @type {JobListDocument} */
     const { jobs } = await get(`/v1/jobs?limit=${MOST}`, { signal: watch.signal });
     const { width, height } = watch.job;
     const others = jobs.filter(

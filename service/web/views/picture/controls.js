@@ -6,10 +6,11 @@ import { keep, kept } from "../../storage.js";
 import { makeIcon } from "./icons.js";
 import { TRANSFERS } from "./transfer.js";
 
+/** @type {Record<string, string>} */
 const WORDS = { srgb: "sRGB", linear: "Linear", "gamma 2.2": "Gamma 2.2" };
 const MOST_STOPS = 10;
 
-/** The display settings of a scene. */
+/** The display settings of a scene. @param {Pick<SceneDocument, "display">} scene @returns {DisplaySettings} */
 export const displayOf = (scene) => ({ exposure: 0, transfer: "srgb", ...scene.display });
 
 /** Controls of exposure and transfer function. @param {() => void} changed */
@@ -44,12 +45,13 @@ export function makeDisplay(changed, prefix = "display") {
     changed();
   }
 
+  /** @param {DisplaySettings} values */
   function set(values) {
     // Otherwise the slider rounds the exposure of the scene to its steps.
-    exposure.step = Number.isInteger(4 * values.exposure) ? 0.25 : "any";
-    exposure.min = Math.min(-MOST_STOPS, values.exposure);
-    exposure.max = Math.max(MOST_STOPS, values.exposure);
-    exposure.value = values.exposure;
+    exposure.step = Number.isInteger(4 * values.exposure) ? "0.25" : "any";
+    exposure.min = String(Math.min(-MOST_STOPS, values.exposure));
+    exposure.max = String(Math.max(MOST_STOPS, values.exposure));
+    exposure.value = String(values.exposure);
     transfer.value = values.transfer;
     update();
   }
@@ -68,9 +70,9 @@ export function makeDisplay(changed, prefix = "display") {
     get transfer() {
       return transfer.value;
     },
-    /** Change some of the settings. */
+    /** Change some of the settings. @param {Partial<DisplaySettings>} values */
     set: (values) => set({ exposure: Number(exposure.value), transfer: transfer.value, ...values }),
-    /** Begin with the settings of the scene. */
+    /** Begin with the settings of the scene. @param {DisplaySettings} values */
     begin(values) {
       Object.assign(scene, values);
       set(scene);
@@ -78,8 +80,9 @@ export function makeDisplay(changed, prefix = "display") {
   };
 }
 
-/** A list of the picture and its layers. @param {string[]} names */
+/** A list of the picture and its layers. @param {string[]} names @param {(name: string | null) => void} changed */
 export function makeLayerChoice(names, changed) {
+  /** @type {HTMLSelectElement} */
   const select = h(
     "select",
     { id: "shown-layer", onchange: () => changed(select.value || null) },
@@ -89,14 +92,20 @@ export function makeLayerChoice(names, changed) {
   return field("Shown", select);
 }
 
-/** Buttons that zoom a screen, around the zoom itself: 100 % shows a pixel of the picture as one of the display. */
+/**
+ * Buttons that zoom a screen, around the zoom itself: 100 % shows a pixel of the picture as one of the display.
+ *
+ * @param {PictureScreen} screen
+ */
 export function makeZoom(screen) {
+  /** @param {string} name @param {string} label @param {() => void} action */
   const sign = (name, label, action) =>
     h("button", { type: "button", "aria-label": name, title: name, onclick: action }, label);
+  /** @param {string} label @param {string} title @param {() => void} action */
   const button = (label, title, action) => h("button", { type: "button", title, onclick: action }, label);
   const zoom = h("output", { className: "number", title: "Zoom", "aria-label": "Zoom" });
   const show = () => (zoom.textContent = `${short(100 * screen.zoomed)} %`);
-  screen.addEventListener("view", show);
+  screen.on("view", show);
   return h(
     "div",
     { className: "zoom", role: "group", "aria-label": "Zoom" },
@@ -108,6 +117,7 @@ export function makeZoom(screen) {
   );
 }
 
+/** @param {number} value */
 const short = (value) => (value < 9.95 ? value.toFixed(1) : String(Math.round(value)));
 
 /** @type {Record<string, string>} */
@@ -117,6 +127,7 @@ const BACKGROUND = "penumbra:background";
 /** A choice of what lies behind the picture, kept for the next one. @param {HTMLElement} stage */
 export function makeBackground(stage) {
   const begun = kept("localStorage", BACKGROUND);
+  /** @type {HTMLSelectElement} */
   const select = h(
     "select",
     { id: "background", onchange: () => (keep("localStorage", BACKGROUND, select.value), show()) },

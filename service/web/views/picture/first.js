@@ -1,6 +1,6 @@
 // Renders a part of a running picture first.
 
-import { jobPath, request } from "../../api.js";
+import { jobPath, messageOf, request } from "../../api.js";
 import { announce, h } from "../../dom.js";
 
 // Size of the part around a pixel, as a share of the picture's sides, while all of it is shown.
@@ -10,11 +10,13 @@ const SHARE = 1 / 4;
  * A button that is shown while the job runs. The part is what is visible if the picture is zoomed, or else the surroundings
  * of the chosen pixel.
  *
- * @param {() => {x: number, y: number} | null} chosen
+ * @param {import("../../watch.js").Watch} watch
+ * @param {PictureScreen} screen
+ * @param {() => PixelPlace | null} chosen
  */
 export function makeFirst(watch, screen, chosen) {
   const button = h("button", { type: "button", className: "stage-first", onclick: ask }, "This part first");
-  const self = { element: button, region: null, show };
+  const self = { element: button, region: /** @type {PixelRectangle | null} */ (null), show };
 
   function wanted() {
     if (screen.scale > screen.fitting) return screen.visible();
@@ -36,7 +38,7 @@ export function makeFirst(watch, screen, chosen) {
       screen.redraw();
       announce("This part is now rendered first.");
     } catch (error) {
-      if (!watch.signal.aborted) announce(error.message);
+      if (!watch.signal.aborted) announce(messageOf(error));
     }
   }
 
@@ -54,6 +56,7 @@ export function makeFirst(watch, screen, chosen) {
   return self;
 }
 
+/** @param {PixelPlace} pixel @param {number} width @param {number} height */
 function around({ x, y }, width, height) {
   const [across, along] = [width, height].map((side) => Math.ceil((side * SHARE) / 2));
   return {

@@ -8,6 +8,7 @@ const LINES = {
   fullscreen: "M2 6V2h4M10 2h4v4M14 10v4h-4M6 14H2v-4",
 };
 
+/** @param {keyof typeof LINES} name */
 export function makeIcon(name) {
   return svg(
     "svg",

@@ -1,6 +1,6 @@
 // Explains a pixel: the reasons for its colour, what its rays hit, and what each light adds.
 
-import { jobPath, post } from "../../api.js";
+import { jobPath, messageOf, post } from "../../api.js";
 import { announce, h } from "../../dom.js";
 import { quoted } from "../../elements.js";
 import { MARKS } from "./path.js";
@@ -11,7 +11,8 @@ import { makeSource } from "./source.js";
 /**
  * @param {string} id - Of the job.
  * @param {(x: number, y: number) => number[] | null} pictured - The pixel of the picture.
- * @param {(pixel: {x: number, y: number}) => void} copy - Copies its values.
+ * @param {(pixel: PixelPlace) => void} copy - Copies its values.
+ * @param {AbortSignal} signal
  */
 export function makeInspector(id, pictured, copy, signal) {
   const body = h(
@@ -31,22 +32,27 @@ export function makeInspector(id, pictured, copy, signal) {
     heading,
     body,
   );
-  const self = { element, pixel: null, found: null, show };
+  /** @type {{pixel: PixelPlace | null, found: InspectionDocument | null}} */
+  const state = { pixel: null, found: null };
+  const self = Object.assign(state, { element, show });
 
+  /** @param {PixelPlace} pixel */
   async function show(pixel) {
     self.pixel = pixel;
     self.found = null;
     body.setAttribute("aria-busy", "true");
     try {
+      /** @type {InspectionDocument} */
       const found = await post(`${jobPath(id)}/inspections`, pixel, { signal });
       if (self.pixel === pixel) fill(found);
     } catch (error) {
       if (!signal.aborted)
-        body.replaceChildren(h("p", { className: "problem", role: "alert" }, error.message));
+        body.replaceChildren(h("p", { className: "problem", role: "alert" }, messageOf(error)));
     }
     body.removeAttribute("aria-busy");
   }
 
+  /** @param {InspectionDocument} found */
   function fill(found) {
     self.found = found;
     heading.textContent = `Pixel ${found.x}, ${found.y}`;
@@ -75,11 +81,12 @@ export function makeInspector(id, pictured, copy, signal) {
         ),
       ),
     );
-    element.parentElement.scrollTo({ top: 0 });
+    element.parentElement?.scrollTo({ top: 0 });
     source.clear();
     announce(`Pixel ${found.x}, ${found.y}. ${found.reasons.map((reason) => reason.text).join(" ")}`);
   }
 
+  /** @type {import("./ray.js").Links} */
   function links(pointers) {
     const buttons = pointers
       .filter(Boolean)
@@ -96,7 +103,9 @@ export function makeInspector(id, pictured, copy, signal) {
   return self;
 }
 
+/** @param {InspectionDocument} found @param {number[] | null} mean */
 function colours(found, mean) {
+  /** @type {[string, number[] | null][]} */
   const rows = [
     ["One ray through the centre", found.color],
     ["The picture, the mean of all samples", mean],

@@ -1,5 +1,6 @@
 // Keyboard control of a screen: arrows move a cursor from pixel to pixel, other keys zoom and choose.
 
+/** @type {Record<string, [number, number]>} */
 const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const FAR = 10;
 const STEP = Math.SQRT2;
@@ -8,22 +9,26 @@ export const MOVING_KEYS =
   "Arrow keys move from pixel to pixel, with Shift by ten. Plus and minus zoom, 0 fits, 1 shows one to one.";
 export const KEYS = `${MOVING_KEYS} C copies the values. Enter explains the pixel.`;
 
+/** @param {PictureScreen} screen */
 export function hearKeys(screen) {
   const middle = () => ({ x: Math.floor(screen.width / 2), y: Math.floor(screen.height / 2) });
+  /** @returns {[number, number]} */
   const around = () => {
     const { x, y } = screen.cursor ?? middle();
     return [screen.left + screen.scale * (x + 0.5), screen.top + screen.scale * (y + 0.5)];
   };
+  /** @type {Record<string, () => void>} */
   const actions = {
     "+": () => screen.zoom(screen.scale * STEP, ...around()),
     "=": () => screen.zoom(screen.scale * STEP, ...around()),
     "-": () => screen.zoom(screen.scale / STEP, ...around()),
     0: () => screen.fit(),
     1: () => screen.zoom(1 / devicePixelRatio, ...around()),
-    c: () => screen.dispatchEvent(new CustomEvent("copy", { detail: screen.cursor ?? middle() })),
+    c: () => screen.emit("copy", screen.cursor ?? middle()),
     Enter: () => screen.choose(screen.cursor ?? middle()),
   };
 
+  /** @param {[number, number]} direction @param {number} far */
   function move([across, along], far) {
     const { x, y } = screen.cursor ?? middle();
     const pixel = {
@@ -34,7 +39,7 @@ export function hearKeys(screen) {
     screen.point(pixel);
   }
 
-  const listener = (event) => {
+  const listener = (/** @type {KeyboardEvent} */ event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (MOVES[event.key]) move(MOVES[event.key], event.shiftKey ? FAR : 1);
     else if (actions[event.key]) actions[event.key]();

@@ -62,6 +62,7 @@ export function makeScale(begun, least, caption, changed) {
   const middle = h("output", { className: "number" });
   const low = end("Lowest value", (value) => ({ low: value }));
   const high = end("Highest value", (value) => ({ high: value }));
+  /** @type {HTMLInputElement} */
   const log = h("input", {
     type: "checkbox",
     disabled: !(least < Infinity),

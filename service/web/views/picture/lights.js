@@ -4,9 +4,9 @@ import { h } from "../../dom.js";
 import { short } from "./numbers.js";
 
 /**
- * @param {object} surface - What the ray hits.
- * @param {{name: string, color: number[], share: number}[]} parts - Of what it brings to the pixel.
- * @param {(pointers: string[]) => Node} links
+ * @param {InspectedSurface} surface - What the ray hits.
+ * @param {import("./shares.js").Part[]} parts - Of what it brings to the pixel.
+ * @param {import("./ray.js").Links} links
  */
 export function makeLights(surface, parts, links) {
   return h(
@@ -37,6 +37,7 @@ export function makeLights(surface, parts, links) {
   );
 }
 
+/** @param {import("./shares.js").Part} part */
 function part({ name, color, share }) {
   return h(
     "tr",
@@ -47,6 +48,7 @@ function part({ name, color, share }) {
   );
 }
 
+/** @param {number} share */
 function bar(share) {
   const fill = h("span", { className: "amount-fill" });
   fill.style.inlineSize = `${100 * share}%`;
@@ -58,6 +60,7 @@ function bar(share) {
   );
 }
 
+/** @param {InspectedLight} light @param {import("./ray.js").Links} links */
 function shadow(light, links) {
   const rays = light.points === 1 ? "one shadow ray" : `${light.points} shadow rays`;
   const facts = [`${short(100 * light.visibility)} % visible`];

@@ -1,6 +1,6 @@
 // The picture of a job: it fills in while it renders, zooms, and explains single pixels.
 
-import { get, jobPath, request } from "../../api.js";
+import { get, jobPath, messageOf, request } from "../../api.js";
 import { announce, debounced, h } from "../../dom.js";
 import { makeAutoExposure, makeChannels, makeZebra } from "./channels.js";
 import { makeComparing } from "./comparing.js";
@@ -35,6 +35,9 @@ const CHOSEN = "#ffb43c";
 // In narrower windows the display controls are in the popover of the toolbar.
 const NARROW = matchMedia("(max-width: 60rem)");
 
+/** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
+
+/** @param {Places} places @param {Watch} watch */
 export function mount({ viewer, bar, stage, drawer }, watch) {
   const { width, height, links } = watch.job;
   const film = new Film(width, height);
@@ -58,7 +61,11 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   const layers = Object.keys(links.layers ?? {});
   const arrivals = makeArrivals(screen);
   const recount = debounced(CALM_MS, statistics.changed, watch.signal);
+  /** @type {string | null} */
   let wanted = null;
+  // Whether the layer that is shown was fetched before the job had ended, or could not be.
+  let isEarly = true;
+  /** @type {ReturnType<typeof makePath> | null} */
   let drawPath = null;
 
   const settings = makePopover(
@@ -70,9 +77,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     makeBackground(stage),
   );
   screen.element.setAttribute("aria-describedby", keys.id);
-  const choices = [layers.length ? makeLayerChoice(layers, chooseLayer) : null, display.element].filter(
-    Boolean,
-  );
+  const choices = [...(layers.length ? [makeLayerChoice(layers, chooseLayer)] : []), display.element];
   bar.controls.append(makeZoom(screen), settings.button, makeFullscreen(viewer), settings.panel);
   stage.append(screen.element, readout.element, legend, first.element, refusal, nothing);
   drawer.panels.pixel.append(inspector.element, histogram.element, statistics.element, keys);
@@ -86,6 +91,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     else bar.controls.prepend(...choices);
   }
 
+  /** @param {CanvasRenderingContext2D} context */
   function overlay(context) {
     arrivals.draw(context);
     drawGrid(context, screen);
@@ -97,19 +103,19 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     if (inspector.pixel) screen.outline(context, square(inspector.pixel), CHOSEN);
   }
 
-  screen.addEventListener("cursor", ({ detail: pixel }) => {
+  screen.on("cursor", (pixel) => {
     readout.show();
     if (pixel && document.activeElement === screen.element) announce(readout.text);
   });
-  screen.addEventListener("choose", async ({ detail: pixel }) => {
+  screen.on("choose", async (pixel) => {
     drawer.show("pixel");
     const shown = inspector.show(pixel);
     first.show();
     await shown;
     screen.redraw();
   });
-  screen.addEventListener("view", first.show);
-  screen.addEventListener("copy", ({ detail: pixel }) => readout.copy(pixel));
+  screen.on("view", first.show);
+  screen.on("copy", readout.copy);
 
   watch.on("tiles", (batch) => {
     if (!batch.tiles.length) return;
@@ -130,25 +136,29 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
     nothing.hidden = !empty;
     nothing.textContent = empty ? `There is no picture: the job ended as ${watch.job.state}.` : "";
     screen.redraw();
-    if (wanted && developer.layer?.stale !== false) chooseLayer(wanted);
+    if (wanted && isEarly) chooseLayer(wanted);
   }
 
+  /** @param {string | null} chosen - The name of a layer, null for the picture. */
   async function chooseLayer(chosen) {
     wanted = chosen;
     refusal.hidden = true;
     try {
-      const layer = chosen && (await fetchLayer(watch.id, chosen, watch.signal));
+      const { final } = watch;
+      const layer = chosen === null ? null : await fetchLayer(watch.id, chosen, watch.signal);
       if (wanted !== chosen) return;
-      if (layer) layer.stale = !watch.final;
+      isEarly = !final;
       show(layer);
     } catch (error) {
-      if (watch.signal.aborted) return;
-      refusal.textContent = error.message;
+      if (watch.signal.aborted || wanted !== chosen) return;
+      isEarly = true;
+      refusal.textContent = messageOf(error);
       refusal.hidden = false;
       show(null);
     }
   }
 
+  /** @param {Layer | null} layer */
   function show(layer) {
     developer.show(layer);
     statistics.changed();
@@ -158,7 +168,7 @@ export function mount({ viewer, bar, stage, drawer }, watch) {
   }
 
   get(`${jobPath(watch.id)}/request`, { signal: watch.signal }).then(
-    ({ scene }) => {
+    (/** @type {JobRequestDocument} */ { scene }) => {
       drawPath = makePath(scene);
       display.begin(displayOf(scene));
     },

@@ -18,11 +18,20 @@ export const MARKS =
   "On the picture, blue lines follow the ray, yellow ones lead to lights, dashed where a part is hidden, and red ones to " +
   "lights that are hidden completely. What blocks them is outlined in red.";
 
-/** @param {object} scene - As it was sent. */
+/** @typedef {{from: number[], to: number[], color: string, dashed: boolean}} Line */
+/** @typedef {{blockers: Set<number>, lines: Line[]}} Gathered */
+
+/** @param {SceneDocument} scene - As it was sent. */
 export function makePath(scene) {
   const projection = new Projection(scene.camera);
 
-  /** Draw what was found. @param {CanvasRenderingContext2D} context @param {import("./screen.js").Screen} screen */
+  /**
+   * Draw what was found.
+   *
+   * @param {CanvasRenderingContext2D} context
+   * @param {PictureScreen} screen
+   * @param {InspectionDocument} found
+   */
   return function draw(context, screen, found) {
     const { surface } = found.ray;
     if (!surface) return;
@@ -35,7 +44,15 @@ export function makePath(scene) {
   };
 }
 
-/** The lines of a ray and of those that continue it, and the shapes that block its lights. */
+/**
+ * The lines of a ray and of those that continue it, and the shapes that block its lights.
+ *
+ * @param {InspectedRay} ray
+ * @param {SceneDocument} scene
+ * @param {number} far
+ * @param {number} depth
+ * @param {Gathered} into
+ */
 function gathered(ray, scene, far, depth = 1, into = { blockers: new Set(), lines: [] }) {
   const { surface } = ray;
   if (ray.kind !== "camera")
@@ -56,12 +73,19 @@ function gathered(ray, scene, far, depth = 1, into = { blockers: new Set(), line
   return into;
 }
 
-/** Where a ray ends: at what it hits, or far off if it hits no shape. */
+/** Where a ray ends: at what it hits, or far off if it hits no shape. @param {InspectedRay} ray @param {number} far */
 const endOf = ({ origin, direction, surface }, far) => surface?.position ?? add(origin, direction, far);
 
+/** @param {PictureScreen} screen @param {PixelPlace} place @returns {[number, number]} */
 const seen = ({ left, top, scale }, { x, y }) => [left + scale * x, top + scale * y];
 
-/** Stroke what a path draws, visible on light and dark pixels. */
+/**
+ * Stroke what a path draws, visible on light and dark pixels.
+ *
+ * @param {CanvasRenderingContext2D} context
+ * @param {string} color
+ * @param {number[]} dashes
+ */
 function cased(context, color, dashes) {
   for (const [style, width] of [
     ["rgb(0 0 0 / 75%)", 3.5],
@@ -74,6 +98,13 @@ function cased(context, color, dashes) {
   context.setLineDash([]);
 }
 
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {PictureScreen} screen
+ * @param {[PixelPlace, PixelPlace]} ends
+ * @param {string} color
+ * @param {boolean} dashed
+ */
 function line(context, screen, [a, b], color, dashed) {
   const [x, y] = seen(screen, b);
   context.beginPath();
@@ -86,6 +117,7 @@ function line(context, screen, [a, b], color, dashed) {
   context.fill();
 }
 
+/** @param {CanvasRenderingContext2D} context @param {PictureScreen} screen @param {PixelPlace[]} places */
 function outline(context, screen, places) {
   if (places.length < 2) return;
   context.beginPath();

@@ -7,15 +7,20 @@ const WHEEL = 0.002;
 // Wheels that report lines report about 3 for a notch.
 const LINE = 36;
 
+/** @typedef {Map<number, {now: PixelPlace, begun: PixelPlace}>} Fingers Places in CSS pixels of the element. */
+
+/** @param {PictureScreen} screen */
 export function hearPointers(screen) {
   const { element, life } = screen;
+  /** @type {Fingers} */
   const down = new Map();
   let dragged = false;
   let gripped = false;
-  const on = (type, listener, options = {}) =>
-    element.addEventListener(type, listener, { signal: life.signal, ...options });
+  const { signal } = life;
+  /** @param {"down" | "move" | "up" | "cancel" | "leave"} type @param {(event: PointerEvent) => void} listener */
+  const on = (type, listener) => element.addEventListener(`pointer${type}`, listener, { signal });
 
-  on("pointerdown", (event) => {
+  on("down", (event) => {
     if (event.button !== 0) return;
     element.setPointerCapture(event.pointerId);
     gripped = !down.size && Boolean(screen.grip?.holds(screen.placeOf(event)));
@@ -24,7 +29,7 @@ export function hearPointers(screen) {
     down.set(event.pointerId, { now: screen.placeOf(event), begun: screen.placeOf(event) });
   });
 
-  on("pointermove", (event) => {
+  on("move", (event) => {
     const finger = down.get(event.pointerId);
     const now = screen.placeOf(event);
     if (!finger) {
@@ -34,33 +39,33 @@ export function hearPointers(screen) {
     const before = grip(down);
     dragged ||= Math.hypot(now.x - finger.begun.x, now.y - finger.begun.y) > SHAKE;
     finger.now = now;
-    if (gripped) screen.grip.drag(now);
+    if (gripped) screen.grip?.drag(now);
     else if (dragged) follow(screen, before, grip(down));
   });
 
-  const lifted = (event) => {
+  const lifted = (/** @type {PointerEvent} */ event) => {
     const finger = down.get(event.pointerId);
     down.delete(event.pointerId);
     if (!finger || dragged || gripped || down.size || event.type === "pointercancel") return;
     const pixel = screen.pixelAt(finger.now.x, finger.now.y);
     if (pixel) screen.choose(pixel);
   };
-  on("pointerup", lifted);
-  on("pointercancel", lifted);
-  on("pointerleave", () => !down.size && document.activeElement !== element && screen.point(null));
+  on("up", lifted);
+  on("cancel", lifted);
+  on("leave", () => !down.size && document.activeElement !== element && screen.point(null));
 
-  on(
+  element.addEventListener(
     "wheel",
     (event) => {
       event.preventDefault();
       const { x, y } = screen.placeOf(event);
       screen.zoom(screen.scale * Math.exp(-WHEEL * event.deltaY * (event.deltaMode ? LINE : 1)), x, y);
     },
-    { passive: false },
+    { passive: false, signal },
   );
 }
 
-/** The centre of the fingers, and their distance. */
+/** The centre of the fingers, and their distance. @param {Fingers} down */
 function grip(down) {
   const fingers = [...down.values()].map((finger) => finger.now);
   const x = fingers.reduce((sum, finger) => sum + finger.x, 0) / fingers.length;
@@ -69,6 +74,7 @@ function grip(down) {
   return { x, y, span };
 }
 
+/** @param {PictureScreen} screen @param {ReturnType<typeof grip>} before @param {ReturnType<typeof grip>} after */
 function follow(screen, before, after) {
   if (before.span && after.span) screen.zoom((screen.scale * after.span) / before.span, before.x, before.y);
   if (!screen.fitted)

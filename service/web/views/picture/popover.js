@@ -6,7 +6,7 @@ import { h } from "../../dom.js";
 const WIDTH = 288;
 const MARGIN = 8;
 
-/** @returns {{button: HTMLButtonElement, panel: HTMLElement}} Both are to be put on the page. */
+/** A button and a panel, both to be put on the page. @param {string} label @param {string} id @param {Node[]} content */
 export function makePopover(label, id, ...content) {
   const button = h("button", { type: "button", className: "opens", popovertarget: id }, label);
   const panel = h("div", { id, className: "popover", popover: "auto", "aria-label": label }, ...content);

@@ -14,13 +14,17 @@ const KINDS = {
 // Deeper rays are collapsed: they usually add little.
 const OPEN = 2;
 
+/** @typedef {(pointers: string[]) => Node | ""} Links Makes buttons that show lines of the scene. */
+
+/** @param {number[]} values */
 const triple = (values) => values.map(short).join("  ");
 
 /**
- * @param {object} ray - Of an inspection.
- * @param {(pointers: string[]) => Node} links
+ * @param {InspectedRay} ray
+ * @param {Links} links
  * @param {number} depth
  * @param {number[]} pixel - The colour of the whole pixel, that of the camera ray by default.
+ * @returns {HTMLLIElement}
  */
 export function makeRay(ray, links, depth, pixel = colorBeyond(ray)) {
   const { surface } = ray;
@@ -38,10 +42,8 @@ export function makeRay(ray, links, depth, pixel = colorBeyond(ray)) {
       "details",
       { open: depth <= OPEN },
       h("summary", {}, `${kind} ${hit}${weight}`),
-      surface
-        ? facts(ray, surface, links)
-        : h("p", { className: "number" }, `linear ${triple(ray.radiance)}`),
-      surface ? makeLights(surface, partsOf(ray, pixel, KINDS), links) : "",
+      surface ? facts(surface, links) : h("p", { className: "number" }, `linear ${triple(ray.radiance)}`),
+      surface ? makeLights(surface, partsOf(ray, surface, pixel, KINDS), links) : "",
       ray.rays.length
         ? h(
             "ol",
@@ -53,8 +55,10 @@ export function makeRay(ray, links, depth, pixel = colorBeyond(ray)) {
   );
 }
 
-function facts(ray, surface, links) {
+/** @param {InspectedSurface} surface @param {Links} links */
+function facts(surface, links) {
   const bent = surface.normal.some((value, i) => value !== surface.shading_normal[i]);
+  /** @type {([string, string | (string | Node)[]] | null | false)[]} */
   const rows = [
     [
       "shape",
@@ -68,15 +72,15 @@ function facts(ray, surface, links) {
     ["u, v", triple(surface.uv)],
     ["normal", triple(surface.normal)],
     bent && ["shading normal", triple(surface.shading_normal)],
-    ["material", [surface.material.name, links([surface.material.pointer])]],
-    surface.texture && ["texture", [surface.texture.name, links([surface.texture.pointer])]],
+    ["material", [surface.material.name ?? "", links([surface.material.pointer])]],
+    surface.texture && ["texture", [surface.texture.name ?? "", links([surface.texture.pointer])]],
     [surface.texture ? "texture value" : "colour", triple(surface.color)],
   ];
   return h(
     "dl",
     { className: "facts" },
     rows
-      .filter(Boolean)
+      .flatMap((row) => (row ? [row] : []))
       .map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", { className: "number" }, value))),
   );
 }

@@ -10,14 +10,27 @@ const LARGEST = 128;
 const CURSOR_FROM = 3;
 
 /**
- * Events: `cursor` (detail: the pixel under the cursor, or null), `choose` (detail: the pixel clicked), `copy` (detail: the
- * pixel whose values are wanted), `view` (the visible part changed).
+ * @typedef {object} ScreenEvents
+ * @property {PixelPlace | null} cursor - The pixel under the cursor.
+ * @property {PixelPlace} choose - The pixel clicked.
+ * @property {PixelPlace} copy - The pixel whose values are wanted.
+ * @property {null} view - The visible part changed.
  */
+
+/** Events: those of `ScreenEvents`. */
 export class Screen extends EventTarget {
   #resize;
   #frame = 0;
   // Of the element, when the place of the picture was last set.
   #size = [0, 0];
+  /** @type {PixelPlace | null} */
+  cursor = null;
+  /**
+   * What is dragged in place of the picture. Places are in CSS pixels of the element.
+   *
+   * @type {{holds: (place: PixelPlace) => boolean, drag: (place: PixelPlace) => void} | null}
+   */
+  grip = null;
 
   /**
    * @param {{width: number, height: number, label: string, overlay?: (context: CanvasRenderingContext2D, screen: Screen)
@@ -25,14 +38,15 @@ export class Screen extends EventTarget {
    */
   constructor({ width, height, label, overlay = () => {} }) {
     super();
-    Object.assign(this, { width, height, overlay });
+    this.width = width;
+    this.height = height;
+    this.overlay = overlay;
     this.canvas = h("canvas", { className: "pixels", width, height });
     // In main memory, unless a graphics card writes its pixels.
-    this.context = this.canvas.getContext("2d", { willReadFrequently: !hasGpuFor(width * height) });
+    this.context = /** @type {CanvasRenderingContext2D} */ (
+      this.canvas.getContext("2d", { willReadFrequently: !hasGpuFor(width * height) })
+    );
     this.over = h("canvas", { className: "over" });
-    this.cursor = null;
-    // What is dragged in place of the picture: {holds(place), drag(place)}, places in CSS pixels of the element.
-    this.grip = null;
     this.element = h(
       "div",
       { className: "screen", tabIndex: 0, role: "application", "aria-label": label },
@@ -53,6 +67,27 @@ export class Screen extends EventTarget {
     this.#resize.observe(this.element);
   }
 
+  /**
+   * Hear an event until the screen is closed.
+   *
+   * @template {keyof ScreenEvents} Type
+   * @param {Type} type
+   * @param {(detail: ScreenEvents[Type]) => void} listener
+   */
+  on(type, listener) {
+    const heard = (/** @type {Event} */ event) => listener(/** @type {CustomEvent} */ (event).detail);
+    this.addEventListener(type, heard, { signal: this.life.signal });
+  }
+
+  /**
+   * @template {keyof ScreenEvents} Type
+   * @param {Type} type
+   * @param {ScreenEvents[Type]} detail
+   */
+  emit(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+
   close() {
     this.life.abort();
     this.#resize.disconnect();
@@ -70,6 +105,7 @@ export class Screen extends EventTarget {
     return this.scale * devicePixelRatio;
   }
 
+  /** @param {number} scale */
   #within(scale) {
     const { fitting } = this;
     // Small pictures begin large, and large ones small: both can be seen one to one, and enlarged from where they begin.
@@ -84,7 +120,7 @@ export class Screen extends EventTarget {
     this.#moved();
   }
 
-  /** Set the scale, keeping a point of the element (in CSS pixels) fixed. */
+  /** Set the scale, keeping a point of the element (in CSS pixels) fixed. @param {number} scale */
   zoom(scale, x = this.element.clientWidth / 2, y = this.element.clientHeight / 2) {
     const wanted = this.#within(scale);
     if (wanted === this.fitting) return this.fit();
@@ -92,6 +128,7 @@ export class Screen extends EventTarget {
     this.show({ scale: wanted, left: x - ratio * (x - this.left), top: y - ratio * (y - this.top) });
   }
 
+  /** @param {{scale: number, left: number, top: number}} view */
   show({ scale, left, top }) {
     const { clientWidth, clientHeight } = this.element;
     this.scale = scale;
@@ -107,7 +144,7 @@ export class Screen extends EventTarget {
     return { x: (clientWidth / 2 - this.left) / this.scale, y: (clientHeight / 2 - this.top) / this.scale };
   }
 
-  /** Show a place of the picture in the middle. */
+  /** Show a place of the picture in the middle. @param {PixelPlace & {scale: number}} place */
   look({ x, y, scale }) {
     const { clientWidth, clientHeight } = this.element;
     this.show({
@@ -117,7 +154,7 @@ export class Screen extends EventTarget {
     });
   }
 
-  /** Zoom to a rectangle of the picture with some of its surroundings. */
+  /** Zoom to a rectangle of the picture with some of its surroundings. @param {PixelRectangle} place */
   frame({ x0, y0, x1, y1 }) {
     const { clientWidth, clientHeight } = this.element;
     const loose = 0.6 * Math.min(clientWidth / (x1 - x0), clientHeight / (y1 - y0));
@@ -132,7 +169,7 @@ export class Screen extends EventTarget {
   /** The visible rectangle, including pixels that are visible in part. */
   visible() {
     const { clientWidth, clientHeight } = this.element;
-    const ends = (start, room, count) => [
+    const ends = (/** @type {number} */ start, /** @type {number} */ room, /** @type {number} */ count) => [
       Math.max(0, Math.floor(-start / this.scale)),
       Math.min(count, Math.ceil((room - start) / this.scale)),
     ];
@@ -150,25 +187,27 @@ export class Screen extends EventTarget {
     };
   }
 
-  /** The pixel at a point of the element, or null outside the picture. */
+  /** The pixel at a point of the element, or null outside the picture. @param {number} x @param {number} y */
   pixelAt(x, y) {
     const pixel = { x: Math.floor((x - this.left) / this.scale), y: Math.floor((y - this.top) / this.scale) };
     return pixel.x >= 0 && pixel.y >= 0 && pixel.x < this.width && pixel.y < this.height ? pixel : null;
   }
 
+  /** Move the cursor. @param {PixelPlace | null} pixel */
   point(pixel) {
     if (pixel?.x === this.cursor?.x && pixel?.y === this.cursor?.y) return;
     this.cursor = pixel;
     this.redraw();
-    this.dispatchEvent(new CustomEvent("cursor", { detail: pixel }));
+    this.emit("cursor", pixel);
   }
 
+  /** @param {PixelPlace} pixel */
   choose(pixel) {
     this.point(pixel);
-    this.dispatchEvent(new CustomEvent("choose", { detail: pixel }));
+    this.emit("choose", pixel);
   }
 
-  /** Pan so that a pixel is visible. */
+  /** Pan so that a pixel is visible. @param {PixelPlace} pixel */
   reveal({ x, y }) {
     const { clientWidth, clientHeight } = this.element;
     const left = Math.min(Math.max(this.left, -this.scale * x), clientWidth - this.scale * (x + 1));
@@ -199,7 +238,7 @@ export class Screen extends EventTarget {
     this.canvas.style.transform = `translate(${this.left}px, ${this.top}px) scale(${this.scale})`;
     this.canvas.classList.toggle("crisp", density >= 2);
     this.redraw();
-    this.dispatchEvent(new CustomEvent("view"));
+    this.emit("view", null);
   }
 
   #draw() {
@@ -207,7 +246,7 @@ export class Screen extends EventTarget {
     const { clientWidth, clientHeight } = this.element;
     const [width, height] = [clientWidth, clientHeight].map((side) => Math.round(side * devicePixelRatio));
     if (this.over.width !== width || this.over.height !== height) Object.assign(this.over, { width, height });
-    const context = this.over.getContext("2d");
+    const context = /** @type {CanvasRenderingContext2D} */ (this.over.getContext("2d"));
     context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
     context.clearRect(0, 0, clientWidth, clientHeight);
     this.overlay(context, this);
@@ -215,18 +254,24 @@ export class Screen extends EventTarget {
       this.outline(context, square(this.cursor));
   }
 
-  /** Draw a frame around a rectangle, visible on light and dark pixels; inside it if `grown` is below 0. */
+  /**
+   * Draw a frame around a rectangle, visible on light and dark pixels; inside it if `grown` is below 0.
+   *
+   * @param {CanvasRenderingContext2D} context
+   * @param {PixelRectangle} place
+   */
   outline(context, { x0, y0, x1, y1 }, color = "#fff", grown = 0.5) {
+    /** @type {[number, number, number, number]} */
     const sides = [
       this.left + this.scale * x0 - grown,
       this.top + this.scale * y0 - grown,
       this.scale * (x1 - x0) + 2 * grown,
       this.scale * (y1 - y0) + 2 * grown,
     ];
-    for (const [style, width] of [
+    for (const [style, width] of /** @type {[string, number][]} */ ([
       ["#000", 3],
       [color, 1.25],
-    ]) {
+    ])) {
       context.strokeStyle = style;
       context.lineWidth = width;
       context.strokeRect(...sides);
@@ -234,10 +279,16 @@ export class Screen extends EventTarget {
   }
 }
 
-/** One pixel as a rectangle. */
+/** One pixel as a rectangle. @param {PixelPlace} pixel @returns {PixelRectangle} */
 export const square = ({ x, y }) => ({ x0: x, y0: y, x1: x + 1, y1: y + 1 });
 
-/** Limit where the picture begins: centred if it is smaller than the element, else without empty margins. */
+/**
+ * Limit where the picture begins: centred if it is smaller than the element, else without empty margins.
+ *
+ * @param {number} start
+ * @param {number} size
+ * @param {number} room
+ */
 function held(start, size, room) {
   return size <= room ? (room - size) / 2 : Math.min(0, Math.max(room - size, start));
 }

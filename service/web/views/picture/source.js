@@ -7,7 +7,7 @@ import { inScene, takenApart } from "../../requests.js";
 
 const MOST_LINES = 24;
 
-/** @returns {{element: HTMLElement, show: (pointer: string) => Promise<void>, clear: () => void}} */
+/** @param {string} id - Of the job. @param {AbortSignal} signal */
 export function makeSource(id, signal) {
   const title = h("h3", { id: "source-title" });
   const lines = h("pre", { tabIndex: 0, "aria-labelledby": title.id });
@@ -17,8 +17,10 @@ export function makeSource(id, signal) {
     title,
     lines,
   );
+  /** @type {string | null} */
   let scene = null;
 
+  /** @param {string} inRequest - A pointer. */
   async function show(inRequest) {
     const pointer = inScene(inRequest);
     scene ??= takenApart(await text(`${jobPath(id)}/request`, { signal })).scene;
@@ -33,6 +35,7 @@ export function makeSource(id, signal) {
   return { element, show, clear: () => (element.hidden = true) };
 }
 
+/** @param {string} text @param {import("../../json_text.js").Place} place */
 function excerpt(text, { start, end, line }) {
   const begin = lineStarts(text)[line - 1];
   const found = text.slice(begin, end).split("\n");

@@ -13,7 +13,7 @@ const IDLE_MS = 300;
  * @property {string} text - The scene.
  * @property {string} entry - Of the gallery, or empty.
  * @property {string | null} job - Whose scene it was.
- * @property {object | null} quality
+ * @property {QualityDocument | null} quality
  * @property {string} labels - As written.
  * @property {boolean} layers
  */

@@ -5,7 +5,7 @@ import { h } from "../../dom.js";
 import { bytes } from "../../format.js";
 import { chosen } from "../../drop.js";
 
-/** @param {(files: Map<string, File>) => void} onFiles */
+/** @param {(files: Map<string, Blob>) => void} onFiles */
 export function makeFiles(onFiles) {
   const list = h("ul", { className: "files" });
   const element = h(
@@ -15,6 +15,11 @@ export function makeFiles(onFiles) {
     list,
   );
 
+  /**
+   * @param {Map<string, string[]>} names - That the scene has, with their pointers.
+   * @param {Map<string, string>} lacking - Reasons by name.
+   * @param {Map<string, Blob>} files - By path.
+   */
   function show(names, lacking, files) {
     const found = filesFor(names.keys(), files);
     const used = new Set(Array.from(found.values(), ({ file }) => file));
@@ -27,14 +32,16 @@ export function makeFiles(onFiles) {
       ),
     );
 
+    /** @param {string} name */
     function state(name) {
-      const { file, several } = found.get(name);
-      if (!lacking.has(name)) return [h("span", { className: "soft" }, `here, ${bytes(file.size)}`)];
+      const { file, several } = /** @type {import("../../assets.js").Found} */ (found.get(name));
+      if (file && !lacking.has(name)) return [h("span", { className: "soft" }, `here, ${bytes(file.size)}`)];
       return [...several.map((path) => offer(name, path)), chooser(name)];
     }
 
+    /** @param {string} name @param {string} path */
     function offer(name, path) {
-      const use = () => onFiles(new Map([[name, files.get(path)]]));
+      const use = () => onFiles(new Map([[name, /** @type {Blob} */ (files.get(path))]]));
       return h(
         "button",
         { type: "button", onclick: use, "aria-label": `Use ${path} as ${name}` },
@@ -42,7 +49,9 @@ export function makeFiles(onFiles) {
       );
     }
 
+    /** @param {string} name */
     function chooser(name) {
+      /** @type {HTMLInputElement} */
       const input = h("input", {
         type: "file",
         className: "unseen",
@@ -55,7 +64,7 @@ export function makeFiles(onFiles) {
   return { element, show };
 }
 
-/** Use the chosen file for this name, whatever its own name is. */
+/** Use the chosen file for this name, whatever its own name is. @param {string} name @param {FileList | null} list */
 function renamed(name, list) {
   return new Map(Array.from(chosen(list).values(), (file) => [name, file]));
 }

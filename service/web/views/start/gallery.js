@@ -4,23 +4,34 @@ import { get, request } from "../../api.js";
 import { h } from "../../dom.js";
 import { assetNames } from "../../assets.js";
 
-/** The address of a file of the page, with the version that the address of this module has. */
+/** The address of a file of the page, with the version that the address of this module has. @param {string} path */
 const ofPage = (path) => new URL(`../../${path}`, import.meta.url).pathname;
 
 /**
- * @param {(scene: {title: string, notice: string, text: string, files: Map<string, Blob>, entry: string}) => void} onChoice
+ * @typedef {object} GalleryEntry
+ * @property {string} name
+ * @property {string} title
+ * @property {string} notice
+ * @property {number} width
+ * @property {number} height
+ */
+
+/**
+ * @param {(scene: OpenedScene) => void} onChoice
+ * @param {AbortSignal} signal
  */
 export function makeGallery(onChoice, signal) {
   const list = h("ul", { className: "gallery", "aria-label": "Gallery" });
   let wanted = "";
 
+  /** @param {GalleryEntry} entry */
   async function choose(entry) {
     wanted = entry.name;
     const scene = await fetched(entry, signal);
     if (wanted === entry.name) await onChoice(scene);
   }
 
-  /** Show which entry is open; none for a name that no entry has. */
+  /** Show which entry is open; none for a name that no entry has. @param {string} name */
   function press(name) {
     for (const button of list.querySelectorAll("button")) {
       button.setAttribute("aria-pressed", String(button.dataset.name === name));
@@ -28,6 +39,7 @@ export function makeGallery(onChoice, signal) {
   }
 
   async function fill() {
+    /** @type {GalleryEntry[]} */
     const entries = await get(ofPage("gallery.json"), { signal });
     list.replaceChildren(
       ...entries.map((entry) =>
@@ -44,6 +56,7 @@ export function makeGallery(onChoice, signal) {
   return { element: list, fill, choose, press };
 }
 
+/** @param {GalleryEntry} entry @param {() => void} onclick */
 function card({ name, title, width, height }, onclick) {
   const picture = h("img", {
     src: ofPage(`thumbnails/${name}.webp`),
@@ -60,6 +73,7 @@ function card({ name, title, width, height }, onclick) {
   );
 }
 
+/** @param {GalleryEntry} entry @param {AbortSignal} signal @returns {Promise<OpenedScene>} */
 async function fetched({ name, title, notice }, signal) {
   const text = (await (await request(`/gallery/${name}.json`, { signal })).text()).trimEnd();
   const files = new Map();

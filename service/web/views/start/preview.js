@@ -15,6 +15,7 @@ const OFF = "penumbra-preview-off";
 export function makePreview(signal) {
   const picture = h("img", { alt: "Preview of the scene", hidden: true });
   const state = h("span", { className: "soft small" });
+  /** @type {HTMLInputElement} */
   const live = h("input", {
     type: "checkbox",
     checked: kept("localStorage", OFF) === null,
@@ -27,7 +28,9 @@ export function makePreview(signal) {
     h("div", {}, h("label", {}, live, " Live preview"), state),
   );
   // The last valid scene; null while there is none.
+  /** @type {string | null} */
   let scene = null;
+  /** @type {AbortController | null} */
   let asking = null;
   const later = debounced(IDLE_MS, ask, signal);
   signal.addEventListener("abort", () => {
@@ -47,6 +50,7 @@ export function makePreview(signal) {
     }
   }
 
+  /** @param {Blob} content */
   function show(content) {
     URL.revokeObjectURL(picture.src);
     picture.src = URL.createObjectURL(content);
@@ -54,6 +58,7 @@ export function makePreview(signal) {
     report("current", "");
   }
 
+  /** @param {"current" | "waiting" | "stale"} name @param {string} text */
   function report(name, text) {
     element.dataset.state = name;
     state.textContent = text;
@@ -69,7 +74,7 @@ export function makePreview(signal) {
 
   return {
     element,
-    /** Show this scene, which is valid. */
+    /** Show this scene, which is valid. @param {string} text */
     want(text) {
       asking?.abort();
       scene = text;
@@ -91,5 +96,6 @@ async function rendered(body, signal) {
   return (await whenFree(() => request("/v1/previews", options), signal)).blob();
 }
 
+/** @param {unknown} error */
 const reason = (error) =>
   error instanceof Problem || error instanceof Unreachable ? error.message : "There is no preview.";

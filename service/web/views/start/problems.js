@@ -3,11 +3,14 @@
 import { h } from "../../dom.js";
 import { plural } from "../../format.js";
 
-/** @param {(problem: object) => void} onPoint */
+/** @import { Checked } from "./validation.js" */
+
+/** @param {string} id @param {(problem: ProblemEntry) => void} onPoint */
 export function makeProblems(id, onPoint) {
   const summary = h("p", { className: "problems-summary", id, role: "status", "aria-live": "polite" });
   const list = h("ul", { className: "problems" });
 
+  /** @param {Pick<Checked, "problems" | "more" | "failure" | "plan">} found */
   function show({ problems, more, failure, plan }) {
     list.replaceChildren(...problems.map((problem) => h("li", {}, entry(problem))));
     if (more) list.append(h("li", { className: "soft" }, `and ${more} more`));
@@ -15,6 +18,7 @@ export function makeProblems(id, onPoint) {
     summary.textContent = failure ? failure.message : sentence(problems, more, plan);
   }
 
+  /** @param {ProblemEntry} problem */
   function entry(problem) {
     const place = problem.line
       ? `Line ${problem.line}`
@@ -37,10 +41,12 @@ export function makeProblems(id, onPoint) {
   };
 }
 
+/** @param {ProblemEntry} problem */
 function hint({ suggestion, detail }) {
   return suggestion && !detail.includes(suggestion) ? ` Did you mean ${suggestion}?` : null;
 }
 
+/** @param {ProblemEntry[]} problems @param {number} more @param {PlanDocument | null} plan */
 function sentence(problems, more, plan) {
   const count = problems.length + more;
   if (count) return `${plural(count, "problem")} found.`;

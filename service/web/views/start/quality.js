@@ -3,8 +3,27 @@
 import { h } from "../../dom.js";
 import { CODE_VALUE, USUAL_CONFIDENCE, digits } from "../../format.js";
 
+/** @typedef {"scene" | "samples" | "error" | "time"} Mode */
+
+/**
+ * @typedef {object} State
+ * @property {Mode} mode
+ * @property {string} pattern
+ * @property {number} samples
+ * @property {string} lightPattern
+ * @property {number} lightSamples
+ * @property {number} codeValues - The target error.
+ * @property {number} seconds
+ * @property {number} percent - The confidence.
+ * @property {string} precision
+ */
+
+/** @typedef {"samples" | "lightSamples" | "codeValues" | "seconds" | "percent"} NumberKey */
+/** @typedef {"pattern" | "lightPattern" | "precision"} ListKey */
+
 const PATTERNS = ["uniform", "rotated", "random", "stratified", "sobol", "center"];
 const LIGHT_PATTERNS = ["uniform", "random", "stratified", "sobol"];
+/** @type {[Mode, string][]} */
 const MODES = [
   ["scene", "As written"],
   ["samples", "Samples"],
@@ -22,6 +41,7 @@ const USUAL = { percent: 100 * USUAL_CONFIDENCE, precision: "single" };
 
 /** @param {(focus?: boolean) => void} onChange */
 export function makeQuality(onChange) {
+  /** @type {State} */
   const state = {
     mode: "scene",
     pattern: "sobol",
@@ -33,7 +53,8 @@ export function makeQuality(onChange) {
     ...USUAL,
   };
   const fields = h("div", { className: "quality-fields" });
-  const choices = MODES.map(([mode, name]) => choice(mode, name));
+  const radios = MODES.map(([mode]) => radio(mode));
+  const choices = MODES.map(([, name], i) => h("label", {}, radios[i], h("span", {}, name)));
   const element = h(
     "fieldset",
     { className: "quality" },
@@ -42,28 +63,26 @@ export function makeQuality(onChange) {
     fields,
   );
 
-  function choice(mode, name) {
-    const radio = h("input", {
-      type: "radio",
-      name: "quality",
-      value: mode,
-      checked: mode === state.mode,
-      onchange: () => select(mode),
-    });
-    return h("label", {}, radio, h("span", {}, name));
+  /** @param {Mode} mode */
+  function radio(mode) {
+    const onchange = () => select(mode);
+    return h("input", { type: "radio", name: "quality", value: mode, onchange });
   }
 
+  /** @param {Mode} mode */
   function select(mode) {
     state.mode = mode;
     render();
     onChange();
   }
 
-  function set(key, value) {
-    state[key] = value;
+  /** @param {Partial<State>} part */
+  function set(part) {
+    Object.assign(state, part);
     onChange();
   }
 
+  /** @param {NumberKey} key @param {string} label @param {{min: number, max: number, step: number | "any"}} bounds */
   function number(key, label, { min, max, step }) {
     const input = h("input", {
       type: "number",
@@ -74,14 +93,16 @@ export function makeQuality(onChange) {
       inputMode: "decimal",
       required: true,
     });
-    input.addEventListener("input", () => input.value !== "" && set(key, input.valueAsNumber));
+    input.addEventListener("input", () => input.value !== "" && set({ [key]: input.valueAsNumber }));
     return h("label", { className: "field" }, h("span", { className: "label" }, label), input);
   }
 
+  /** @param {ListKey} key @param {string} label @param {string[]} names */
   function list(key, label, names) {
+    /** @type {HTMLSelectElement} */
     const select = h(
       "select",
-      { onchange: () => set(key, select.value) },
+      { onchange: () => set({ [key]: select.value }) },
       names.map((name) => h("option", { value: name, selected: name === state[key] }, name)),
     );
     return h("label", { className: "field" }, h("span", { className: "label" }, label), select);
@@ -90,9 +111,9 @@ export function makeQuality(onChange) {
   const confidence = () => number("percent", "Confidence (%)", { min: 50, max: 99.999, step: "any" });
   const arithmetic = () => list("precision", "Arithmetic", PRECISIONS);
 
-  /** Fields that are collapsed while they have their default values. */
+  /** Fields that are collapsed while they have their default values. @param {Node[]} inner */
   function more(...inner) {
-    const open = Object.entries(USUAL).some(([key, value]) => state[key] !== value);
+    const open = state.percent !== USUAL.percent || state.precision !== USUAL.precision;
     return h(
       "details",
       { className: "more", open },
@@ -101,6 +122,7 @@ export function makeQuality(onChange) {
     );
   }
 
+  /** @type {Record<Mode, () => Node[]>} */
   const FIELDS = {
     scene: () => [
       h(
@@ -140,21 +162,23 @@ export function makeQuality(onChange) {
 
   function render() {
     fields.replaceChildren(...FIELDS[state.mode]());
-    for (const label of choices) label.firstChild.checked = label.firstChild.value === state.mode;
+    for (const one of radios) one.checked = one.value === state.mode;
   }
 
   render();
   return {
     element,
+    /** @returns {QualityDocument | null} */
     get value() {
       return VALUES[state.mode](state);
     },
-    /** An offer of the service, with the confidence and precision chosen here. */
+    /** An offer of the service, with the confidence and precision chosen here. @param {ResolvedQuality} offer */
     kept: (offer) => ({ ...offer, ...unusual(state, offer.mode) }),
     /** The time limit in seconds, or null in other modes. */
     get limit() {
       return state.mode === "time" ? state.seconds : null;
     },
+    /** @param {QualityDocument | null} quality */
     set value(quality) {
       Object.assign(state, stateOf(quality));
       render();
@@ -163,6 +187,7 @@ export function makeQuality(onChange) {
   };
 }
 
+/** @type {Record<Mode, (state: State) => QualityDocument | null>} */
 const VALUES = {
   scene: () => null,
   samples: ({ pattern, samples, lightPattern, lightSamples, ...rest }) => ({
@@ -184,7 +209,7 @@ const VALUES = {
   }),
 };
 
-/** The values that differ from their defaults. */
+/** The values that differ from their defaults. @param {Pick<State, "percent" | "precision">} state @param {QualityDocument["mode"]} mode */
 function unusual({ percent, precision }, mode) {
   return {
     ...(mode === "target" && percent !== USUAL.percent && { confidence: Number(digits(percent / 100, 6)) }),
@@ -192,15 +217,15 @@ function unusual({ percent, precision }, mode) {
   };
 }
 
+/** @param {QualityDocument | null} quality @returns {Partial<State>} */
 function stateOf(quality) {
   if (quality === null) return { mode: "scene", ...USUAL };
-  return { ...modeOf(quality), ...chosenOf(quality) };
+  const { precision = USUAL.precision } = quality;
+  const confidence = (quality.mode === "target" && quality.confidence) || USUAL_CONFIDENCE;
+  return { ...modeOf(quality), percent: Number(digits(100 * confidence, 6)), precision };
 }
 
-function chosenOf({ confidence = USUAL_CONFIDENCE, precision = USUAL.precision }) {
-  return { percent: Number(digits(100 * confidence, 6)), precision };
-}
-
+/** @param {QualityDocument} quality @returns {Partial<State>} */
 function modeOf(quality) {
   if (quality.mode === "target") {
     return quality.time_limit

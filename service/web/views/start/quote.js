@@ -1,6 +1,6 @@
 // The predicted time and error of the picture, before it is rendered.
 
-import { post, whenFree } from "../../api.js";
+import { messageOf, post, whenFree } from "../../api.js";
 import { debounced, h } from "../../dom.js";
 import { figure } from "../../elements.js";
 import { codeValues, plural, qualityName, seconds } from "../../format.js";
@@ -10,22 +10,27 @@ import { alternatives } from "./offers.js";
 // A quote keeps a worker busy for a second or more, so it waits until typing stops.
 const IDLE_MS = 900;
 
-/** @param {(quality: object) => void} onUse - Called with the quality of an offer that was chosen. */
+/** @typedef {(quality: ResolvedQuality) => void} Use Takes the quality of an offer that was chosen. */
+
+/** @param {Use} onUse @param {AbortSignal} signal */
 export function makeQuote(onUse, signal) {
   const body = h("div", { role: "status", "aria-live": "polite" });
   const element = h("section", { className: "quote", "aria-label": "Quote" }, body);
+  /** @type {AbortController | null} */
   let asking = null;
+  /** @type {OfferDocument | null} */
   let forTime = null;
 
   const later = debounced(IDLE_MS, ask, signal);
 
+  /** @param {string} scene @param {QualityDocument | null} quality @param {number | null} limit - Seconds. */
   async function ask(scene, quality, limit) {
     asking = new AbortController();
     const { signal: current } = asking;
     element.setAttribute("aria-busy", "true");
     report("Rendering parts of the picture …");
     const again = () => {
-      asking.abort();
+      asking?.abort();
       return ask(scene, quality, limit);
     };
     try {
@@ -34,7 +39,7 @@ export function makeQuote(onUse, signal) {
       forTime = limit === null ? null : quote.for_seconds;
       body.replaceChildren(...describe(quote, forTime, onUse, again));
     } catch (error) {
-      if (!current.aborted && !signal.aborted) report(`No quote: ${error.message}`);
+      if (!current.aborted && !signal.aborted) report(`No quote: ${messageOf(error)}`);
     }
     if (!current.aborted) element.removeAttribute("aria-busy");
   }
@@ -48,8 +53,9 @@ export function makeQuote(onUse, signal) {
     );
   }
 
-  const report = (text) => body.replaceChildren(h("p", { className: "soft" }, text));
+  const report = (/** @type {string} */ text) => body.replaceChildren(h("p", { className: "soft" }, text));
 
+  /** @param {string} text */
   function forget(text) {
     asking?.abort();
     forTime = null;
@@ -60,7 +66,13 @@ export function makeQuote(onUse, signal) {
 
   return {
     element,
-    /** Request a quote after a short delay. */
+    /**
+     * Request a quote after a short delay.
+     *
+     * @param {string} scene
+     * @param {QualityDocument | null} quality
+     * @param {number | null} limit - Seconds.
+     */
     want(scene, quality, limit) {
       forget("A quote follows when you stop typing.");
       later(scene, quality, limit);
@@ -74,6 +86,12 @@ export function makeQuote(onUse, signal) {
   };
 }
 
+/**
+ * @param {QuoteDocument} quote
+ * @param {OfferDocument | null} forTime
+ * @param {Use} onUse
+ * @param {() => void} again
+ */
 function describe(quote, forTime, onUse, again) {
   const offer = forTime ?? quote.asked;
   if (!offer) return untried(quote, again);
@@ -91,7 +109,7 @@ function describe(quote, forTime, onUse, again) {
           `about ${codeValues(offer.error.estimate)} code values`,
           `${codeValues(offer.error.low)} to ${codeValues(offer.error.high)}, in units of 1/255`,
         )
-      : figure("Error", "not known", offer.error_unknown),
+      : figure("Error", "not known", offer.error_unknown ?? ""),
   );
   const others = alternatives(quote.offers, offer);
   return [
@@ -108,7 +126,12 @@ function describe(quote, forTime, onUse, again) {
   ];
 }
 
-/** The cost predicted from the plan alone, for a quality that was too expensive to measure or on a busy machine. */
+/**
+ * The cost predicted from the plan alone, for a quality that was too expensive to measure or on a busy machine.
+ *
+ * @param {QuoteDocument} quote
+ * @param {() => void} again
+ */
 function untried(quote, again) {
   const time = `about ${seconds(quote.price.cpu_seconds / quote.workers)}`;
   const rest = `with ${workers(quote.workers)}, predicted from the plan alone: there was no time to measure`;
@@ -123,11 +146,14 @@ function untried(quote, again) {
   ];
 }
 
+/** @param {() => void} again */
 const tryAgain = (again) =>
   h("button", { type: "button", className: "quote-again", onclick: again }, "Try again");
 
+/** @param {number} number */
 const workers = (number) => plural(number, "worker");
 
+/** @param {string} text @param {import("./offers.js").KnownOffer} offer @param {Use} onUse */
 function alternative(text, { quality, seconds: time, error }, onUse) {
   const cost = `${seconds(time.estimate)}, error ${codeValues(error.estimate)} code values`;
   return h(

@@ -11,14 +11,24 @@ const IDLE_MS = 250;
 const RETRY_MS = 2000;
 
 /**
- * @param {(found: {text: string, problems: object[], more: number, names: Map, lacking: Map, plan: object | null,
- *   failure: Error | null}) => void} onResult - `text`, `names` and `lacking` are those of `withUploads`.
+ * @typedef {object} Checked - `text`, `names` and `lacking` are those of `withUploads`.
+ * @property {string} text
+ * @property {ProblemEntry[]} problems
+ * @property {number} more - Problems that are not listed.
+ * @property {Map<string, string[]> | null} names
+ * @property {Map<string, string>} lacking
+ * @property {PlanDocument | null} plan
+ * @property {Error | null} failure
  */
+
+/** @param {(found: Checked) => void} onResult @param {AbortSignal} signal */
 export function makeValidation(onResult, signal) {
+  /** @type {AbortController | null} */
   let running = null;
   const later = debounced(IDLE_MS, check, signal);
   signal.addEventListener("abort", () => running?.abort());
 
+  /** @param {() => string} written @param {Map<string, Blob>} files @param {QualityDocument | null} quality */
   async function check(written, files, quality) {
     running = new AbortController();
     const { signal: current } = running;
@@ -31,7 +41,13 @@ export function makeValidation(onResult, signal) {
   }
 
   return {
-    /** Check a text after a short delay, as it is then; earlier requests are dropped. */
+    /**
+     * Check a text after a short delay, as it is then; earlier requests are dropped.
+     *
+     * @param {() => string} written
+     * @param {Map<string, Blob>} files
+     * @param {QualityDocument | null} quality
+     */
     want(written, files, quality) {
       running?.abort();
       later(written, files, quality);
@@ -39,7 +55,14 @@ export function makeValidation(onResult, signal) {
   };
 }
 
+/**
+ * @param {string} text
+ * @param {Map<string, Blob>} files
+ * @param {QualityDocument | null} quality
+ * @param {AbortSignal} signal
+ */
 async function tried(text, files, quality, signal) {
+  /** @type {Checked} */
   const found = {
     text,
     problems: [],
@@ -57,13 +80,20 @@ async function tried(text, files, quality, signal) {
       found.problems = placed(text, error.errors.map(problemInScene), found);
       found.more = error.more;
     } else if (!signal.aborted) {
-      found.failure = error;
+      found.failure = error instanceof Error ? error : new Error(String(error));
     }
   }
   return found;
 }
 
-/** Add lines to problems for which the service, which read another text, could not give any. */
+/**
+ * Add lines to problems for which the service, which read another text, could not give any.
+ *
+ * @param {string} text
+ * @param {ProblemEntry[]} problems
+ * @param {Checked} found
+ * @returns {ProblemEntry[]}
+ */
 function placed(text, problems, { names, lacking }) {
   const lost = problems.filter((problem) => !problem.line && problem.pointer.startsWith("/"));
   const where = places(
@@ -71,10 +101,10 @@ function placed(text, problems, { names, lacking }) {
     lost.map((problem) => problem.pointer),
   );
   const files = new Map(
-    [...lacking].flatMap(([name, why]) => names.get(name).map((pointer) => [pointer, why])),
+    [...lacking].flatMap(([name, why]) => (names?.get(name) ?? []).map((pointer) => [pointer, why])),
   );
   return problems.map((problem) => {
-    const { line, column } = problem.line ? problem : (where.get(problem.pointer) ?? {});
+    const { line, column } = (problem.line ? null : where.get(problem.pointer)) ?? problem;
     return { ...problem, line, column, detail: files.get(problem.pointer) ?? problem.detail };
   });
 }

@@ -1,3 +1,6 @@
 // The types of service/web/vendor/codemirror, from the packages that it is built of.
 
 export * from "../../../codemirror.js";
+export type { Line, StateEffectType, Text } from "@codemirror/state";
+export type { DecorationSet, Tooltip } from "@codemirror/view";
+export type { SyntaxNode } from "@lezer/common";

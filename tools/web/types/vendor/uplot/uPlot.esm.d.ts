@@ -1,6 +1,6 @@
 // Types of what service/web/plots.js uses of service/web/vendor/uplot.
 
-interface Axis {
+export interface Axis {
   label: string;
   labelFont: string;
   font: string;
