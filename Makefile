@@ -48,7 +48,7 @@ test-peers: .venv/installed-test .venv/installed-bench  ## compare with Mitsuba,
 test-pythons:  ## run the quick tests on each Python here, with the pinned, newest and oldest dependencies; half an hour
 	$(PYTHON) tools/try_pythons.py
 
-test-image:  ## run the commands of the Dockerfile without an engine, and the service on a read-only root; needs root on Debian
+test-image:  ## build the image with podman, and run its service on a read-only root; five minutes
 	tools/try_image.sh
 
 dist: .venv/installed-test  ## build the source archive and the wheel of a release into dist

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,9 @@ from tools.docs.render_cookbook import Recipe
 
 PAGE = render_cookbook.PAGE.read_text(encoding="utf-8")
 RECIPES = {recipe.name: recipe for recipe in render_cookbook.recipes()}
+
+COARSER = 4
+"""So many times the error of the page's pictures may those have that they are compared with: a third of the time."""
 
 each_recipe = pytest.mark.parametrize("recipe", RECIPES.values(), ids=RECIPES)
 
@@ -57,9 +61,9 @@ def test_a_picture_has_the_size_that_its_scene_names(recipe: Recipe) -> None:
 @pytest.mark.slow
 @each_recipe
 def test_a_picture_is_what_the_renderer_makes_of_the_scene_now(recipe: Recipe) -> None:
-    # On one machine both have the same bytes. On another processor the last bit of a power may differ, and
-    # with it where samples go: each picture keeps the target error then, and their difference twice of it.
-    assert least_error(kept(recipe), recipe.render()) <= 2 * recipe.quality.error
+    error = COARSER * recipe.quality.error
+    coarse = replace(recipe, quality=recipe.quality.model_copy(update={"error": error}))
+    assert least_error(kept(recipe), coarse.render()) <= recipe.quality.error + error
 
 
 def test_a_ball_of_another_colour_is_no_longer_the_same_picture() -> None:
@@ -67,7 +71,7 @@ def test_a_ball_of_another_colour_is_no_longer_the_same_picture() -> None:
     ball = picture.copy()
     ball[175:185, 35:65] = 255 - ball[175:185, 35:65]
     assert least_error(picture, picture) == 0
-    assert least_error(picture, ball) > 2 * RECIPES["mirror"].quality.error
+    assert least_error(picture, ball) > (1 + COARSER) * RECIPES["mirror"].quality.error
 
 
 @pytest.mark.slow
@@ -78,5 +82,7 @@ def test_the_commands_of_the_page_make_its_picture(tmp_path: Path) -> None:
     (commands,) = blocks(PAGE, "sh")
     done = shell(commands, tmp_path)
     assert done.stdout == "scene.json: ok\n"
+    # On one machine both have the same bytes. On another processor the last bit of a power may differ, and
+    # with it where samples go: each picture keeps the target error then, and their difference twice of it.
     with Image.open(tmp_path / "scene.png") as picture:
         assert least_error(kept(recipe), np.asarray(picture)) <= 2 * recipe.quality.error
