@@ -14,7 +14,7 @@ import httpx2
 import numpy as np
 import pytest
 from matplotlib import colormaps
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from renderer.images import files as image_files
 from renderer.tiling import TILE
@@ -281,6 +281,28 @@ def test_a_layer_is_shown_in_false_colours_with_a_scale(
     # The floor faces up: (0, 1, 0) is shown as the middle, the greatest and the middle.
     assert codes_of(page)[47, 0].tolist() == [128, 255, 128]
     shoot(page, "picture-normals")
+
+
+def test_a_layer_that_cannot_be_had_leaves_the_one_that_was_chosen_after_it(
+    open_page: Open, client: httpx2.Client
+) -> None:
+    page = opened(open_page, finished(client, layers=LAYERS))
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route("**/layers/depth.npy", hold)
+    with page.expect_request("**/layers/depth.npy"):
+        page.get_by_label("Shown").select_option("depth")
+    page.get_by_label("Shown").select_option("normal")
+    directions = "Red, green and blue are x, y and z"
+    expect(page.locator(".legend")).to_contain_text(directions)
+    held.pop().fulfill(body="not a layer")
+    page.wait_for_function("performance.getEntriesByType('resource').some(({ name }) => /depth/.test(name))")
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    expect(page.locator(".legend")).to_contain_text(directions)
+    expect(page.get_by_role("alert")).to_be_hidden()
 
 
 def layer(client: httpx2.Client, job: str, name: str) -> np.ndarray:
