@@ -61,7 +61,12 @@ export function filesFor(names, files) {
   }
 }
 
-/** The entries with the highest score, without those that score 0. @param {string[]} entries @param {(entry: string) => number} score */
+/**
+ * The entries with the highest score, without those that score 0.
+ *
+ * @param {string[]} entries
+ * @param {(entry: string) => number} score
+ */
 function best(entries, score) {
   const most = Math.max(0, ...entries.map(score));
   return most ? entries.filter((entry) => score(entry) === most) : [];

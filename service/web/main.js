@@ -7,7 +7,9 @@ import { showSession } from "./session.js";
 import { skeleton } from "./elements.js";
 
 /**
- * @typedef {{title?: string, mount: (root: HTMLElement, params: ViewParams) => () => void}} View `mount` returns what unmounts it.
+ * @typedef {object} View
+ * @property {string} [title]
+ * @property {(root: HTMLElement, params: ViewParams) => () => void} mount - Returns what unmounts it.
  * @typedef {[RegExp, (keyof ViewParams)[], () => Promise<View>, string[]]} Route
  */
 

@@ -35,8 +35,8 @@ export const inScene = (pointer) => pointer.replace(/^\/scene(?=\/|$)/, "");
  * Split the request of a job into its parts.
  *
  * @param {string} body - The request of the job, as it was sent.
- * @returns {{scene: string, quality: QualityDocument | null, layers: string[], labels: Record<string, string>}} The scene as its
- *   own text.
+ * @returns {{scene: string, quality: QualityDocument | null, layers: string[], labels: Record<string, string>}} The scene
+ *   as its own text.
  */
 export function takenApart(body) {
   const place = places(body, ["/scene"]).get("/scene");

@@ -19,7 +19,12 @@ const STATES = {
 /** States to filter by: a paused job counts as queued or running, and a deleted one is in no list. */
 export const NAMES = Object.keys(STATES).filter((name) => name !== "paused" && name !== "deleted");
 
-/** The state to show: a paused job shows as paused, not as queued or running. @param {JobDocument} job @returns {Standing} */
+/**
+ * The state to show: a paused job shows as paused, not as queued or running.
+ *
+ * @param {JobDocument} job
+ * @returns {Standing}
+ */
 export const standing = (job) => (job.paused ? "paused" : job.state);
 
 /** @param {string} state */

@@ -12,7 +12,8 @@ const CALM_MS = 300;
 /**
  * @param {import("./film.js").Film} film
  * @param {AbortSignal} signal
- * @returns {{element: HTMLElement, changed: () => void, expose: (exposure: number) => void}} `changed` is to be called when the film has changed.
+ * @returns {{element: HTMLElement, changed: () => void, expose: (exposure: number) => void}} `changed` is to be called when
+ *   the film has changed.
  */
 export function makeHistogram(film, signal) {
   const canvas = h("canvas", { className: "histogram", width: WIDTH, height: HEIGHT, role: "img" });

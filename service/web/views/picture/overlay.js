@@ -5,7 +5,7 @@ const LASTS_MS = 350;
 // Snapshots cost memory and time: with more tiles at once, the picture changes at once.
 const MOST = 24;
 
-/** @param {import("./screen.js").Screen} screen */
+/** @param {PictureScreen} screen */
 export function makeArrivals(screen) {
   const still = matchMedia("(prefers-reduced-motion: reduce)");
   /** @type {{x0: number, y0: number, begun: number, old: OffscreenCanvas}[]} */

@@ -2,7 +2,7 @@
 
 import { announce, h } from "../../dom.js";
 
-/** @param {import("./screen.js").Screen} screen @param {import("./develop.js").Developer} developer */
+/** @param {PictureScreen} screen @param {import("./develop.js").Developer} developer */
 export function makeReadout(screen, developer) {
   const swatch = h("span", { className: "swatch", "aria-hidden": "true" });
   const line = h("p", { className: "readout number" });
