@@ -2,8 +2,9 @@
 
 ``python -m benchmarks.page_paint`` starts a service, opens its views again and again with an empty cache,
 paints 256 tiles at once, changes the exposure of 512 x 512 and of 2000 x 2000 pixels, of the latter draws
-layers, differences and a histogram, and types into a scene of 33,500 lines. It prints milliseconds, and
-keeps them as JSON. It needs chromium and playwright; on a machine with other work the times are too long.
+layers, differences and a histogram, compares two jobs of that size, and types into a scene of 33,500 lines.
+It prints milliseconds, and keeps them as JSON. It needs chromium and playwright; on a machine with other work
+the times are too long.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import json
 import shutil
 import sys
 import tempfile
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -169,7 +171,7 @@ def _measured(runs: int) -> dict[str, list[float]]:
         running(Settings(data=Path(folder), port=0, log_level="error")) as server,
         sync_playwright() as playwright,
     ):
-        job = _finished(server.url)
+        job = _finished(server.url, SCENE)
         browser = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
         views = {"begin, `/`": "/", "jobs, `/jobs`": "/jobs", "one job, `/jobs/{id}`": f"/jobs/{job}"}
         times = {
@@ -187,9 +189,25 @@ def _measured(runs: int) -> dict[str, list[float]]:
         developed = "with a graphics card" if large["gpu"] else "without a graphics card"
         size = f"{LARGE_SIDE} x {LARGE_SIDE} pixels"
         times |= {f"{name}, {size} {developed}": found for name, found in large["times"].items()}
+        shown, judged = zip(*_compared(page, server.url, min(runs, 5)), strict=True)
+        times[f"two jobs of {size} compared, until the pictures are shown"] = list(shown)
+        times[f"two jobs of {size} compared, until the verdict is shown"] = list(judged)
         times["a key typed in a scene of 33,500 lines"] = _typed(page, server.url, runs)
         browser.close()
     return times
+
+
+def _compared(page: Page, url: str, runs: int) -> Iterator[tuple[float, float]]:
+    """Compare two jobs: milliseconds from the address being opened to the pictures, and to the verdict."""
+    scenes = (large := ball(LARGE_SIDE, sampling=SCENE["sampling"]), large | {"background": [0.2, 0.1, 0.1]})
+    a, b = (_finished(url, scene) for scene in scenes)
+    for _ in range(runs):
+        start = time.perf_counter()
+        page.goto(f"{url}/compare/{a}/{b}")
+        page.locator("canvas.pixels").first.wait_for()
+        shown = time.perf_counter()
+        page.locator("h2.verdict").wait_for(timeout=120_000)
+        yield 1000 * (shown - start), 1000 * (time.perf_counter() - start)
 
 
 def _typed(page: Page, url: str, runs: int) -> list[float]:
@@ -225,9 +243,9 @@ def _exposed(page: Page, run: int) -> float:
     return float(page.evaluate(EXPOSED))
 
 
-def _finished(url: str) -> str:
+def _finished(url: str, scene: dict[str, Any]) -> str:
     with httpx2.Client(base_url=url, timeout=120) as client:
-        job = client.post("/v1/jobs", json={"scene": SCENE}, headers={"Prefer": "wait=60"})
+        job = client.post("/v1/jobs", json={"scene": scene}, headers={"Prefer": "wait=60"})
         document = job.raise_for_status().json()
     if document["state"] != "succeeded":
         raise SystemExit("The picture was not finished within a minute.")

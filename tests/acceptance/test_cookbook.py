@@ -21,7 +21,7 @@ PAGE = render_cookbook.PAGE.read_text(encoding="utf-8")
 RECIPES = {recipe.name: recipe for recipe in render_cookbook.recipes()}
 
 COARSER = 4
-"""So many times the error of the page's pictures may those have that they are compared with: a third of the time."""
+"""How much more error than on the page pictures may have here: they take a third of the time."""
 
 each_recipe = pytest.mark.parametrize("recipe", RECIPES.values(), ids=RECIPES)
 
