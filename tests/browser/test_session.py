@@ -35,7 +35,8 @@ def key(server: RunningServer) -> str:
         made = str(keys.add(session, "ada", Role.SUBMIT))
     database.close()
     # A service caches for a while that there are no keys.
-    until(lambda: httpx2.get(f"{server.url}/v1/jobs").status_code == 401)
+    with httpx2.Client(base_url=server.url) as client:
+        until(lambda: client.get("/v1/jobs").status_code == 401)
     return made
 
 

@@ -150,7 +150,8 @@ def test_a_revoked_key_is_refused_and_its_session_ends(users: Users, database: D
     assert begun.status_code == 200
     with database.writing() as session:
         assert keys.revoke(session, key.id)
-    until(lambda: httpx2.get(f"{users.url}/v1/session", headers=headers).status_code == 401)
+    with httpx2.Client(base_url=users.url, headers=headers) as client:
+        until(lambda: client.get("/v1/session").status_code == 401)
     with httpx2.Client(base_url=users.url, cookies=begun.cookies) as browser:
         until(lambda: browser.get("/v1/session").status_code == 401)
 

@@ -143,8 +143,8 @@ def key_of(place: Place, line: list[str], environment: Mapping[str, str]) -> str
 
 
 def assert_renders(url: str, headers: Mapping[str, str]) -> None:
-    until(lambda: is_ready(url), TIMEOUT)
     with httpx2.Client(base_url=url, headers=headers, timeout=TIMEOUT) as client:
+        until(lambda: is_ready(client), TIMEOUT)
         assert finish(client, submit(client, scene(16, 16)))["progress"]["share"] == 1
 
 
