@@ -299,7 +299,8 @@ def test_a_layer_that_cannot_be_had_leaves_the_one_that_was_chosen_after_it(
     directions = "Red, green and blue are x, y and z"
     expect(page.locator(".legend")).to_contain_text(directions)
     held.pop().fulfill(body="not a layer")
-    page.wait_for_function("performance.getEntriesByType('resource').some(({ name }) => /depth/.test(name))")
+    arrived = "() => performance.getEntriesByType('resource').some(({ name }) => /depth/.test(name))"
+    page.wait_for_function(arrived)
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     expect(page.locator(".legend")).to_contain_text(directions)
     expect(page.get_by_role("alert")).to_be_hidden()
