@@ -286,7 +286,10 @@ def test_a_layer_is_shown_in_false_colours_with_a_scale(
 def test_a_layer_that_cannot_be_had_leaves_the_one_that_was_chosen_after_it(
     open_page: Open, client: httpx2.Client
 ) -> None:
-    page = opened(open_page, finished(client, layers=LAYERS))
+    job = finished(client, layers=LAYERS)
+    page = opened(open_page, job)
+    # News of the job would fetch the chosen layer again.
+    page.wait_for_load_state("networkidle")
     held: list[Route] = []
 
     def hold(route: Route) -> None:
@@ -299,8 +302,10 @@ def test_a_layer_that_cannot_be_had_leaves_the_one_that_was_chosen_after_it(
     directions = "Red, green and blue are x, y and z"
     expect(page.locator(".legend")).to_contain_text(directions)
     held.pop().fulfill(body="not a layer")
-    page.wait_for_function("performance.getEntriesByType('resource').some(({ name }) => /depth/.test(name))")
-    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    arrived = "() => performance.getEntriesByType('resource').some(({ name }) => /depth/.test(name))"
+    page.wait_for_function(arrived)
+    # The page reads what came before it reads a later answer.
+    page.evaluate("(path) => fetch(path).then((answer) => answer.arrayBuffer())", f"/v1/jobs/{job}/image.npy")
     expect(page.locator(".legend")).to_contain_text(directions)
     expect(page.get_by_role("alert")).to_be_hidden()
 
