@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 
 FIRST, COUNT = 20261122, 8
 TARGETS_255 = 2.0, 1.0, 0.5
-SCALE = 0.4
+SCALE = 0.3
 """Of the sides of the pictures: references are most of the time."""
 
 RARE = 1e-3
