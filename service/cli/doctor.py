@@ -195,7 +195,8 @@ def _database(settings: Settings) -> Check:
     from sqlalchemy.exc import SQLAlchemyError
 
     from service.errors import DatabaseUrlError, DatabaseVersionError
-    from service.storage.database.migrations import check_version
+    from service.storage.database.migrations import SCRIPTS
+    from service.storage.database.migrations.running import check_version
     from service.storage.database.urls import engine_of, parse
 
     try:
@@ -208,7 +209,7 @@ def _database(settings: Settings) -> Check:
         return Check("database", "ok", f"{shown}, created when the service starts")
     try:
         with engine.connect() as connection:
-            check_version(connection)
+            check_version(connection, SCRIPTS)
     except DatabaseVersionError as error:
         return Check("database", "fail", shown, str(error))
     except SQLAlchemyError as error:

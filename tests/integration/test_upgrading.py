@@ -27,7 +27,7 @@ from service.jobs import retention
 from service.lifecycle import fairness, totals
 from service.lifecycle.documents import documents
 from service.storage.database.connection import Database
-from service.storage.database.migrations import SCRIPTS, upgrade
+from service.storage.database.migrations import LAST, SCRIPTS, upgrade
 from service.storage.database.models import AssetRow, JobRow, LabelRow, RenderRow, TileRow
 from service.storage.folder import Folder
 from service.storage.objects import Found
@@ -262,6 +262,26 @@ def test_a_migration_that_fails_leaves_all_as_it_was(database: Database, tmp_pat
     assert _columns(database, "jobs") == before
     assert "losses" not in _columns(database, "tiles")
     upgrade(database)
+
+
+def test_after_all_migrations_a_database_has_had_the_last_one(database: Database) -> None:
+    upgrade(database)
+    with database.reading() as session:
+        assert session.scalars(text("SELECT version_num FROM alembic_version")).all() == [LAST]
+
+
+def test_a_database_that_has_had_all_migrations_loads_nothing_to_run_them(database: Database) -> None:
+    url = database.engine.url.render_as_string(hide_password=False)
+    script = (
+        "import sys\n"
+        "from service.storage.database.connection import Database\n"
+        "from service.storage.database.migrations import upgrade\n"
+        f"upgrade(Database({url!r}))\n"
+        "print('alembic' in sys.modules)\n"
+    )
+    lines = [sys.executable, "-c", script]
+    runs = [subprocess.run(lines, check=True, capture_output=True, text=True).stdout for _ in range(2)]
+    assert runs == ["True\n", "False\n"]
 
 
 def test_the_tables_of_a_later_version_are_refused_and_kept(database: Database, later: Path) -> None:
