@@ -80,7 +80,7 @@ def test_the_correct_submission_has_full_marks_with_16_random_samples(name: str)
 @pytest.mark.parametrize("name", ["phong_matte", "shadow_soft", "antialiasing"])
 def test_more_or_fewer_samples_cost_no_points(name: str, samples: int, tmp_path: Path) -> None:
     submissions.save(tmp_path, name, samples=samples, seed=samples)
-    assert graded(name, tmp_path) == (1.0, "")
+    assert graded(name, run_of(tmp_path)) == (1.0, "")
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_more_or_fewer_samples_cost_no_points(name: str, samples: int, tmp_path:
 def test_a_mistake_loses_points_and_is_named(mistake: Mistake, tmp_path: Path) -> None:
     name = next(iter(mistake.fails))
     submissions.save(tmp_path, name, frozenset([mistake.name]))
-    share, cause = graded(name, tmp_path)
+    share, cause = graded(name, run_of(tmp_path))
     assert share < 1
     assert mistake.fails[name] in cause
 
@@ -101,8 +101,9 @@ def test_a_mistake_loses_points_and_is_named(mistake: Mistake, tmp_path: Path) -
 def test_every_mistake_loses_the_expected_points_and_is_named(mistake: Mistake, tmp_path: Path) -> None:
     for name in mistake.tried:
         submissions.save(tmp_path, name, frozenset([mistake.name]))
+    run = run_of(tmp_path)
     for name in mistake.tried:
-        share, cause = graded(name, tmp_path)
+        share, cause = graded(name, run)
         if name in mistake.fails:
             assert (name, share < 1) == (name, True)
             assert mistake.fails[name] in cause
@@ -110,10 +111,15 @@ def test_every_mistake_loses_the_expected_points_and_is_named(mistake: Mistake, 
             assert (name, share) == (name, 1.0)
 
 
-def graded(name: str, submission: Path) -> tuple[float, str]:
-    """Share of the points, and the first cause or, for rays, the message; empty with full points."""
+def run_of(submission: Path) -> Run:
+    """What grading a submission begins with: the mistakes that its pictures share."""
     run = Run(manifest(), Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission"))
-    *_, outcome = findings(TESTS[name], replace(run, mistakes=search(run)))
+    return replace(run, mistakes=search(run))
+
+
+def graded(name: str, run: Run) -> tuple[float, str]:
+    """Share of the points, and the first cause or, for rays, the message; empty with full points."""
+    *_, outcome = findings(TESTS[name], run)
     if outcome.share == 1:
         return outcome.share, ""
     causes = [cause.cause for cause in outcome.diagnosis]

@@ -138,14 +138,8 @@ PHONG = {"phong-matte", "phong-highlights"}
 EDGES = {"antialiasing", "antialiasing-advanced"}
 
 WHOLE: tuple[tuple[tuple[str, ...], set[str], set[str]], ...] = (
-    (("half_pixel_off",), CAMERA, {"half_pixel_right_down"}),
     (("corner_sampling",), EDGES, {"antialiasing_missing"}),
     (("one_sample",), EDGES, {"antialiasing_missing"}),
-    (("bgr",), CAMERA, {"channels_bgr"}),
-    (("brighter",), PHONG, {"exposure"}),
-    (("no_ambient",), PHONG, {"ambient_missing"}),
-    (("upside_down",), CAMERA, {"flipped_vertically"}),
-    (("gamma_missing",), CAMERA, {"gamma_missing"}),
     (("gamma_power",), set(), set()),
     (("size_minus_one",), CAMERA, {"size_minus_one"}),
     (("upside_down", "gamma_missing"), CAMERA, {"flipped_vertically", "gamma_missing"}),
