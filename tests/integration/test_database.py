@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy import func, select, text
 from sqlalchemy.exc import IntegrityError
 
 from service.storage.database.connection import Database
-from service.storage.database.migrations import upgrade
+from service.storage.database.migrations import SCRIPTS, upgrade
 from service.storage.database.models import AssetRow, Base, TileRow
 from tests.integration.support import BOTH
 
@@ -29,6 +30,14 @@ def asset(number: int) -> AssetRow:
         created_at=moment,
         used_at=moment,
     )
+
+
+def test_migrations_have_the_names_of_their_files_in_their_order() -> None:
+    """Where the last one has been run, a service looks no further."""
+    revisions = [script.revision for script in ScriptDirectory(str(SCRIPTS)).walk_revisions()]
+    files = [path.stem for path in SCRIPTS.glob("versions/*.py") if path.stem != "__init__"]
+    assert revisions == sorted(files, reverse=True)
+    assert all(name.startswith("tables_") for name in files)
 
 
 @BOTH

@@ -14,8 +14,6 @@ from sqlalchemy import Connection, inspect, text
 from service.storage.database.connection import Database
 
 SCRIPTS = Path(__file__).parent
-LAST = max(path.stem for path in SCRIPTS.glob("versions/tables_*.py"))
-"""The migration after which a database has the tables of this version."""
 
 
 def upgrade(database: Database, scripts: Path = SCRIPTS) -> None:
@@ -31,16 +29,17 @@ def upgrade(database: Database, scripts: Path = SCRIPTS) -> None:
     DatabaseVersionError
         If another version of the service has made its tables, and there is no way from them to these.
     """
-    if scripts == SCRIPTS:
-        with database.engine.connect() as connection:
-            if _is_current(connection):
-                return
+    with database.engine.connect() as connection:
+        if _is_current(connection, scripts):
+            return
     from service.storage.database.migrations import running  # noqa: PLC0415  (few starts need it, and it is slow)
 
     running.run(database, scripts)
 
 
-def _is_current(connection: Connection) -> bool:
+def _is_current(connection: Connection, scripts: Path) -> bool:
+    """Whether the last migration, which has the name of its file, has been run."""
     if not inspect(connection).has_table("alembic_version"):
         return False
-    return connection.scalars(text("SELECT version_num FROM alembic_version")).all() == [LAST]
+    last = max(path.stem for path in scripts.glob("versions/tables_*.py"))
+    return connection.scalars(text("SELECT version_num FROM alembic_version")).all() == [last]
