@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import hashlib
 import os
 import re
@@ -15,7 +16,6 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from starlette.exceptions import HTTPException
 
 import scenes
-from service.api.compression import accepts_gzip, gzipped, is_compressible
 from service.api.middleware import ALWAYS
 from service.api.reference_page import page_of
 from service.api.routes.parameters import not_modified
@@ -46,6 +46,12 @@ BELOW = re.compile(r"[\w-]+(?:\.[\w-]+)*(?:/[\w-]+(?:\.[\w-]+)*)*", re.ASCII)
 
 VERSIONED = re.compile(r"v-[0-9a-f]{16}/")
 ASK_AGAIN, FOR_EVER = "no-cache", "public, max-age=31536000, immutable"
+
+COMPRESSIBLE = ("text/", "application/json", "image/svg+xml")
+"""Beginnings of media types whose files become smaller; pictures are compressed already."""
+FEWEST_BYTES = 1000
+"""Smaller files fit in one packet with or without compression."""
+_REFUSED = re.compile(r"q=0(?:\.0*)?")
 
 FilePath = Annotated[str, fastapi.Path(max_length=200)]
 
@@ -143,10 +149,11 @@ def _page(request: Request, content: bytes, media_type: str, kept: str = ASK_AGA
     """Serve some content, compressed where the browser accepts that, or 304 if the browser has it."""
     tag = hashlib.sha256(content).hexdigest()[:32]
     headers = HEADERS | {"Cache-Control": kept}
-    if is_compressible(content, media_type):
+    # Answers with secrets are never compressed: their length could betray them.
+    if len(content) >= FEWEST_BYTES and media_type.startswith(COMPRESSIBLE):
         headers["Vary"] = "Accept-Encoding"
-        if accepts_gzip(", ".join(request.headers.getlist("accept-encoding"))):
-            content, tag = gzipped(content), f"{tag}-gzip"
+        if _accepts_gzip(", ".join(request.headers.getlist("accept-encoding"))):
+            content, tag = _gzipped(content), f"{tag}-gzip"
             headers["Content-Encoding"] = "gzip"
     headers["ETag"] = f'"{tag}"'
     unchanged = not_modified(request, headers["ETag"])
@@ -155,3 +162,23 @@ def _page(request: Request, content: bytes, media_type: str, kept: str = ASK_AGA
     # Browsers replace the headers that they have stored by those of this answer.
     unchanged.headers.update(headers)
     return unchanged
+
+
+@lru_cache(maxsize=512)
+def _gzipped(content: bytes) -> bytes:
+    """Files of the page are compressed once, not for each visitor."""
+    return gzip.compress(content, mtime=0)
+
+
+def _accepts_gzip(header: str) -> bool:
+    """Whether an Accept-Encoding header allows gzip (RFC 9110, section 12.5.3).
+
+    >>> [_accepts_gzip(header) for header in ("br, gzip", "*", "GZIP;q=0.5", "", "br", "gzip;q=0, *")]
+    [True, True, True, False, False, False]
+    """
+    found: dict[str, list[str]] = {}
+    for part in header.lower().split(","):
+        name, *parameters = (piece.strip() for piece in part.split(";"))
+        found[name] = parameters
+    named = found.get("gzip", found.get("*"))
+    return named is not None and not any(map(_REFUSED.fullmatch, named))
