@@ -6,10 +6,12 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 base=docker.io/library/$(sed -n 's/^FROM \(.*\) AS build$/\1/p' Dockerfile)
 image=penumbra-try:$$
 container=penumbra-try-$$
+stand_in=
 work=$(mktemp -d)
 clean() {
   podman rm --force --volumes "$container" >/dev/null 2>&1 || true
-  podman rmi --force "$image" >/dev/null 2>&1 || true
+  # A stand-in under the name of the base would deceive later builds.
+  podman rmi --force "$image" ${stand_in:+"$base"} >/dev/null 2>&1 || true
   rm -rf "$work"
 }
 trap clean EXIT
@@ -24,6 +26,7 @@ if ! podman image exists "$base" && ! podman pull --quiet "$base"; then
   debootstrap --variant=minbase --include=python3,python3-venv,ca-certificates bookworm "$work/base"
   ln -sf /usr/bin/python3 "$work/base/usr/local/bin/python"
   cp /etc/ssl/certs/ca-certificates.crt "$work/base/etc/ssl/certs/ca-certificates.crt"
+  stand_in=yes
   tar -C "$work/base" -c . | podman import - "$base"
 fi
 
