@@ -136,7 +136,9 @@ def test_a_refused_file_can_be_replaced_by_another(
 ) -> None:
     page = open_page(f"/compare/{pair[0]}/file")
     choose_reference(page, "exr", b"not a picture")
-    expect(page.get_by_role("alert")).to_be_visible()
+    expect(page.get_by_role("alert")).to_have_text(
+        "reference is not a PNG, NPY or EXR file. Save the picture as one of these."
+    )
     choose_reference(page, "npy", client.get(f"/v1/jobs/{pair[1]}/image.npy").content)
     expect(page.locator(".verdict")).to_contain_text("Not the same")
 

@@ -112,13 +112,11 @@ export function mount(root, { a, b }) {
   };
 }
 
-/** What is wrong, in a sentence or more. @param {unknown} error */
+/** What is wrong, without places in a request that the user did not write. @param {unknown} error */
 function refusalOf(error) {
-  const texts = [
-    messageOf(error),
-    ...(error instanceof Problem ? error.errors : []).map(({ detail }) => detail),
-  ];
-  return h("p", { className: "problem", role: "alert" }, [...new Set(texts)].join(" "));
+  const details = error instanceof Problem ? error.errors.map(({ detail }) => detail) : [];
+  const text = details.length ? details.join(" ") : messageOf(error);
+  return h("p", { className: "problem", role: "alert" }, text);
 }
 
 /**
