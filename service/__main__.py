@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from service.server import run
 from service.settings import Settings
+from service.workers.fork_server import fork_server
 
 if __name__ == "__main__":
-    run(Settings())
+    settings = Settings()
+    if settings.engine == "slots":
+        fork_server.start()
+    from service.server import run
+
+    run(settings)

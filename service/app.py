@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
@@ -229,7 +228,6 @@ def assemble(
 
 def _setup(settings: Settings) -> WorkerSetup:
     return WorkerSetup(
-        parent=os.getpid(),
         store=settings.place,
         limits=settings.limits,
         memory_bytes=settings.worker_memory_bytes,

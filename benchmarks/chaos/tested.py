@@ -20,7 +20,7 @@ TESTED = {
     "four PNG files of 4096 x 2160 pixels at once fit into a server of 1 GiB": ["test_large_pictures.py"],
     "crowds of connections and streams leave room for probes and others": ["test_crowds.py"],
     "a full disk makes jobs wait, and deleting cures it": ["test_disks.py"],
-    "a worker that still imports dies with its server": ["test_deaths.py", "-k", "imports"],
+    "what still imports for workers dies with its server": ["test_deaths.py", "-k", "imports"],
 }
 _COUNT = re.compile(r"(\d+) (passed|failed|skipped|errors?)\b")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 TICKS = os.sysconf("SC_CLK_TCK")
@@ -22,12 +23,19 @@ def resident_bytes(process: int) -> int:
 
 def workers_of(server: int) -> list[int]:
     """Process ids of the workers of a service."""
-    children = [
-        int(child)
-        for thread in Path(f"/proc/{server}/task").iterdir()
-        for child in _read(thread / "children").split()
-    ]
-    return [child for child in children if b"spawn_main" in _read(Path(f"/proc/{child}/cmdline"))]
+    return [worker for fork_server in fork_servers_of(server) for worker in _children(fork_server)]
+
+
+def fork_servers_of(server: int) -> list[int]:
+    """Process id of what the workers of a service are forked from, in a list as it may not run."""
+    return [child for child in _children(server) if b"spawn_main" in _read(Path(f"/proc/{child}/cmdline"))]
+
+
+def _children(process: int) -> list[int]:
+    with suppress(OSError):
+        threads = [*Path(f"/proc/{process}/task").iterdir()]
+        return [int(child) for thread in threads for child in _read(thread / "children").split()]
+    return []
 
 
 def is_alive(process: int) -> bool:

@@ -121,8 +121,6 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
 
     A setting that no option gives comes from its variable, such as PENUMBRA_PORT, or else from a file.
     """
-    from service.server import run
-
     options = {
         "host": host,
         "port": port,
@@ -136,6 +134,12 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
     }
     given = {name: value for name, value in options.items() if value is not None}
     settings = read_settings(given, config=config)
+    if settings.engine == "slots":
+        from service.workers.fork_server import fork_server
+
+        fork_server.start()
+    from service.server import run
+
     try:
         run(settings)
     except KeyboardInterrupt:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from concurrent.futures import Future
-from dataclasses import replace
 from importlib.metadata import version
 from multiprocessing import current_process
 
@@ -63,7 +61,7 @@ class SlotPlugin(WorkerPlugin):
         except UnusableWorkerError as error:
             worker.loop.add_callback(worker.close, reason=str(error))
             raise
-        self._slot = SlotEngine(1, replace(self._setup, parent=os.getpid()))
+        self._slot = SlotEngine(1, self._setup)
         self._slot.start(self._ended)
 
     def teardown(self, worker: Worker) -> None:  # noqa: ARG002  (an interface)

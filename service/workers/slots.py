@@ -8,18 +8,19 @@ with a queue would wait for the rest of the answer.
 from __future__ import annotations
 
 import os
+import signal
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from multiprocessing import get_context
+from contextlib import suppress
+from multiprocessing import Pipe
 from multiprocessing.connection import Connection
-from multiprocessing.context import SpawnProcess
 
 import structlog
 
+from service.workers.fork_server import fork_server
 from service.workers.heartbeats import beats
-from service.workers.leash import Leash, run
 from service.workers.tasks import (
     TOOK_TOO_LONG,
     Interrupted,
@@ -31,13 +32,10 @@ from service.workers.tasks import (
     after,
     log_names,
 )
-from service.workers.worker import WorkerSetup, work
+from service.workers.worker import WorkerSetup
 
 # The second task waits here, so that it starts as soon as the first one ends.
 WINDOW = 2
-
-# Each worker is one thread: the slots are the parallelism.
-ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 class SlotEngine:
@@ -55,9 +53,7 @@ class SlotEngine:
         self._slots = [Slot(setup) for _ in range(workers)]
 
     def start(self, report: Report) -> None:
-        """Start all worker processes; they import the renderer meanwhile."""
-        for name in ONE_THREAD:
-            os.environ[name] = "1"
+        """Start all worker processes."""
         for slot in self._slots:
             slot.start(report)
 
@@ -79,9 +75,10 @@ class SlotEngine:
         return any(slot.pid is not None for slot in self._slots)
 
     def close(self) -> None:
-        """Kill all workers."""
+        """Kill all workers, also those that have not started yet."""
         for slot in self._slots:
             slot.kill()
+        fork_server.kill()
         for slot in self._slots:
             slot.join()
 
@@ -95,8 +92,8 @@ log = structlog.get_logger()
 class Slot:
     """One process, the thread that listens to it, and the tasks it was given in the order it runs them.
 
-    The thread also starts the process, and lives until the slot is closed: on Linux a worker dies with the
-    thread that has started it.
+    The thread also has the process started, and lives until the slot is closed: on Linux a fork server dies
+    with the thread that has started it.
 
     Attributes
     ----------
@@ -111,7 +108,6 @@ class Slot:
         self._tasks: deque[Task] = deque()
         self._came: dict[Task, float] = {}
         self._verdict: tuple[Task, Outcome] | None = None
-        self._process: SpawnProcess | None = None
         self._thread = threading.Thread(target=self._run, name="slot", daemon=True)
         self.pid: int | None = None
 
@@ -143,8 +139,7 @@ class Slot:
         with self._lock:
             self._report = _drop_report
             self._closing.set()
-            if self._process is not None:
-                self._process.kill()
+            self._kill()
 
     def join(self) -> None:
         """Wait until the process is gone, after `kill`."""
@@ -152,27 +147,21 @@ class Slot:
             self._thread.join()
 
     def _run(self) -> None:
-        while (connection := self._start_process()) is not None:
-            if not self._listen(connection):
+        while not self._closing.is_set():
+            if not self._listen(self._start_process()):
                 self._closing.wait(PAUSE_SECONDS)
 
-    def _start_process(self) -> Connection | None:
-        """Start a process and give this end of its pipe; None at the end of all."""
-        context = get_context("spawn")
-        with self._lock:
-            if self._closing.is_set():
-                return None
-            self._verdict = None
-            self._connection, there = context.Pipe()
-            pulse, beating = context.Pipe(duplex=False)
-            # In this order: the leash is read before the rest, whose modules take seconds to import.
-            arguments = Leash(self._setup.parent), work, there, beating, self._setup
-            self._process = context.Process(target=run, args=arguments, daemon=True)
-            self._process.start()
-        # The process alone holds these now, and they close with it.
-        there.close()
-        beating.close()
-        threading.Thread(target=self._watch, args=(pulse, self._process), daemon=True).start()
+    def _start_process(self) -> Connection:
+        """Have a process forked, and give this end of its pipe."""
+        self._connection, there = Pipe()
+        pulse, beating = Pipe(duplex=False)
+        # The process alone holds these afterwards, and they close with it.
+        with there, beating:
+            try:
+                fork_server.fork(self._setup, there, beating)
+            except OSError as error:
+                log.warning("worker not started", error=str(error))
+        threading.Thread(target=self._watch, args=(pulse,), daemon=True).start()
         return self._connection
 
     def _listen(self, connection: Connection) -> bool:
@@ -186,11 +175,9 @@ class Slot:
                     self._ended(connection.recv())
             except (EOFError, OSError):
                 self._lost()
-        assert self._process is not None
-        self._process.join()
         return started
 
-    def _watch(self, pulse: Connection, process: SpawnProcess) -> None:
+    def _watch(self, pulse: Connection) -> None:
         """Kill the process once it is silent for too long, or too long at one task.
 
         The lock is not waited for: it is held while a process that was stopped is given a task.
@@ -200,8 +187,10 @@ class Slot:
             first = self._first()
             spent, task = (spent + passed.seconds if first is task else 0.0), first
             if passed.silent >= self._silence_limit():
-                log.warning("worker silent", process=process.pid, seconds=passed.silent, **log_names(task))
-                process.kill()
+                log.warning("worker silent", process=self.pid, seconds=passed.silent, **log_names(task))
+                if not self._kill():
+                    # It was not even forked: what should have done that does nothing.
+                    fork_server.kill()
             elif task is not None and spent > self._lease.task_seconds:
                 self._end_late(task)
 
@@ -223,7 +212,9 @@ class Slot:
     def _started(self, pid: int) -> None:
         with self._lock:
             self.pid = pid
-            if self._tasks:
+            if self._closing.is_set():
+                self._kill()
+            elif self._tasks:
                 self._send_first()
 
     def _ended(self, outcome: Outcome) -> None:
@@ -244,15 +235,25 @@ class Slot:
 
     def _end_first(self, outcome: Outcome) -> None:
         """Kill the process, which is at the first task, with the outcome to report."""
-        assert self._process is not None
         self._verdict = self._tasks[0], outcome
-        self._process.kill()
+        self._kill()
+
+    def _kill(self) -> bool:
+        """Kill the process, if it has started."""
+        pid = self.pid
+        if pid is None:
+            return False
+        # Nothing is said to it after it has died, so no other process has its number yet.
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+        return True
 
     def _lost(self) -> None:
         """Report the tasks of a dead process: only the first of them was running when it died."""
         with self._lock:
             verdict, lost = self._verdict, list(self._tasks)
             ran = self.pid is not None
+            self._verdict = None
             self._tasks.clear()
             self._came.clear()
             self.pid = None

@@ -84,7 +84,6 @@ class WorkerSetup:
     ``workers`` are those that share the tiles of a pass.
     """
 
-    parent: int
     store: str
     limits: Limits
     memory_bytes: int

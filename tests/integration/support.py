@@ -175,24 +175,6 @@ def steps(data: Path, job: str = "%") -> dict[tuple[int, int], dict[str, Any]]:
     return {(row["pass_index"], row["tile"]): dict(row) for row in rows}
 
 
-def workers_of(server: int) -> list[int]:
-    """Process ids of a server's workers."""
-    children = [
-        int(child)
-        for task in Path(f"/proc/{server}/task").iterdir()
-        for child in _read(task / "children").split()
-    ]
-    return [child for child in children if b"spawn_main" in _read(Path(f"/proc/{child}/cmdline"))]
-
-
-def _read(path: Path) -> bytes:
-    """Read a file of a thread or process that may have ended since it was listed."""
-    try:
-        return path.read_bytes()
-    except OSError:
-        return b""
-
-
 def until(condition: Callable[[], bool], seconds: float = 30.0) -> None:
     """Wait for something that no request can wait for."""
     deadline = time.monotonic() + seconds

@@ -12,21 +12,12 @@ import httpx2
 import pytest
 from fastapi.testclient import TestClient
 
+from benchmarks.load.processes import workers_of
 from service.app import create_app
 from service.server import RunningServer
 from service.settings import Settings
 from tests.integration.conftest import Start
-from tests.integration.support import (
-    TIMEOUT,
-    finish,
-    job_of,
-    long_scene,
-    scene,
-    submit,
-    until,
-    wait,
-    workers_of,
-)
+from tests.integration.support import TIMEOUT, finish, job_of, long_scene, scene, submit, until, wait
 
 
 def files_of(server: RunningServer, job: str) -> dict[Path, int]:

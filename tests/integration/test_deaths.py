@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import renderer
+from benchmarks.load.processes import fork_servers_of, is_alive, workers_of
 from service.server import RunningServer, running
 from service.settings import Settings
 from tests.integration.conftest import Start
@@ -29,7 +30,6 @@ from tests.integration.support import (
     submit,
     until,
     wait,
-    workers_of,
 )
 
 pytestmark = pytest.mark.slow
@@ -42,14 +42,6 @@ def undisturbed() -> np.ndarray:
 
 def connect(server: RunningServer) -> httpx2.Client:
     return httpx2.Client(base_url=server.url, timeout=TIMEOUT)
-
-
-def is_alive(process: int) -> bool:
-    try:
-        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return False
-    return state != "Z"
 
 
 def test_a_tile_whose_worker_was_killed_is_rendered_again_and_no_other(
@@ -147,12 +139,28 @@ def test_a_killed_server_resumes_and_renders_no_finished_tile_again(
     assert sorted(row["seq"] for row in after.values()) == list(range(1, len(after) + 1))
 
 
-def test_a_worker_that_still_imports_dies_with_its_server(start: Start) -> None:
+def test_a_killed_fork_server_is_replaced_and_costs_the_tiles_of_its_workers(
+    start: Start, undisturbed: np.ndarray
+) -> None:
+    server = start(tile_size=64)
+    with connect(server) as client:
+        job = submit(client, long_scene())
+        wait(client, job, lambda found: found["progress"]["done"] >= 3)
+        (killed,), workers = fork_servers_of(server.process.pid), workers_of(server.process.pid)
+        os.kill(killed, signal.SIGKILL)
+        until(lambda: not any(map(is_alive, workers)))
+        finish(client, job)
+        assert image(client, job).tobytes() == undisturbed.tobytes()
+    assert len(workers_of(server.process.pid)) == 2
+
+
+def test_a_fork_server_that_still_imports_dies_with_its_server(start: Start) -> None:
     server = start(workers=1)
-    (first,) = workers_of(server.process.pid)
+    (first,) = fork_servers_of(server.process.pid)
     os.kill(first, signal.SIGKILL)
-    until(lambda: any(map(is_importing, workers_of(server.process.pid))))
-    (second,) = workers_of(server.process.pid)
+    until(lambda: not is_alive(first))
+    until(lambda: any(map(is_importing, fork_servers_of(server.process.pid))))
+    (second,) = (found for found in fork_servers_of(server.process.pid) if found != first)
     # As on a busy machine: its imports do not end meanwhile.
     os.kill(second, signal.SIGSTOP)
     try:

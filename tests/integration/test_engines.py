@@ -46,7 +46,7 @@ class Bench:
         self.before = _processes()
         self.store = TileStore(Folder(folder / "jobs"))
         Folder(folder).begin("assets")
-        setup = WorkerSetup(os.getpid(), str(folder), Limits(), 4 << 30)
+        setup = WorkerSetup(str(folder), Limits(), 4 << 30)
         self.engine = engine_of(Settings.model_validate({"engine": kind, "workers": 1}), setup)
         self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
         request = JobRequest.model_validate({"scene": scene(128, 64, samples=256, light_samples=64)})

@@ -16,6 +16,7 @@ from sqlalchemy import select, text
 
 import renderer
 from benchmarks.chaos.faulty import GATE
+from benchmarks.load.processes import workers_of
 from renderer import tiling
 from schemas.api.jobs import JobRequest
 from schemas.limits import Limits
@@ -29,7 +30,7 @@ from service.workers.slots import SlotEngine
 from service.workers.tasks import ComposeDone, ComposeTask, JobTask, Outcome, Task, TileDone, TileTask
 from service.workers.worker import WorkerSetup
 from tests.integration.conftest import Start
-from tests.integration.support import finish, image, scene, submit, until, workers_of
+from tests.integration.support import finish, image, scene, submit, until
 from tests.integration.test_several_servers import client_of, leads
 from tests.postgres_server import PostgresServer
 
@@ -46,7 +47,7 @@ class Bench:
         self.plan = renderer.compile_scene(request.scene, layers=LAYERS)
         self.store.put_spec("job", request.model_dump_json(exclude_none=True).encode())
         self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
-        setup = WorkerSetup(os.getpid(), str(folder), Limits(), 4 << 30)
+        setup = WorkerSetup(str(folder), Limits(), 4 << 30)
         self.former, self.workers = self._engine(setup, stack)
         self.next, _ = self._engine(setup, stack)
 

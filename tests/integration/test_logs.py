@@ -10,10 +10,11 @@ from typing import Any
 import httpx2
 import pytest
 
+from benchmarks.load.processes import workers_of
 from service.client import Client
 from service.server import RunningServer
 from tests.integration.conftest import Start
-from tests.integration.support import long_scene, scene, until, wait, workers_of
+from tests.integration.support import long_scene, scene, until, wait
 from tests.integration.test_assets import put
 from tests.integration.test_meshes import FILES, with_mesh
 

@@ -10,24 +10,14 @@ import httpx2
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
+from benchmarks.load.processes import workers_of
 from schemas.api.administration import Role
 from service.access import keys
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
-from tests.integration.support import (
-    ON_BOTH,
-    TIMEOUT,
-    ended,
-    finish,
-    job_of,
-    scene,
-    submit,
-    until,
-    wait,
-    workers_of,
-)
+from tests.integration.support import ON_BOTH, TIMEOUT, ended, finish, job_of, scene, submit, until, wait
 
 Samples = dict[tuple[str, ...], float]
 RETRIES = "penumbra_retries_total"

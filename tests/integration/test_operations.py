@@ -15,11 +15,12 @@ import jsonschema_rs
 import pytest
 from starlette.testclient import TestClient
 
+from benchmarks.load.processes import workers_of
 from schemas.json_schema import scene_json_schema
 from service.app import create_app
 from service.settings import Settings
 from tests.integration.conftest import Start
-from tests.integration.support import TIMEOUT, scene, until, workers_of
+from tests.integration.support import TIMEOUT, scene, until
 
 # The number of threads that answer requests.
 REQUEST_THREADS = 40

@@ -11,6 +11,7 @@ from pathlib import Path
 import httpx2
 import pytest
 
+from benchmarks.load.processes import workers_of
 from schemas.api.administration import Role
 from service.access import keys
 from service.server import RunningServer
@@ -18,7 +19,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
-from tests.integration.support import TIMEOUT, finish, scene, until, workers_of
+from tests.integration.support import TIMEOUT, finish, scene, until
 
 
 def ask(client: httpx2.Client, number: int) -> httpx2.Response:

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import renderer
+from benchmarks.load.processes import fork_servers_of, is_alive
 from renderer import tiling
 from schemas.api.jobs import JobRequest
 from schemas.limits import Limits
@@ -51,7 +52,7 @@ class Bench:
         lease: Lease | None = None,
     ) -> None:
         self.store = TileStore(Folder(folder / "jobs"))
-        setup = WorkerSetup(os.getpid(), str(folder), Limits(), memory_bytes, lease or Lease())
+        setup = WorkerSetup(str(folder), Limits(), memory_bytes, lease or Lease())
         self.engine = SlotEngine(1, setup)
         self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
         request = JobRequest.model_validate({"scene": document})
@@ -178,3 +179,32 @@ def test_a_worker_that_is_killed_in_the_middle_of_a_large_answer_is_replaced(ben
 
 def _replaced(bench: Bench, worker: int) -> bool:
     return bench.engine.room() == 2 and bench.worker() != worker
+
+
+def test_a_fork_server_has_one_thread(bench: Bench) -> None:
+    """A lock that another thread holds when it forks would stay locked in the worker."""
+    bench.worker()
+    (process,) = fork_servers_of(os.getpid())
+    assert len(list(Path(f"/proc/{process}/task").iterdir())) == 1
+
+
+@pytest.mark.slow
+def test_a_fork_server_that_was_stopped_is_replaced(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, scene(128, 64, samples=1), lease=Lease(start_seconds=10.0))
+    worker = bench.worker()
+    (process,) = fork_servers_of(os.getpid())
+    os.kill(process, signal.SIGSTOP)
+    os.kill(worker, signal.SIGKILL)
+    until(lambda: bench.engine.alive() and bench.worker() != worker, seconds=60.0)
+    assert isinstance(_again(bench, bench.tile()), TileDone)
+    bench.engine.close()
+
+
+def test_an_engine_closes_though_its_fork_server_was_stopped(bench: Bench) -> None:
+    worker = bench.worker()
+    (process,) = fork_servers_of(os.getpid())
+    os.kill(process, signal.SIGSTOP)
+    os.kill(worker, signal.SIGKILL)
+    until(lambda: not bench.engine.alive())
+    bench.engine.close()
+    until(lambda: not is_alive(process))

@@ -13,22 +13,12 @@ import numpy as np
 import pytest
 
 import renderer
+from benchmarks.load.processes import workers_of
 from renderer.adaptive.lattice import stride_for
 from schemas.api.batches import unpack
 from schemas.quality import TargetQuality
 from tests.integration.conftest import Start
-from tests.integration.support import (
-    ON_BOTH,
-    TIMEOUT,
-    ended,
-    finish,
-    image,
-    job_of,
-    scene,
-    submit,
-    wait,
-    workers_of,
-)
+from tests.integration.support import ON_BOTH, TIMEOUT, ended, finish, image, job_of, scene, submit, wait
 
 TARGET = 0.004
 BINARY = {"Accept": "application/octet-stream"}

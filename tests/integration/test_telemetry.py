@@ -15,20 +15,11 @@ from typing import Any, NamedTuple
 import httpx2
 import pytest
 
+from benchmarks.load.processes import workers_of
 from service.server import RunningServer, running
 from service.settings import Settings
 from tests.integration.collector import Collector, collecting
-from tests.integration.support import (
-    TIMEOUT,
-    ended,
-    finish,
-    job_of,
-    scene,
-    submit,
-    until,
-    wait,
-    workers_of,
-)
+from tests.integration.support import TIMEOUT, ended, finish, job_of, scene, submit, until, wait
 
 TRACE, ASKER = "4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7"
 TRACED = {"traceparent": f"00-{TRACE}-{ASKER}-01", "X-Request-ID": "traced"}
