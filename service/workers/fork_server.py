@@ -47,7 +47,7 @@ class ForkServer:
     def fork(self, setup: WorkerSetup, connection: Connection, pulse: Connection) -> None:
         """Have a worker forked, which runs `service.workers.worker.work`, without waiting for it.
 
-        If the fork server dies before it comes to that, the other ends of the pipes are told so by their end.
+        If the fork server dies before it comes to that, the pipes end.
 
         Raises
         ------
@@ -84,7 +84,7 @@ fork_server = ForkServer()
 def _serve(parent: int, requests: Connection) -> None:
     """Fork a worker for each request, until the service is gone."""
     _die_with(parent)
-    # Ctrl-C at a terminal is for the service, and nobody asks how a worker has ended.
+    # Ctrl-C at a terminal is for the service, and workers are not waited for.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     from service.workers.worker import work  # noqa: PLC0415  (what takes so long)
