@@ -13,9 +13,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
-import httpx2
 import structlog
 import uvicorn
 from fastapi import FastAPI
@@ -37,6 +36,9 @@ from service.storage.database.urls import is_shared
 from service.storage.folder import place_of
 from service.storage.opening import OPENING_ERRORS, reason
 from service.workers.engines import check_engine
+
+if TYPE_CHECKING:
+    import httpx2
 
 # Requests in progress have this long to end when the service stops, seconds. Watchers are sent away at once.
 FAREWELL_SECONDS = 5
@@ -215,6 +217,8 @@ def _free_port(host: str) -> int:
 
 def is_ready(client: httpx2.Client) -> bool:
     """Whether a service answers that it can render."""
+    import httpx2  # noqa: PLC0415  (only clients of a service need it)
+
     try:
         return client.get("/readyz", timeout=1.0).status_code == 200
     except httpx2.TransportError:
@@ -222,6 +226,8 @@ def is_ready(client: httpx2.Client) -> bool:
 
 
 def _wait_until_ready(server: RunningServer) -> None:
+    import httpx2  # noqa: PLC0415  (as above)
+
     deadline = time.monotonic() + START_SECONDS
     # One client for all requests: setting up TLS takes 40 ms of a processor that the start needs itself.
     with httpx2.Client(base_url=server.url) as client:

@@ -11,7 +11,6 @@ from schemas.api.inspections import Inspection, InspectionRequest, TraceAnswer, 
 from schemas.api.jobs import JobRequest
 from schemas.api.plans import PlanDocument, Quote, QuoteRequest
 from schemas.api.previews import PreviewRequest
-from schemas.grading.manifest_reading import manifest_json_schema
 from schemas.json_schema import scene_json_schema
 from service.analyses import calls, comparisons
 from service.api.authentication import CurrentUser, JobId
@@ -81,6 +80,8 @@ def scene_schema() -> dict[str, Any]:
 )
 def manifest_schema() -> dict[str, Any]:
     """Get the JSON Schema of the manifests of assignments, for editors and validators."""
+    from schemas.grading.manifest_reading import manifest_json_schema  # noqa: PLC0415  (of use to few services)
+
     return manifest_json_schema()
 
 

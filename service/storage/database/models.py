@@ -58,8 +58,11 @@ _QUEUE = "state", "owner", text("priority DESC"), "number", "render_number", "co
 
 
 def _partial(name: str, *columns: Any, where: str, unique: bool = False) -> Index:
-    """Make an index of the rows that fulfil a condition; a statement that uses it must have the condition."""
-    return Index(name, *columns, unique=unique, sqlite_where=text(where), postgresql_where=text(where))
+    """Make an index of the rows that fulfil a condition; a statement that uses it must have the condition.
+
+    It is the same on PostgreSQL, where migrations write it. Written here it would import that dialect.
+    """
+    return Index(name, *columns, unique=unique, sqlite_where=text(where))
 
 
 class RenderRow(Base):
