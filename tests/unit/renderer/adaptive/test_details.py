@@ -85,6 +85,7 @@ def dense_values(loaded: renderer.LoadedScene) -> NDArray[np.float32]:
     return renderer.render(renderer.compile_scene(loaded, quality)).image
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS.keys())
 def test_detail_shaded_apart_from_light_is_the_mean_of_dense_samples(material: Json) -> None:
     loaded = panel(material)
@@ -94,6 +95,7 @@ def test_detail_shaded_apart_from_light_is_the_mean_of_dense_samples(material: J
     assert np.sqrt(np.mean((found - expected) ** 2)) <= ERROR
 
 
+@pytest.mark.slow
 def test_a_penumbra_weighs_the_directions_of_its_light() -> None:
     """A pixel's centre stands for all of it, and 1,024 points for the light: a smooth shadow errs little."""
     loaded = panel(MATERIALS["color and normal"], BALL)
