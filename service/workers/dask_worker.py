@@ -140,7 +140,12 @@ class SlotPlugin(WorkerPlugin):
 
 def execute(key: str, task: Task) -> Outcome:
     """Execute a task in the slot of the Dask worker that calls this."""
-    return _slot(get_worker()).run(key, task)
+    worker: Worker = get_worker()
+    if NAME not in worker.plugins:
+        # It has joined just now, and gets its slot in a moment.
+        time.sleep(LOOK_SECONDS)
+        return Interrupted()
+    return _slot(worker).run(key, task)
 
 
 def stop(key: str | None, dask_worker: Worker) -> None:

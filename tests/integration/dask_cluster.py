@@ -8,8 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import psutil
-
+from benchmarks.load.processes import workers_of
 from tests.integration.support import TIMEOUT, until
 
 CONFIGURATION = Path(__file__).parents[2] / "deploy" / "dask.yaml"
@@ -41,7 +40,7 @@ class Cluster:
 
     def wait_for_workers(self) -> None:
         """Wait until each has its slot."""
-        until(lambda: all(psutil.Process(worker.pid).children() for worker in self.workers), TIMEOUT)
+        until(lambda: all(workers_of(worker.pid) for worker in self.workers), TIMEOUT)
 
     def restart(self) -> None:
         """Start all of it again, as its supervisors do."""

@@ -13,11 +13,14 @@ import httpx2
 import numpy as np
 import psutil
 import pytest
+from distributed import Client
 
 import renderer
 from service.server import running
 from service.settings import Settings
 from service.workers.dask_engine import WINDOW
+from service.workers.dask_worker import execute
+from service.workers.tasks import Interrupted
 from tests.integration.dask_cluster import Cluster
 from tests.integration.support import TIMEOUT, finish, image, scene, steps, submit, until, wait
 
@@ -77,6 +80,11 @@ def service(cluster: Cluster, tmp_path_factory: pytest.TempPathFactory) -> Itera
     started = Service(tmp_path_factory.mktemp("service"), cluster)
     yield started
     started.close()
+
+
+def test_a_worker_that_has_no_slot_yet_gives_its_task_back(cluster: Cluster) -> None:
+    with Client(cluster.address, set_as_default=False) as client:
+        assert client.submit(execute, "key", None, pure=False).result(TIMEOUT) == Interrupted()
 
 
 def test_what_is_lost_with_a_worker_is_rendered_by_another_and_nothing_else(
