@@ -34,7 +34,10 @@ def dataclasses_of(path: Path) -> Iterator[type]:
 
 def holds_arrays(annotation: Any) -> bool:
     """Whether a value so annotated is an array, or a container of arrays."""
-    return get_origin(annotation) is np.ndarray or any(map(holds_arrays, get_args(annotation)))
+    origin = get_origin(annotation)
+    # From NumPy 2.5 on `NDArray` is a type alias of its own where Python has these.
+    meant = get_origin(getattr(origin, "__value__", None)) or origin
+    return meant is np.ndarray or any(map(holds_arrays, get_args(annotation)))
 
 
 def test_a_dataclass_of_arrays_has_no_generated_comparison() -> None:
