@@ -45,8 +45,8 @@ test-peers: .venv/installed-test .venv/installed-bench  ## compare with Mitsuba,
 	$(BIN)/pytest -m peer \
 	  tests/images/test_against_mitsuba.py tests/images/test_against_povray.py tests/unit/benchmarks/test_peers.py
 
-test-pythons:  ## run the quick tests on each Python here, with the pinned, newest and oldest dependencies; half an hour
-	$(PYTHON) tools/try_pythons.py
+test-pythons:  ## run the quick tests on each Python here, with the pinned, newest and oldest dependencies; 20 minutes
+	$(PYTHON) tools/try_pythons.py --tests $(QUICK)
 
 test-image:  ## build the image with podman, and run its service on a read-only root; five minutes
 	tools/try_image.sh

@@ -1,6 +1,6 @@
 """Run tests on every supported Python of this machine, with pinned, newest and oldest dependencies.
 
-    python tools/try_pythons.py                          # all of them: `make test-pythons`
+    make test-pythons                                                     # the quick tests, on all of them
     python tools/try_pythons.py 3.13-newest --tests tests/unit/renderer
 
 An interpreter that is on the path or that pyenv has is used; one that is missing is named. Each combination
@@ -27,7 +27,6 @@ CHOICES: dict[str, list[str]] = {
 """Arguments of pip for each choice of versions."""
 
 EXTRAS = ".[mesh,exr,numerics,study,postgres,test]"
-TESTS = ["tests/unit", "tests/numerics", "schemas", "renderer", "accuracy", "service"]
 ENVIRONMENTS = Path("out/pythons")
 
 
@@ -78,7 +77,7 @@ def main() -> int:
     """Try the combinations, and list how each ended."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(combinations()))
-    parser.add_argument("--tests", nargs="+", default=TESTS, help="files and folders of tests")
+    parser.add_argument("--tests", nargs="+", required=True, help="files and folders of tests")
     options = parser.parse_args()
     if unknown := set(options.names) - set(combinations()):
         parser.error(f"no {', '.join(sorted(unknown))}; there are {', '.join(combinations())}")
