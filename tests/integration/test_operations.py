@@ -15,12 +15,13 @@ import jsonschema_rs
 import pytest
 from starlette.testclient import TestClient
 
-from benchmarks.load.processes import workers_of
+from benchmarks.load.processes import fork_servers_of, workers_of
 from schemas.json_schema import scene_json_schema
 from service.app import create_app
 from service.settings import Settings
 from tests.integration.conftest import Start
 from tests.integration.support import TIMEOUT, scene, until
+from tests.integration.test_cancelling import stopped
 
 # The number of threads that answer requests.
 REQUEST_THREADS = 40
@@ -73,10 +74,11 @@ def test_a_service_without_a_worker_takes_no_jobs_and_lives(start: Start) -> Non
     server = start(workers=1)
     with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         (worker,) = workers_of(server.process.pid)
-        os.kill(worker, signal.SIGKILL)
-        # Another one is started at once, which takes a while.
-        until(lambda: client.get("/readyz").status_code == 503)
-        assert missing(client).removeprefix("Not ready: ").startswith("no worker")
+        # Another one would be forked at once.
+        with stopped(*fork_servers_of(server.process.pid)):
+            os.kill(worker, signal.SIGKILL)
+            until(lambda: client.get("/readyz").status_code == 503)
+            assert missing(client).removeprefix("Not ready: ").startswith("no worker")
         until(lambda: client.get("/readyz").status_code == 200)
 
 
