@@ -36,7 +36,7 @@ podman build --pull=never --isolation chroot --layers=false --format docker --ta
 
 echo '== the service'
 # Everyone is an admin: nothing outside of the container reaches its port. Limits that any machine allows.
-podman run --detach --name "$container" --read-only --ulimit nofile=1024 --ulimit nproc=1024 \
+podman run --detach --name "$container" --network none --read-only --ulimit nofile=1024 --ulimit nproc=1024 \
   --env PENUMBRA_BEHIND_PROXY=true --env PENUMBRA_PROXY_ROLE=admin --env PENUMBRA_HOSTS=127.0.0.1 "$image"
 inside() { podman exec "$container" "$@"; }
 fail() {
