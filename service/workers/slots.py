@@ -243,7 +243,7 @@ class Slot:
         pid = self.pid
         if pid is None:
             return False
-        # Nothing is said to it after it has died, so no other process has its number yet.
+        # The number is forgotten as its pipe ends, long before the system gives it to another process.
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
         return True
