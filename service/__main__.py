@@ -9,6 +9,6 @@ if __name__ == "__main__":
     settings = Settings()
     if settings.engine == "slots":
         fork_server.start()
-    from service.server import run
+    from service.server import inherited_listener, run
 
-    run(settings)
+    run(settings, inherited_listener())

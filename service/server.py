@@ -68,8 +68,13 @@ class _Server(uvicorn.Server):
         await super().shutdown(sockets)
 
 
-def run(settings: Settings) -> None:
+def run(settings: Settings, listener: socket.socket | None = None) -> None:
     """Serve until a signal ends it: SIGTERM and SIGINT let requests in progress end first.
+
+    Parameters
+    ----------
+    listener
+        Socket to serve at; by default one is bound to the host and the port of the settings.
 
     Raises
     ------
@@ -83,11 +88,12 @@ def run(settings: Settings) -> None:
             stack.enter_context(ownership.held(settings.data, shared=shared))
             keys_made = _prepare_database(settings)
             check_engine(settings, keys_made=keys_made)
-            _check_port(settings.host, settings.port)
+            if listener is None:
+                _check_port(settings.host, settings.port)
         except OPENING_ERRORS as error:
             log.error("not started", reason=reason(error, settings.data))  # noqa: TRY400  (the reason is enough)
             raise SystemExit(STARTUP_FAILURE) from None
-        _serve(settings)
+        _serve(settings, listener)
 
 
 def _check_port(host: str, port: int) -> None:
@@ -138,7 +144,7 @@ def _prepare_database(settings: Settings) -> bool:
     return keys_made
 
 
-def _serve(settings: Settings) -> None:
+def _serve(settings: Settings, listener: socket.socket | None) -> None:
     app = create_app(settings)
     config = uvicorn.Config(
         RequestIds(SafeHeaders(app)),
@@ -154,7 +160,7 @@ def _serve(settings: Settings) -> None:
         forwarded_allow_ips=settings.trusted_proxies.split() if settings.trusted_proxies else None,
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )
-    _Server(config, app).run()
+    _Server(config, app).run(None if listener is None else [listener])
 
 
 @dataclass
@@ -181,22 +187,39 @@ def running(
 ) -> Iterator[RunningServer]:
     """Start a service in a process of its own, wait until it is ready, and stop it at the end.
 
-    Its logs go to ``stderr``; by default to where those of this process go. ``module`` is what is run.
+    Its logs go to ``stderr``; by default to where those of this process go. ``module`` is what is run; it
+    serves at `inherited_listener`. This process binds that socket: a port that is free now may be another
+    program's by the time that the service has imported what it needs.
 
     Raises
     ------
+    PortTakenError
+        If another program listens at the port.
     UnavailableError
         If it ends at once or is not ready within a minute; what it wrote is on stderr.
     """
-    port = settings.port or _free_port(settings.host)
-    environment = os.environ | _environment(settings.model_copy(update={"port": port}))
-    process = subprocess.Popen([sys.executable, "-m", module], env=environment, stderr=stderr)  # noqa: S603  (a caller's own)
+    with _listen(settings.host, settings.port) as listener:
+        port = listener.getsockname()[1]
+        environment = os.environ | _environment(settings.model_copy(update={"port": port}))
+        handle = listener.fileno()
+        command = [sys.executable, "-m", module, str(handle)]
+        process = subprocess.Popen(command, env=environment, stderr=stderr, pass_fds=[handle])  # noqa: S603  (a caller's own)
     server = RunningServer(process, f"http://{settings.host}:{port}", settings.data)
     try:
         _wait_until_ready(server)
         yield server
     finally:
         server.stop()
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """Bind a port, or any free one for 0."""
+    try:
+        return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise PortTakenError(host, port) from None
+        raise
 
 
 def _environment(settings: Settings) -> dict[str, str]:
@@ -208,11 +231,9 @@ def _environment(settings: Settings) -> dict[str, str]:
     }
 
 
-def _free_port(host: str) -> int:
-    with socket.socket() as probe:
-        probe.bind((host, 0))
-        port: int = probe.getsockname()[1]
-        return port
+def inherited_listener() -> socket.socket | None:
+    """The socket that `running` has handed to this process; None if it was started by something else."""
+    return socket.socket(fileno=int(sys.argv[1])) if len(sys.argv) > 1 else None
 
 
 def is_ready(client: httpx2.Client) -> bool:

@@ -72,9 +72,9 @@ if __name__ in {"__main__", "__mp_main__"}:
         vars(image_files)["encode_npy"] = _encode_npy
 if __name__ == "__main__":
     # Workers import this under the other name, and start without the server.
-    from service.server import run
+    from service.server import inherited_listener, run
     from service.settings import Settings
 
     if STEP in os.environ:
         _make_clock_settable()
-    run(Settings())
+    run(Settings(), inherited_listener())

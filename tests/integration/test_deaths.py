@@ -15,6 +15,7 @@ import pytest
 
 import renderer
 from benchmarks.load.processes import fork_servers_of, is_alive, workers_of
+from service.errors import PortTakenError
 from service.server import RunningServer, running
 from service.settings import Settings
 from tests.integration.conftest import Start
@@ -217,3 +218,12 @@ def test_a_stopped_server_sends_its_watchers_away_and_resumes_later(start: Start
             r'^penumbra_retries_total\{cause="server_lost"\} [1-9]', client.get("/metrics").text, re.MULTILINE
         )
         finish(client, job)
+
+
+def test_a_service_does_not_start_at_a_port_where_another_one_listens(
+    start: Start, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    port = httpx2.URL(start().url).port
+    settings = Settings(data=tmp_path_factory.mktemp("second"), port=port, workers=1)
+    with pytest.raises(PortTakenError, match=f"port {port}"), running(settings):
+        pass
