@@ -25,7 +25,7 @@ def unit(v: Array) -> Array:
 
 
 def dot(a: Array, b: Array) -> Array:
-    return (a * b).sum(axis=-1)
+    return np.einsum("...i,...i", a, b)
 
 
 def least(wrong: Wrong) -> float:
@@ -40,9 +40,11 @@ class Ball:
     center: Array
     matrix: Array
 
+    def __post_init__(self) -> None:
+        self.inverse = np.linalg.inv(self.matrix)
+
     def distances(self, origins: Array, directions: Array, wrong: Wrong) -> Array:
-        inverse = np.linalg.inv(self.matrix)
-        o, d = (origins - self.center) @ inverse.T, directions @ inverse.T
+        o, d = (origins - self.center) @ self.inverse.T, directions @ self.inverse.T
         if "far_single" in wrong:
             o, d = o.astype(np.float32), d.astype(np.float32)
         a, b, c = dot(d, d), 2 * dot(o, d), dot(o, o) - 1
@@ -57,15 +59,14 @@ class Ball:
 
     def normals(self, places: Array, wrong: Wrong) -> Array:
         """Outward normals."""
-        local = (places - self.center) @ np.linalg.inv(self.matrix).T
         if "normal_like_points" in wrong:
             return unit(places - self.center)
-        normals = local @ np.linalg.inv(self.matrix)
+        normals = (places - self.center) @ self.inverse.T @ self.inverse
         return normals if "normals_not_normalised" in wrong else unit(normals)
 
     def coordinates(self, places: Array) -> Array:
         """Longitude and latitude, scaled to 0..1."""
-        x, y, z = ((places - self.center) @ np.linalg.inv(self.matrix).T).T
+        x, y, z = ((places - self.center) @ self.inverse.T).T
         return np.stack((np.arctan2(y, x) / (2 * np.pi) % 1, np.arccos(np.clip(-z, -1, 1)) / np.pi), axis=-1)
 
 
@@ -78,11 +79,15 @@ class Flat:
     second: Array
     half: bool
 
+    def __post_init__(self) -> None:
+        self.normal = np.cross(self.first, self.second)
+        sides = np.cross(self.second, self.normal), np.cross(self.normal, self.first)
+        self.to_weights = np.stack(sides, axis=-1) / (self.normal @ self.normal)
+
     def distances(self, origins: Array, directions: Array, wrong: Wrong) -> Array:
-        normal = np.cross(self.first, self.second)
         with np.errstate(divide="ignore", invalid="ignore"):
-            t = dot(normal, self.corner - origins) / dot(normal, directions)
-            u, v = self.weights(origins + t[:, None] * directions)
+            t = (self.corner - origins) @ self.normal / (directions @ self.normal)
+            u, v = self.coordinates(origins + t[:, None] * directions).T
         inside = (u >= 0) & (v >= 0)
         if self.half and "triangle_too_large" not in wrong:
             inside &= u + v <= 1
@@ -91,19 +96,13 @@ class Flat:
         start = least(wrong)
         return np.where(inside & (t > start), t, np.inf)
 
-    def weights(self, places: Array) -> tuple[Array, Array]:
-        normal = np.cross(self.first, self.second)
-        away, area = places - self.corner, normal @ normal
-        return np.cross(away, self.second) @ normal / area, np.cross(self.first, away) @ normal / area
-
     def normals(self, places: Array, wrong: Wrong) -> Array:
-        normal = np.cross(self.first, self.second)
-        if "normals_not_normalised" not in wrong:
-            normal = unit(normal)
+        normal = self.normal if "normals_not_normalised" in wrong else unit(self.normal)
         return np.broadcast_to(normal, places.shape)
 
     def coordinates(self, places: Array) -> Array:
-        return np.stack(self.weights(places), axis=-1)
+        """How far along both edges, (N, 2)."""
+        return (places - self.corner) @ self.to_weights
 
 
 def shape_of(document: dict[str, Any]) -> Ball | Flat:

@@ -78,18 +78,18 @@ def test_the_correct_submission_has_full_marks_with_16_random_samples(name: str)
 @pytest.mark.slow
 @pytest.mark.parametrize("samples", [4, 36])
 @pytest.mark.parametrize("name", ["phong_matte", "shadow_soft", "antialiasing"])
-def test_more_or_fewer_samples_cost_no_points(name: str, samples: int, tmp_path: Path) -> None:
+def test_more_or_fewer_samples_cost_no_points(name: str, samples: int, tmp_path: Path, keep: Path) -> None:
     submissions.save(tmp_path, name, samples=samples, seed=samples)
-    assert graded(name, run_of(tmp_path)) == (1.0, "")
+    assert graded(name, run_of(tmp_path, keep)) == (1.0, "")
 
 
 @pytest.mark.parametrize(
     "mistake", [m for m in MISTAKES if m.name in QUICK], ids=lambda mistake: mistake.name
 )
-def test_a_mistake_loses_points_and_is_named(mistake: Mistake, tmp_path: Path) -> None:
+def test_a_mistake_loses_points_and_is_named(mistake: Mistake, tmp_path: Path, keep: Path) -> None:
     name = next(iter(mistake.fails))
     submissions.save(tmp_path, name, frozenset([mistake.name]))
-    share, cause = graded(name, run_of(tmp_path))
+    share, cause = graded(name, run_of(tmp_path, keep))
     assert share < 1
     assert mistake.fails[name] in cause
 
@@ -98,10 +98,12 @@ def test_a_mistake_loses_points_and_is_named(mistake: Mistake, tmp_path: Path) -
 @pytest.mark.parametrize(
     "mistake", [m for m in MISTAKES if m.name not in QUICK], ids=lambda mistake: mistake.name
 )
-def test_every_mistake_loses_the_expected_points_and_is_named(mistake: Mistake, tmp_path: Path) -> None:
+def test_every_mistake_loses_the_expected_points_and_is_named(
+    mistake: Mistake, tmp_path: Path, keep: Path
+) -> None:
     for name in mistake.tried:
         submissions.save(tmp_path, name, frozenset([mistake.name]))
-    run = run_of(tmp_path)
+    run = run_of(tmp_path, keep)
     for name in mistake.tried:
         share, cause = graded(name, run)
         if name in mistake.fails:
@@ -111,9 +113,10 @@ def test_every_mistake_loses_the_expected_points_and_is_named(mistake: Mistake, 
             assert (name, share) == (name, 1.0)
 
 
-def run_of(submission: Path) -> Run:
+def run_of(submission: Path, keep: Path) -> Run:
     """What grading a submission begins with: the mistakes that its pictures share."""
-    run = Run(manifest(), Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission"))
+    folders = Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission")
+    run = Run(manifest(), *folders, keep=keep)
     return replace(run, mistakes=search(run))
 
 

@@ -39,20 +39,22 @@ SAMPLES = 4
         ("size_minus_one", "camera_straight", "size_minus_one"),
     ],
 )
-def test_a_mistake_of_a_program_is_named(wrong: str, name: str, cause: str, tmp_path: Path) -> None:
+def test_a_mistake_of_a_program_is_named(
+    wrong: str, name: str, cause: str, tmp_path: Path, keep: Path
+) -> None:
     submissions.save(tmp_path, name, frozenset([wrong]), samples=SAMPLES)
-    assert diagnosis(name, tmp_path) == cause
+    assert diagnosis(name, tmp_path, keep) == cause
 
 
-def test_shared_light_points_are_named_with_random_places_in_pixels(tmp_path: Path) -> None:
+def test_shared_light_points_are_named_with_random_places_in_pixels(tmp_path: Path, keep: Path) -> None:
     submissions.save(tmp_path, "shadow_soft", frozenset(["same_light_points"]))
-    assert diagnosis("shadow_soft", tmp_path) == "light_points_shared"
+    assert diagnosis("shadow_soft", tmp_path, keep) == "light_points_shared"
 
 
-def test_a_mistake_that_another_explains_as_well_is_not_named(tmp_path: Path) -> None:
+def test_a_mistake_that_another_explains_as_well_is_not_named(tmp_path: Path, keep: Path) -> None:
     """With flipped normals the sheet is as dark as without its only light."""
     submissions.save(tmp_path, "normal_map", frozenset(["normal_flipped"]), samples=SAMPLES)
-    assert diagnosis("normal_map", tmp_path) == ""
+    assert diagnosis("normal_map", tmp_path, keep) == ""
 
 
 def test_the_last_shape_hit_is_named_where_it_is_not_the_nearest() -> None:
@@ -74,9 +76,10 @@ def saved(pixels: np.ndarray) -> bytes:
     return file.getvalue()
 
 
-def diagnosis(name: str, submission: Path) -> str:
+def diagnosis(name: str, submission: Path, keep: Path) -> str:
     """The first cause; empty if there is none."""
-    run = Run(MANIFEST, Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission"))
+    folders = Folder(FOLDER.resolve(), "reference"), Folder(submission.resolve(), "submission")
+    run = Run(MANIFEST, *folders, keep=keep)
     *_, outcome = findings(TESTS[name], run)
     assert outcome.share < 1
     return outcome.diagnosis[0].cause if outcome.diagnosis else ""

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,10 @@ from accuracy.comparison.mistakes import candidates
 from scenes.make_assignment import PICTURES
 from scenes.make_assignment_parts import FOLDER
 from scenes.make_assignment_rays import RAYS
+from schemas.grading.grades import Grade
 from schemas.grading.manifest_reading import read_manifest
-from service.grading.grading import grade
+from service.grading.classes.class_grading import grade_class
+from service.grading.classes.class_records import Student
 from service.grading.mistakes.hints import HINTS
 from tests.assignment import program
 from tests.assignment.programs import PROGRAMS, Program, reached
@@ -139,7 +142,6 @@ EDGES = {"antialiasing", "antialiasing-advanced"}
 
 WHOLE: tuple[tuple[tuple[str, ...], set[str], set[str]], ...] = (
     (("corner_sampling",), EDGES, {"antialiasing_missing"}),
-    (("one_sample",), EDGES, {"antialiasing_missing"}),
     (("gamma_power",), set(), set()),
     (("size_minus_one",), CAMERA, {"size_minus_one"}),
     (("upside_down", "gamma_missing"), CAMERA, {"flipped_vertically", "gamma_missing"}),
@@ -149,14 +151,27 @@ WHOLE: tuple[tuple[tuple[str, ...], set[str], set[str]], ...] = (
 """Mistakes of whole programs, the tests that they cost points in, and all causes named there."""
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("wrong", "lost", "causes"), WHOLE, ids=lambda each: " and ".join(sorted(each)))
-def test_a_mistake_of_a_whole_program_costs_points_once(
-    wrong: tuple[str, ...], lost: set[str], causes: set[str], tmp_path: Path
-) -> None:
-    program.run(FOLDER, tmp_path, frozenset(wrong))
+@pytest.fixture(scope="module")
+def grades(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Grade]:
+    """Grades of the whole programs, as of a class: altered pictures are rendered once for all."""
+    folder = tmp_path_factory.mktemp("programs")
+    students = [Student(folder / named(wrong)) for wrong, _, _ in WHOLE]
+    for (wrong, _, _), student in zip(WHOLE, students, strict=True):
+        program.run(FOLDER, student.folder, frozenset(wrong))
     manifest = read_manifest((FOLDER / "manifest.yaml").read_bytes(), yaml=True)
-    found = grade(manifest, references=FOLDER, submission=tmp_path).grade
+    return {found.student.name: found.grade for found in grade_class(manifest, students, references=FOLDER)}
+
+
+def named(mistakes: Iterable[str]) -> str:
+    return " and ".join(sorted(mistakes))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("wrong", "lost", "causes"), WHOLE, ids=named)
+def test_a_mistake_of_a_whole_program_costs_points_once(
+    wrong: tuple[str, ...], lost: set[str], causes: set[str], grades: dict[str, Grade]
+) -> None:
+    found = grades[named(wrong)]
     assert {test.id for test in found.tests if test.points < test.max_points} == lost
     assert {cause.cause for test in found.tests if test.id in lost for cause in test.diagnosis} == causes
     assert found.score >= 100
