@@ -19,7 +19,7 @@ STUDY_SECONDS ?= 250
 MINUTES ?= 30
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo serve test-quick test test-peers test-pythons test-image check docs dist audit fuzz gallery bench bench-counts chaos soak load bench-grading bench-peers bench-references study clean
+.PHONY: help install demo serve test-quick test test-slow test-peers test-pythons test-image check docs dist audit fuzz gallery bench bench-counts chaos soak load bench-grading bench-peers bench-references study clean
 
 help:  ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -33,12 +33,15 @@ serve: .venv/installed  ## run the service on http://127.0.0.1:8000
 	$(BIN)/penumbra serve
 
 # Tests start hundreds of processes: each would compile every module again where bytecode is not kept.
-test test-quick test-peers: export PYTHONDONTWRITEBYTECODE :=
+test test-quick test-slow test-peers: export PYTHONDONTWRITEBYTECODE :=
 test-quick: .venv/installed-test  ## run the tests that need no service and little time, for use while you work; a minute
 	$(BIN)/pytest $(PARALLEL) -m 'not slow and not peer' $(QUICK)
 
-test: .venv/installed-test  ## run all tests, the fast ones first
-	$(BIN)/pytest $(PARALLEL) -m 'not peer' --durations 25
+test: .venv/installed-test  ## run the tests, but for the slow ones; fifteen minutes
+	$(BIN)/pytest $(PARALLEL) -m 'not slow and not peer' --durations 25
+
+test-slow: .venv/installed-test  ## run the slow tests: injected faults, sweeps, whole installations; twenty minutes
+	$(BIN)/pytest $(PARALLEL) -m 'slow and not peer' --durations 25
 
 test-peers bench-peers bench-references: export DRJIT_LIBLLVM_PATH ?= $(LLVM)
 test-peers: .venv/installed-test .venv/installed-bench  ## compare with Mitsuba, which needs LLVM, and POV-Ray; two minutes

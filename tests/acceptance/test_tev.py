@@ -28,6 +28,7 @@ def job(server: Server, scene_file: Path) -> Iterator[str]:
         yield client.submit(scene_file).id
 
 
+@pytest.mark.slow
 def test_tev_has_every_pixel_of_the_picture_in_the_end(
     penumbra: Penumbra, server: Server, job: str, tev: TevServer
 ) -> None:
@@ -48,6 +49,7 @@ def test_where_tev_is_away_the_job_is_watched_without_it(penumbra: Penumbra, job
     assert outcome.out.count("\ttile ") > 1
 
 
+@pytest.mark.slow
 def test_where_tev_goes_away_the_job_is_watched_without_it(penumbra: Penumbra, job: str) -> None:
     leaving = TevServer(packets=1)
     outcome = penumbra("watch", job, "--tev", leaving.address)

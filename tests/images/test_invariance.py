@@ -124,6 +124,7 @@ def test_culling_leaves_out_nothing_that_shows(name: str) -> None:
         assert same(culled, image_of(document, precision, files=FILES, culling=False))
 
 
+@pytest.mark.slow
 @given(scenes().filter(accepted))
 @settings(max_examples=300)
 def test_culling_leaves_out_nothing_in_random_scenes(document: Json) -> None:

@@ -76,7 +76,7 @@ def drawn(seed: int, mode: str) -> renderer.RenderResult:
     return result
 
 
-@pytest.mark.parametrize("mode", ["fixed", "target"])
+@pytest.mark.parametrize("mode", ["fixed", pytest.param("target", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("first", range(0, SCENES, AT_ONCE))
 def test_scenes_of_rare_combinations_end_in_finite_pictures(first: int, mode: str) -> None:
     for seed in range(first, first + AT_ONCE):

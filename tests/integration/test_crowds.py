@@ -158,6 +158,7 @@ def test_streams_of_one_user_leave_room_for_others(users: dict[str, httpx2.Clien
     until(has_room)
 
 
+@pytest.mark.slow
 def test_users_of_a_service_without_authentication_are_not_counted(tmp_path: Path) -> None:
     with (
         running(settings(tmp_path, max_address_connections=MOST, max_user_streams=1)) as server,

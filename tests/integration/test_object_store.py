@@ -180,6 +180,7 @@ def test_what_is_not_kept_leaves_the_bucket(away: httpx2.Client) -> None:
     assert f"{other}/1-image.npy" in objects(other)
 
 
+@pytest.mark.slow
 def test_jobs_wait_while_the_bucket_is_away(
     away: httpx2.Client, object_store: S3Server, undisturbed: np.ndarray
 ) -> None:

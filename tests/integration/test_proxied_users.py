@@ -105,6 +105,7 @@ def test_without_one_name_of_a_user_nothing_is_answered(named: RunningServer, us
         assert client.get("/readyz").status_code == 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("role", Role)
 def test_all_have_the_role_that_the_setting_gives_them(tmp_path: Path, role: Role) -> None:
     settings = Settings(
@@ -122,6 +123,7 @@ PROXY = "127.0.0.2"
 """An address of this machine that is not the one of which proxies are believed by default."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trusted", [None, f"10.0.0.0/8 {PROXY}"])
 def test_a_proxy_that_is_not_on_loopback_is_believed_where_a_setting_names_it(
     tmp_path: Path, trusted: str | None

@@ -97,6 +97,7 @@ def test_a_server_that_waits_for_its_bucket_as_it_starts_keeps_no_other_from_wri
         ownership.check(database, place)
 
 
+@pytest.mark.slow
 def test_a_request_that_does_not_need_the_bucket_does_not_wait_for_it(
     server: RunningServer, object_store: S3Server
 ) -> None:

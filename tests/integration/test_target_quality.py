@@ -47,6 +47,7 @@ def undisturbed() -> np.ndarray:
     return rendered(scene(256, 192), LONG).image
 
 
+@pytest.mark.slow
 def test_pictures_are_as_near_to_the_converged_one_as_was_asked_for(client: httpx2.Client) -> None:
     fixed = scene(samples=1024, light_samples=4, pattern="sobol", light_pattern="sobol")
     converged = np.clip(renderer.render(renderer.compile_scene(fixed)).image, 0, 1)

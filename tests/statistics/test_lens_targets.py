@@ -80,6 +80,7 @@ def squares(name: str) -> np.ndarray:
     return np.array([((image - first) * (image - second)).mean() for image, _ in pictures(name)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_targets_through_a_lens_are_kept(name: str) -> None:
     assert np.count_nonzero(squares(name) > ERROR**2) <= MOST_MISSED

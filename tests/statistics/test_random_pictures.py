@@ -75,6 +75,7 @@ def test_noise_falls_with_the_root_of_the_number_of_independent_points() -> None
     assert 1.7 < rms[1] / rms[2] < 2.35
 
 
+@pytest.mark.slow
 def test_neighbouring_pixels_err_independently() -> None:
     """Errors of points of a light at neighbours, over seeds: no correlation beyond 5 standard errors."""
     images = np.array(

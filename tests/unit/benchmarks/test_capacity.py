@@ -50,6 +50,7 @@ def test_where_there_is_room_a_job_takes_what_its_tiles_take(tmp_path: Path) -> 
     assert found.rendered > COMPOSING
 
 
+@pytest.mark.slow
 def test_users_with_few_jobs_do_not_wait_for_users_with_many(tmp_path: Path) -> None:
     workload = Workload(users=40, jobs=120, slots=2, cpu_seconds=40.0, load=20.0)
     found = simulated(workload, tmp_path)

@@ -105,6 +105,7 @@ def test_a_class_in_which_nothing_can_be_graded_is_unusable(penumbra: Penumbra, 
     assert penumbra(*WORDS).code == 3
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_says_how_to_continue_and_does(pupils: Path, tmp_path: Path) -> None:
     for number in range(15):
         shutil.copytree(pupils / "ada", pupils / f"more-{number:02}")
@@ -122,6 +123,7 @@ def test_an_interrupted_run_says_how_to_continue_and_does(pupils: Path, tmp_path
     assert f"{kept} of 20 submissions have not changed" in err
 
 
+@pytest.mark.slow
 def test_a_killed_run_leaves_whole_results_and_no_process(pupils: Path, tmp_path: Path) -> None:
     for number in range(15):
         shutil.copytree(pupils / "ada", pupils / f"more-{number:02}")

@@ -48,6 +48,7 @@ def random_squares(count: int) -> float:
     return 0.5**2 * 0.5**2 / count / WIDE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 4, 16])
 @pytest.mark.parametrize("number", [0, 1], ids=["of another ladder", "of the two sets"])
 def test_squared_errors_are_right_in_the_mean(count: int, number: int) -> None:
