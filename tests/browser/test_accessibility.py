@@ -94,6 +94,7 @@ VIEWS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("view", VIEWS)
 def test_axe_finds_nothing_grave_and_nothing_is_beside_the_screen(

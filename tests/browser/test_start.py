@@ -7,6 +7,7 @@ import re
 from typing import Any
 
 import httpx2
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Shoot
@@ -158,6 +159,7 @@ def test_the_price_is_shown_before_anything_is_rendered(page: Page, client: http
     assert "only priced" not in [job["name"] for job in client.get("/v1/jobs").json()["jobs"]]
 
 
+@pytest.mark.slow
 def test_what_is_too_expensive_to_be_tried_is_priced_by_the_plan_and_can_be_tried_again(
     page: Page, shoot: Shoot
 ) -> None:
