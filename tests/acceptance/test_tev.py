@@ -40,6 +40,7 @@ def test_tev_has_every_pixel_of_the_picture_in_the_end(
     assert set(tev.kinds[1:]) == {UPDATE_V3}
 
 
+@pytest.mark.slow
 def test_where_tev_is_away_the_job_is_watched_without_it(penumbra: Penumbra, job: str) -> None:
     with socket.create_server(("127.0.0.1", 0)) as closed:
         address = f"127.0.0.1:{closed.getsockname()[1]}"

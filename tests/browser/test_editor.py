@@ -68,6 +68,17 @@ def test_the_field_under_the_pointer_is_explained(page: Page) -> None:
     expect(hint).to_contain_text("by default 40")
 
 
+def test_a_field_that_is_at_the_cursor_and_under_the_pointer_is_explained_once(page: Page) -> None:
+    opened(page)
+    write(page, small("basic"))
+    line(page, "vertical_fov").locator(".key").click()
+    hint = page.locator(".field-hint")
+    expect(hint).to_have_count(1, timeout=TIMEOUT)
+    editor(page).press("Control+i")
+    expect(page.locator("#announcer")).to_contain_text("Angle of view from bottom to top")
+    expect(hint).to_have_count(1)
+
+
 def test_the_field_at_the_cursor_is_explained_on_demand(page: Page) -> None:
     opened(page)
     write(page, small("basic"))

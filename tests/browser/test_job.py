@@ -186,6 +186,7 @@ def test_a_cancelled_job_offers_no_picture_to_download(open_page: Open, client: 
     expect(page.get_by_text("Download")).to_be_hidden()
 
 
+@pytest.mark.slow
 def test_a_job_opened_while_the_service_is_away_comes_with_it(open_page: Open, job: str) -> None:
     page = open_page("/jobs")
     link = page.locator(f'a.name[href="/jobs/{job}"]')

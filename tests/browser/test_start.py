@@ -217,6 +217,7 @@ def test_an_edited_scene_is_replaced_only_when_asked_and_can_be_brought_back(pag
     expect(page.get_by_role("button", name="Falloff", exact=True)).to_have_attribute("aria-pressed", "false")
 
 
+@pytest.mark.slow
 def test_while_the_service_is_away_the_page_says_so_and_goes_on_after(page: Page) -> None:
     opened(page)
     page.context.set_offline(True)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import os
+import signal
 import sqlite3
 import time
 from collections.abc import Callable
@@ -20,6 +22,7 @@ from service.lifecycle import fairness
 from service.storage.database.models import JobRow, RenderRow
 
 TIMEOUT = 60.0
+HANDED_SECONDS = 0.5
 STEPS = "SELECT * FROM tiles WHERE render IN (SELECT render_number FROM jobs WHERE id LIKE ?)"
 
 KINDS = ["sqlite", "postgresql"]
@@ -173,6 +176,13 @@ def steps(data: Path, job: str = "%") -> dict[tuple[int, int], dict[str, Any]]:
         connection.row_factory = sqlite3.Row
         rows = connection.execute(STEPS, (job,)).fetchall()
     return {(row["pass_index"], row["tile"]): dict(row) for row in rows}
+
+
+def kill_at_work(worker: int) -> None:
+    """Kill a worker while it has a tile: one that is stopped between two is handed the next."""
+    os.kill(worker, signal.SIGSTOP)
+    time.sleep(HANDED_SECONDS)
+    os.kill(worker, signal.SIGKILL)
 
 
 def until(condition: Callable[[], bool], seconds: float = 30.0) -> None:

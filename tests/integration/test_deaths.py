@@ -25,6 +25,7 @@ from tests.integration.support import (
     finish,
     image,
     job_of,
+    kill_at_work,
     long_scene,
     scene,
     steps,
@@ -52,7 +53,7 @@ def test_a_tile_whose_worker_was_killed_is_rendered_again_and_no_other(
     with connect(server) as client:
         job = submit(client, long_scene())
         wait(client, job, lambda found: found["progress"]["done"] >= 3)
-        os.kill(workers_of(server.process.pid)[0], signal.SIGKILL)
+        kill_at_work(workers_of(server.process.pid)[0])
         finish(client, job)
         assert image(client, job).tobytes() == undisturbed.tobytes()
     deaths = [row["deaths"] for row in steps(tmp_path).values()]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from datetime import datetime
 from typing import Any
 
@@ -14,7 +12,7 @@ from benchmarks.load.processes import workers_of
 from service.client import Client
 from service.server import RunningServer
 from tests.integration.conftest import Start
-from tests.integration.support import long_scene, scene, until, wait
+from tests.integration.support import kill_at_work, long_scene, scene, until, wait
 from tests.integration.test_assets import put
 from tests.integration.test_meshes import FILES, with_mesh
 
@@ -83,7 +81,7 @@ def test_a_worker_that_died_is_reported_with_the_tile_that_it_had(start: Start) 
         job = client.post("/v1/jobs", json={"scene": long_scene()}).json()["id"]
         wait(client, job, lambda found: found["progress"]["done"] >= 2)
         (worker,) = workers_of(server.process.pid)
-        os.kill(worker, signal.SIGKILL)
+        kill_at_work(worker)
 
         def lost() -> list[dict[str, Any]]:
             return [entry for entry in log_of(client, job) if entry.get("workers_lost")]

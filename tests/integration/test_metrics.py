@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from pathlib import Path
 
 import httpx2
@@ -17,7 +15,18 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from tests.integration.conftest import Start
-from tests.integration.support import ON_BOTH, TIMEOUT, ended, finish, job_of, scene, submit, until, wait
+from tests.integration.support import (
+    ON_BOTH,
+    TIMEOUT,
+    ended,
+    finish,
+    job_of,
+    kill_at_work,
+    scene,
+    submit,
+    until,
+    wait,
+)
 
 Samples = dict[tuple[str, ...], float]
 RETRIES = "penumbra_retries_total"
@@ -64,7 +73,7 @@ def test_the_queue_is_as_deep_as_the_jobs_that_wait_and_what_is_tried_again_is_c
         assert retries(samples) == {}
         until(lambda: any(job_of(client, job)["progress"]["done"] >= 2 for job in jobs))
         (worker,) = workers_of(server.process.pid)
-        os.kill(worker, signal.SIGKILL)
+        kill_at_work(worker)
         until(lambda: bool(retries(watched(client))))
         # The task that waited behind the tile in the worker is taken back, too.
         assert {"worker_died": 1}.items() <= retries(watched(client)).items()
@@ -83,7 +92,7 @@ def test_a_worker_that_dies_is_counted_and_the_job_that_fails_of_it_by_its_code(
         # One tile, seconds of work in each pass.
         job = submit(client, scene(64, 64, samples=1024, light_samples=256))
         wait(client, job, lambda found: found["progress"]["done"] >= 1)
-        os.kill(workers_of(server.process.pid)[0], signal.SIGKILL)
+        kill_at_work(workers_of(server.process.pid)[0])
         failure = wait(client, job, ended)["failure"]
         samples = watched(client)
     assert samples["penumbra_worker_deaths_total",] == 1

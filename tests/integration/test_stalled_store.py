@@ -67,6 +67,7 @@ def test_every_call_is_given_up(object_store: S3Server) -> None:
     assert place.get("after") == b"after"
 
 
+@pytest.mark.slow
 @BOTH
 def test_a_server_that_waits_for_its_bucket_as_it_starts_keeps_no_other_from_writing(
     object_store: S3Server, database: Database, monkeypatch: pytest.MonkeyPatch

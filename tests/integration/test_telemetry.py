@@ -19,7 +19,7 @@ from benchmarks.load.processes import workers_of
 from service.server import RunningServer, running
 from service.settings import Settings
 from tests.integration.collector import Collector, collecting
-from tests.integration.support import TIMEOUT, ended, finish, job_of, scene, submit, until, wait
+from tests.integration.support import TIMEOUT, ended, finish, job_of, kill_at_work, scene, submit, until, wait
 
 TRACE, ASKER = "4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7"
 TRACED = {"traceparent": f"00-{TRACE}-{ASKER}-01", "X-Request-ID": "traced"}
@@ -50,7 +50,7 @@ def traced(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Traced]:
 
 
 def slow_scene() -> dict[str, Any]:
-    """A few tiles, each of which keeps a worker busy for a while: it is not found between two."""
+    """A few tiles of many passes: it takes ten seconds to render."""
     return scene(64, 64, samples=1024, light_samples=256)
 
 
@@ -91,11 +91,12 @@ def test_a_request_whose_picture_is_shared_is_linked_to_the_job_that_it_was_made
     assert collector.spans("POST /v1/jobs", job=first)[0].links == ()
 
 
+@pytest.mark.slow
 def test_an_attempt_that_lost_its_worker_and_a_job_that_was_cancelled_are_recorded(traced: Traced) -> None:
     server, client, collector = traced
     job = submit(client, slow_scene())
     wait(client, job, lambda found: found["progress"]["done"] >= 2)
-    os.kill(workers_of(server.process.pid)[0], signal.SIGKILL)
+    kill_at_work(workers_of(server.process.pid)[0])
     until(lambda: bool(collector.spans("tile", job=job, outcome="WorkerDied")))
     (lost,) = collector.spans("tile", job=job, outcome="WorkerDied")
     assert (lost.failed, lost.attributes["penumbra.attempt"]) == ("worker_died", 1)

@@ -43,7 +43,10 @@ const tips = StateField.define({
 });
 
 export const hints = () => [
-  hoverTooltip((view, at, side) => tipAt(view.state, at, side)),
+  hoverTooltip(async (view, at, side) => {
+    const tip = await tipAt(view.state, at, side);
+    return view.state.field(tips)?.pos === tip?.pos ? null : tip;
+  }),
   tips,
   keymap.of([
     { key: "Mod-i", run: show },
@@ -57,7 +60,7 @@ function show(view) {
   tipAt(state, state.selection.main.head, 1).then((tip) => {
     const moved = view.state.doc !== state.doc || !view.state.selection.eq(state.selection);
     if (moved || !tip) return;
-    view.dispatch({ effects: setTip.of(tip) });
+    view.dispatch({ effects: [setTip.of(tip), closeHoverTooltips] });
     announce(tip.text);
   });
   return true;

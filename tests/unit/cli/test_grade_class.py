@@ -90,6 +90,7 @@ def test_only_changed_submissions_are_graded_again(penumbra: Penumbra, pupils: P
     assert {name for name in after if after[name] != before[name]} == {"upper"}
 
 
+@pytest.mark.slow
 def test_a_changed_manifest_grades_all_again(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
     assert penumbra(*WORDS).code == 0
     path = tmp_path / "assignment" / "manifest.json"
@@ -198,6 +199,7 @@ def test_what_is_no_submission_is_named(penumbra: Penumbra, pupils: Path) -> Non
     assert outcome.document["left_out"] == ["elsewhere", "late.zip"]
 
 
+@pytest.mark.slow
 def test_staff_see_whose_noise_is_the_same_also_after_resuming_and_students_do_not(
     penumbra: Penumbra, pupils: Path, tmp_path: Path
 ) -> None:

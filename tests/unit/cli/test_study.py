@@ -45,6 +45,7 @@ QUESTIONS = [
 ]
 
 
+@pytest.mark.slow
 def test_a_study_that_was_killed_resumes_where_it_was(
     penumbra: Penumbra, scene_file: Path, tmp_path: Path
 ) -> None:
