@@ -1,6 +1,7 @@
-"""Skips can be forbidden, and hypothesis generates the same examples on every run."""
+"""Ids are unique, skips can be forbidden, and hypothesis generates the same examples on every run."""
 
 import os
+from collections import Counter
 from collections.abc import Generator
 
 import pytest
@@ -12,6 +13,13 @@ SKIPS_FORBIDDEN = "SKIPS_FORBIDDEN"
 # A failure on one machine is a failure on all: examples depend on the test alone, and never on the clock.
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.load_profile("repeatable")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Refuse tests that share an id: of these, pytest-xdist would run one alone."""
+    shared = [name for name, count in Counter(item.nodeid for item in items).items() if count > 1]
+    if shared:
+        raise pytest.UsageError(f"Several tests have one id: {', '.join(shared)}.")
 
 
 @pytest.hookimpl(wrapper=True)
