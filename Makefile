@@ -37,7 +37,7 @@ test test-quick test-slow test-peers: export PYTHONDONTWRITEBYTECODE :=
 test-quick: .venv/installed-test  ## run the tests that need no service and little time, for use while you work; a minute
 	$(BIN)/pytest $(PARALLEL) -m 'not slow and not peer' $(QUICK)
 
-test: .venv/installed-test  ## run the tests, but for the slow ones; eighteen minutes
+test: .venv/installed-test  ## run the tests, but for the slow ones; seventeen minutes
 	$(BIN)/pytest $(PARALLEL) -m 'not slow and not peer' --durations 25
 
 test-slow: .venv/installed-test  ## run the slow tests: injected faults, sweeps, whole installations; twenty minutes
