@@ -5,12 +5,12 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from renderer.adaptive.adaptive_render import render_adaptively
-from renderer.arguments import LARGEST_TILE, MOST_WORKERS, check_callable, check_plan, checked_count
+from renderer.arguments import LARGEST_TILE, check_callable, check_plan, checked_count
 from renderer.compiling import at_quality
 from renderer.convergence import trend
 from renderer.errors import tile_errors
@@ -22,7 +22,7 @@ from renderer.progressive import errors_of, squares_of, unknown_error
 from renderer.results import RenderResult, TileEvent
 from renderer.scenes import QualitySource
 from renderer.tiling import tiles
-from renderer.workers import shared_out
+from renderer.workers import shared_out, worker_count
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 
@@ -77,7 +77,7 @@ def render(
     plan: RenderPlan,
     quality: QualitySource | None = None,
     on_tile: Callable[[TileEvent], None] | None = None,
-    workers: int | None = None,
+    workers: int | Literal["auto"] | None = None,
     tile_size: int | None = None,
 ) -> RenderResult:
     """Render a whole picture.
@@ -89,8 +89,9 @@ def render(
         Takes the place of the plan's; a dict is one as a request over HTTP has it.
     on_tile : callable, optional
         Called with a `TileEvent` for every finished tile, the coarse preview first.
-    workers : int, optional
-        Worker processes, 1 to 1024. By default the picture is rendered in this process. As always with
+    workers : int or "auto", optional
+        Worker processes, 1 to 1024. By default the picture is rendered in this process. With "auto" there is
+        one per processor, started once the picture has taken longer than starting them does. As always with
         processes, a script that uses workers does so under `if __name__ == "__main__":`.
     tile_size : int, optional
         Side of a tile, pixels, 1 to 65536. No pixel depends on it, nor on `workers`.
@@ -110,18 +111,20 @@ def render(
     """
     check_plan(plan, "render")
     check_callable("on_tile", on_tile)
-    workers = checked_count("workers", workers, MOST_WORKERS, "this process alone")
+    count, start_after = worker_count(workers)
     tile_size = checked_count("tile_size", tile_size, LARGEST_TILE, "the renderer's choice")
     if quality is not None:
         plan = at_quality(plan, quality)
     if isinstance(plan.quality, TargetQuality):
-        return _converging(render_adaptively(plan, plan.quality, on_tile, workers, tile_size), None)
+        return _converging(
+            render_adaptively(plan, plan.quality, on_tile, count, tile_size, start_after), None
+        )
     begun = time.perf_counter()
     rounds = plan.passes if on_tile else plan.passes[1:]
     work = [[(tile, pass_) for tile in tiles(plan, pass_, tile_size)] for pass_ in rounds]
     buffers = LayerBuffers(plan.layers, plan.height, plan.width)
     picture, done, total = _Picture(plan, buffers), 0, sum(map(len, work))
-    with shared_out(workers, partial(_attempt, plan)) as results_of:
+    with shared_out(count, partial(_attempt, plan), start_after) as results_of:
         for tasks in work:
             for (tile, pass_), result in results_of(tasks):
                 pixels, done = picture.take(tile, pass_, result), done + 1
@@ -134,7 +137,7 @@ def render(
     if unknown is None:
         picture.note_errors()
     report = _report(plan, picture, image, time.perf_counter() - begun)
-    return _converging(RenderResult(image, buffers.finished(), report), unknown)
+    return _converging(RenderResult(image, buffers.finished(), report, plan.document.display), unknown)
 
 
 def _converging(result: RenderResult, unknown: str | None) -> RenderResult:

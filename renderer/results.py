@@ -1,13 +1,17 @@
 """What rendering a picture reports while it runs, and gives at its end."""
 
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.film import Image
+from renderer.images.files import layer_path, write_image, write_layer
 from renderer.layers import Layers
+from schemas.scene import Display
 from schemas.tiles import Pass, Tile
 
 
@@ -39,7 +43,7 @@ class TileEvent:
     remaining_seconds: float | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RenderResult:
     """A finished picture.
 
@@ -51,8 +55,34 @@ class RenderResult:
         What the plan records about each pixel beside its colour; float32 or int32.
     report : dict
         Seconds, rays, work, samples, numerics and the plan, as `penumbra render --json` prints them.
+    display : schemas.scene.Display
+        How the scene wants its radiance displayed: exposure and transfer of a PNG.
     """
 
     image: NDArray[np.float32]
     layers: Layers
     report: dict[str, Any]
+    display: Display = field(default_factory=Display)
+
+    def __repr__(self) -> str:
+        """Size, layers and cost in one line: arrays and the report have thousands."""
+        height, width = self.image.shape[:2]
+        layers = f", layers {', '.join(self.layers)}" if self.layers else ""
+        seconds = self.report.get("seconds")
+        cost = "" if seconds is None else f", {seconds:.2f} s"
+        return f"<RenderResult {width} x {height}{layers}{cost}>"
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the picture as .png, .npy or .exr, and each layer beside it as ``<path>.<layer>.npy``.
+
+        Raises
+        ------
+        ImageFileError
+            If the ending is not known, or a file cannot be written.
+        MissingExtraError
+            If the library for .exr is not installed.
+        """
+        target = Path(path)
+        write_image(target, self.image, self.display, self.layers)
+        for name, values in self.layers.items():
+            write_layer(layer_path(target, name), values)

@@ -18,7 +18,7 @@ QualitySource = Quality | Mapping[str, object]
 """A checked quality, or one as a request over HTTP has it."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class LoadedScene:
     """A checked scene and the source of its files.
 
@@ -33,6 +33,11 @@ class LoadedScene:
     document: Scene
     assets: AssetSource
     warnings: tuple[Problem, ...] = ()
+
+    def __repr__(self) -> str:
+        """Name and numbers in one line: written out, a document may fill megabytes."""
+        shapes, lights = len(self.document.shapes), len(self.document.lights)
+        return f"<LoadedScene {self.document.name or 'scene'!r}, {shapes} shapes, {lights} lights>"
 
 
 def load_scene(

@@ -183,19 +183,20 @@ def render_adaptively(
     on_tile: Callable[[TileEvent], None] | None,
     workers: int | None,
     tile_size: int | None,
+    start_after: float = 0.0,
 ) -> RenderResult:
-    """Render a whole picture of target quality; parameters as of `renderer.render`."""
+    """Render a whole picture of target quality; parameters as of `render` and `workers.shared_out`."""
     begun = time.monotonic()
     deadline = np.inf if quality.time_limit is None else begun + quality.time_limit
     alone = not on_tile and deadline == np.inf and (workers or 1) == 1
     driver = Driver.begin(plan, 0 if alone else workers or 1, tile_size)
     render = AdaptiveRender(driver, on_tile, deadline, begun)
-    with shared_out(workers, partial(attempt, plan)) as transport:
+    with shared_out(workers, partial(attempt, plan), start_after) as transport:
         while render.step(transport):
             pass
     layers = render.buffers.finished() | render.estimate.layers(layer.name for layer in plan.layers)
     image = render.estimate.image()
-    return RenderResult(image, layers, _report(render, image))
+    return RenderResult(image, layers, _report(render, image), plan.document.display)
 
 
 def _report(render: AdaptiveRender, image: Any) -> dict[str, Any]:

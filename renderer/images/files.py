@@ -25,9 +25,11 @@ __all__ = [
     "encode_layer",
     "encode_npy",
     "encode_png",
+    "layer_path",
     "require_exr",
     "write_exr",
     "write_image",
+    "write_layer",
     "write_npy",
     "write_png",
 ]
@@ -161,7 +163,20 @@ def write_image(
     target = Path(path)
     if target.suffix not in SUFFIXES:
         raise ImageFileError(f"{target.name}: the name of a picture must end in {' or '.join(SUFFIXES)}.")
-    content = encode(target.suffix, image, display, layers)
+    _write(target, encode(target.suffix, image, display, layers))
+
+
+def layer_path(picture: Path, name: str) -> Path:
+    """Where a layer is written: beside its picture, named after it."""
+    return picture.with_name(f"{picture.name}.{name}.npy")
+
+
+def write_layer(path: Path, values: NDArray[Any]) -> None:
+    """Write a layer as .npy, whole or not at all; ImageFileError where it cannot be written."""
+    _write(path, encode_layer(values))
+
+
+def _write(target: Path, content: bytes) -> None:
     try:
         _replace(target, content)
     except OSError as error:

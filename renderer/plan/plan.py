@@ -35,7 +35,7 @@ class Policy(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RenderPlan:
     """All that rendering a scene needs; made by `compile_scene`, never changed.
 
@@ -99,6 +99,13 @@ class RenderPlan:
     entries: tuple[Entry, ...]
     left_out: tuple[LeftOut, ...]
     adaptive: "AdaptivePlan | None" = None
+
+    def __repr__(self) -> str:
+        """Scene, size and numbers of stages in one line: written out, a plan fills a megabyte."""
+        stages = len(self.intersectors) + len(self.surfaces) + len(self.lightings) + len(self.scattering)
+        return (
+            f"<RenderPlan {self.document.name or 'scene'!r}, {self.width} x {self.height}, {stages} stages>"
+        )
 
     @property
     def document(self) -> Scene:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -66,7 +65,6 @@ def render(
 def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResult:
     from renderer import render as render_plan
 
-    processes = workers or len(os.sched_getaffinity(0))
     with progress_bar("rendering") as bar:
 
         def show(event: TileEvent) -> None:
@@ -74,7 +72,7 @@ def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResul
 
         # Without a bar no preview is needed.
         on_tile = show if bar.visible else None
-        result = render_plan(plan, on_tile=on_tile, workers=processes, tile_size=tile)
+        result = render_plan(plan, on_tile=on_tile, workers=workers or "auto", tile_size=tile)
         bar.show(1.0)
         return result
 

@@ -57,7 +57,7 @@ class ImageTarget:
         if not self.on_stdout:
             check_target(self.path, PICTURES)
             for name in layers:
-                check_target(layer_file_of(self.path, name), (".npy",))
+                check_target(_layer_path(self.path, name), (".npy",))
         elif as_json:
             raise CommandError("-o - and --json both need stdout. Name a file with -o.")
         elif layers:
@@ -163,11 +163,12 @@ def parsed_layers(names: str | None) -> tuple[LayerName, ...]:
         raise CommandError(f"--layers: {error}") from error
 
 
-def layer_file_of(out: Path, name: str) -> Path:
-    """Where a layer goes: beside the picture, named after it."""
-    return out.with_name(f"{out.name}.{name}.npy")
+def _layer_path(picture: Path, name: str) -> Path:
+    from renderer.images.files import layer_path
+
+    return layer_path(picture, name)
 
 
 def save_layer(out: Path, name: str, content: bytes) -> None:
     """Write the file of a layer, and say where it is."""
-    save(layer_file_of(out, name), content, name)
+    save(_layer_path(out, name), content, name)

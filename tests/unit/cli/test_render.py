@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import renderer
 from tests.unit.cli.conftest import CLEAN, COMMAND, Penumbra
 
 TIMEOUT = 60
@@ -174,3 +175,17 @@ def _group(leader: int) -> dict[int, float]:
 def _at_work(leader: int) -> list[int]:
     """The workers that have been busy for longer than it takes to start."""
     return [pid for pid, seconds in _group(leader).items() if pid != leader and seconds > 1.5]
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.npy", "a.exr"])
+def test_result_in_python_saves_the_files_of_the_command_line(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path, name: str
+) -> None:
+    folder = tmp_path / "python"
+    folder.mkdir()
+    assert penumbra("render", scene_file, "-o", name, "--layers", "depth,shape").code == 0
+    renderer.render(renderer.compile_scene(scene_file, layers=["depth", "shape"])).save(folder / name)
+    saved = sorted(folder.iterdir())
+    assert [file.name for file in saved] == [name, f"{name}.depth.npy", f"{name}.shape.npy"]
+    for file in saved:
+        assert file.read_bytes() == (tmp_path / file.name).read_bytes()

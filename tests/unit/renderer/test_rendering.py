@@ -65,6 +65,17 @@ def test_pixels_are_counted_of_which_some_samples_alone_are_beyond_single_precis
     assert result.report["numerics"]["clamped"] == np.count_nonzero(shown)
 
 
+def test_results_plans_and_scenes_are_described_in_one_line() -> None:
+    loaded = renderer.load_scene({**SMALL, "name": "hall"})
+    plan = renderer.compile_scene(loaded, layers=["depth"])
+    lines = [repr(each) for each in (loaded, plan, renderer.render(plan))]
+    assert max(map(len, lines)) < 100
+    assert "hall" in lines[0]
+    assert "hall" in lines[1]
+    assert "24 x 16" in lines[2]
+    assert "depth" in lines[2]
+
+
 def test_a_quality_given_to_render_takes_the_place_of_the_plans() -> None:
     plan = plan_of(SMALL)
     again = plan_of(SMALL, SINGLE.model_copy(update={"precision": "double"}))

@@ -11,8 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import renderer
 from renderer.errors import RenderError
 from renderer.workers import Workers
+from tests.images import pictures
 
 pytestmark = pytest.mark.slow  # each starts processes
 
@@ -80,6 +82,41 @@ def test_workers_do_not_hear_what_a_terminal_sends_to_all(tmp_path: Path) -> Non
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])}
     heard = subprocess.check_output([sys.executable, script], env=environment, text=True)
     assert heard.strip() == str([[signal.SIGINT.value, signal.SIGTERM.value]] * 2)
+
+
+UNGUARDED = """
+import renderer
+
+camera = {"position": [0, 0, 3], "look_at": [0, 0, 0]}
+renderer.render(renderer.compile_scene({"version": 1, "camera": camera}), workers=2)
+"""
+
+
+def test_script_without_main_guard_is_told_once_what_to_do(tmp_path: Path) -> None:
+    script = tmp_path / "unguarded.py"
+    script.write_text(UNGUARDED)
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])}
+    done = subprocess.run(
+        [sys.executable, script], env=environment, text=True, capture_output=True, timeout=60, check=False
+    )
+    assert done.returncode == 1
+    assert done.stderr.count('if __name__ == "__main__":') == 1
+    assert done.stderr.count("Traceback") == 1
+
+
+@pytest.mark.parametrize(("side", "started"), [(16, False), (512, True)])
+def test_workers_start_only_where_they_pay(side: int, started: bool) -> None:
+    room = pictures.of_room()
+    plan = renderer.compile_scene({**room, "camera": {**room["camera"], "width": side, "height": side}})
+    most = 0
+
+    def count(event: renderer.TileEvent) -> None:
+        nonlocal most
+        most = max(most, len(multiprocessing.active_children()))
+
+    image = renderer.render(plan, on_tile=count, workers="auto", tile_size=64).image
+    assert (most > 0) == (started and len(os.sched_getaffinity(0)) > 1)
+    assert image.tobytes() == renderer.render(plan).image.tobytes()
 
 
 def _squared(number: int) -> int:
