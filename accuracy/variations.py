@@ -86,8 +86,8 @@ def resized(document: Scene, side: int) -> Scene:
     """
     camera = document.camera
     scale = min(1.0, side / max(camera.width, camera.height))
-    size = {"width": max(1, round(camera.width * scale)), "height": max(1, round(camera.height * scale))}
-    return document.model_copy(update={"camera": camera.model_copy(update=size)})
+    width, height = (max(1, round(length * scale)) for length in (camera.width, camera.height))
+    return document.model_copy(update={"camera": camera.resized(width, height)})
 
 
 def seeded(scene: LoadedScene, seed: int) -> LoadedScene:

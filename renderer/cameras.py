@@ -75,6 +75,10 @@ class Pinhole:
         del pixels, samples
         return self.position, self.directions(x, y)
 
+    def numbers(self, columns: Integers, rows: Integers) -> Integers:
+        """Numbers of pixels (N,), on which their random numbers depend."""
+        return rows * self.width + columns
+
     def blur(self, forward: Floats) -> Floats:
         """How far a ray may pass from the one through the middle of the lens: nothing."""
         return np.zeros_like(forward)
@@ -211,6 +215,52 @@ def build_lens(camera: language.Camera, antialiasing: Antialiasing, seed: int) -
         antialiasing=antialiasing,
         seed=seed,
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Window(Pinhole):
+    """A camera whose raster is a rectangle of another camera's raster; its pixels are the same.
+
+    Attributes
+    ----------
+    whole : Pinhole
+        The camera of the whole picture, with or without a lens.
+    left, top : int
+        Column and row of the upper left pixel.
+    """
+
+    whole: Pinhole
+    left: int
+    top: int
+
+    @classmethod
+    def of(cls, whole: Pinhole, crop: tuple[int, int, int, int]) -> Self:
+        """The camera of a part of a picture, `x, y, width, height`, which must be inside it."""
+        left, top, width, height = crop
+        view = (whole.position, whole.right, whole.up, whole.forward, whole.half_width, whole.half_height)
+        return cls(*view, width=width, height=height, whole=whole, left=left, top=top)
+
+    def screen(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Place on the screen of the whole camera, of raster positions of this one."""
+        return self.whole.screen(x + self.left, y + self.top)
+
+    def rays(self, x: Floats, y: Floats, pixels: Integers, samples: Integers) -> tuple[Floats, Floats]:
+        """As of the whole camera, at raster positions of this one."""
+        return self.whole.rays(x + self.left, y + self.top, pixels, samples)
+
+    def numbers(self, columns: Integers, rows: Integers) -> Integers:
+        """As of the whole camera, of pixels of this one."""
+        return self.whole.numbers(columns + self.left, rows + self.top)
+
+    def blur(self, forward: Floats) -> Floats:
+        """As of the whole camera."""
+        return self.whole.blur(forward)
+
+    def places(self, pixels: Integers) -> Integers:
+        """Those pixels (2 or more, N) of the whole picture that are in this one, moved there."""
+        columns, rows = pixels[0] - self.left, pixels[1] - self.top
+        inside = (columns >= 0) & (columns < self.width) & (rows >= 0) & (rows < self.height)
+        return np.stack([columns, rows, *pixels[2:]])[:, inside]
 
 
 @dataclass(frozen=True, eq=False)

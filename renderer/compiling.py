@@ -3,9 +3,10 @@
 from collections.abc import Iterable
 
 from renderer.adaptive.planning.building import adapted
+from renderer.cameras import Window
 from renderer.plan.building import build_plan
 from renderer.plan.geometry import build_geometry
-from renderer.plan.plan import RenderPlan
+from renderer.plan.plan import RenderPlan, seen_by
 from renderer.plan.request import Request
 from renderer.scenes import LoadedScene, QualitySource, Source, load_request
 from schemas.api.layers import checked_layers
@@ -58,4 +59,7 @@ def at_quality(plan: RenderPlan, quality: QualitySource) -> RenderPlan:
 
 def _compiled(request: Request) -> RenderPlan:
     plan = build_plan(request)
-    return plan if request.target is None else adapted(plan, request, request.target)
+    if request.target is not None:
+        plan = adapted(plan, request, request.target)
+    crop = request.document.camera.crop
+    return seen_by(plan, Window.of(plan.camera, crop)) if crop else plan

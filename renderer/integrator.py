@@ -99,7 +99,7 @@ def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
     count = pass_.last - pass_.first
     columns, rows = block.columns.repeat(count), block.rows.repeat(count)
     samples = np.tile(np.arange(pass_.first, pass_.last, dtype=np.int64), block.columns.size)
-    pixels = rows * plan.width + columns
+    pixels = plan.camera.numbers(columns, rows)
     across, down = PATTERNS[plan.antialiasing.pattern](
         keys(plan.seed, PIXEL_DIMENSIONS, pixels), samples, plan.antialiasing.samples
     )
@@ -119,7 +119,7 @@ def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Point
     rays = Rays(
         origins=plan.camera.position,
         directions=plan.camera.directions(x, y),
-        pixels=block.rows * plan.width + block.columns,
+        pixels=plan.camera.numbers(block.columns, block.rows),
         samples=np.zeros_like(block.columns),
         screen=plan.camera.bounds(*block.bounds),
     )

@@ -9,7 +9,17 @@ from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed
 from schemas.limits import refuse_above
-from schemas.quantities import LARGEST, SMALLEST, Count, Direction, Point, Size, difference, length
+from schemas.quantities import (
+    LARGEST,
+    SMALLEST,
+    Count,
+    Direction,
+    Index,
+    Point,
+    Size,
+    difference,
+    length,
+)
 
 FieldOfView = Annotated[float, Field(strict=True, gt=0, lt=180, allow_inf_nan=False)]
 
@@ -53,6 +63,25 @@ class Camera(Closed):
     )
     width: Count = Field(default=512, description="Columns, pixels, 1 to 65536.")
     height: Count = Field(default=512, validate_default=True, description="Rows, pixels, 1 to 65536.")
+    crop: tuple[Index, Index, Count, Count] | None = Field(
+        default=None,
+        description="The part of the picture to render, `[x, y, width, height]` in pixels from the upper left; "
+        "by default all of it. Its pixels are those of the whole picture.",
+    )
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """Columns and rows of the picture that is rendered: those of the crop, if there is one."""
+        return self.crop[2:] if self.crop else (self.width, self.height)
+
+    def resized(self, width: int, height: int) -> Camera:
+        """The same view at another size; a crop shows the same part, to whole pixels around it."""
+        update: dict[str, object] = {"width": width, "height": height}
+        if self.crop:
+            across = _stretched(self.crop[0], self.crop[2], width, self.width)
+            down = _stretched(self.crop[1], self.crop[3], height, self.height)
+            update["crop"] = (across[0], down[0], across[1], down[1])
+        return self.model_copy(update=update)
 
     @field_validator("look_at")
     @classmethod
@@ -83,3 +112,24 @@ class Camera(Closed):
     def _not_too_many_pixels(cls, height: int, info: ValidationInfo) -> int:
         refuse_above(height * info.data.get("width", 1), info, "max_pixels", "pixels, width x height")
         return height
+
+    @field_validator("crop")
+    @classmethod
+    def _inside(
+        cls, crop: tuple[int, int, int, int] | None, info: ValidationInfo
+    ) -> tuple[int, int, int, int] | None:
+        width, height = (info.data.get(side, 1 << 32) for side in ("width", "height"))
+        if crop and (crop[0] + crop[2] > width or crop[1] + crop[3] > height):
+            raise PydanticCustomError(
+                "crop_outside",
+                "The crop [x, y, width, height] ends at column {right} and row {bottom}, but the picture has "
+                "{width} x {height} pixels. Make it smaller, or move it.",
+                {"right": crop[0] + crop[2], "bottom": crop[1] + crop[3], "width": width, "height": height},
+            )
+        return crop
+
+
+def _stretched(first: int, count: int, size: int, from_size: int) -> tuple[int, int]:
+    """First pixel and number of pixels of a part of a side, `first` to `first + count`, at another size."""
+    start = first * size // from_size
+    return start, max(1, -(-(first + count) * size // from_size) - start)

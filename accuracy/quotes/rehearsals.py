@@ -27,7 +27,7 @@ from renderer.adaptive.samples import Samples
 from renderer.adaptive.states import State
 from renderer.cameras import Mosaic
 from renderer.math.intervals import Interval
-from renderer.plan.plan import RenderPlan
+from renderer.plan.plan import RenderPlan, seen_by
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE
 
@@ -81,21 +81,6 @@ def mosaic(plan: RenderPlan, share: float) -> Mosaic | None:
     whole = [(cell.x0, cell.y0) for cell in cells if cell.width == cell.height == SIDE]
     count = max(FEWEST, round(share * plan.width * plan.height / SIDE**2))
     return Mosaic.of(plan.camera, SIDE, np.array(whole[:count])) if count < len(whole) else None
-
-
-def part(plan: RenderPlan, camera: Mosaic) -> RenderPlan:
-    """The plan of the part of a picture that a mosaic of its camera shows."""
-    adaptive = plan.adaptive
-    if adaptive is not None:
-        adaptive = replace(
-            adaptive,
-            pilot=adaptive.pilot and part(adaptive.pilot, camera),
-            thin=camera.places(adaptive.thin),
-            narrow=camera.places(adaptive.narrow),
-            edges=camera.places(adaptive.edges),
-            shadow_edges=camera.places(adaptive.shadow_edges),
-        )
-    return replace(plan, camera=camera, adaptive=adaptive)
 
 
 @dataclass(slots=True)
@@ -154,7 +139,7 @@ class Rehearsal:
         prices = whole.prices | {PILOT: whole.prices[PILOT] * DENSER}
         share = PART * whole.deadline.left / max(prices[PILOT] * _most_pilot_samples(plan), 1e-9)
         camera = mosaic(plan, max(share, SMALLEST))
-        trial = Trial(part(plan, camera) if camera else plan, whole.deadline, self.ray_seconds)
+        trial = Trial(seen_by(plan, camera) if camera else plan, whole.deadline, self.ray_seconds)
         while trial.more and not trial.probed:
             trial.step()
         if trial.late:

@@ -19,7 +19,7 @@ def camera_rays(
     plan: RenderPlan, columns: Integers, rows: Integers, samples: Integers, place: tuple[Floats, Floats]
 ) -> Rays:
     """Rays of samples (n,) through pixels (n,), at places in them (n,) and (n,)."""
-    pixels = rows * plan.width + columns
+    pixels = plan.camera.numbers(columns, rows)
     origins, directions = plan.camera.rays(columns + place[0], rows + place[1], pixels, samples)
     bounds = plan.camera.bounds(columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
     return Rays(origins, directions, pixels, samples, screen=bounds)

@@ -210,7 +210,7 @@ def _radiance(
     count = last - first
     columns, rows = x.repeat(count), y.repeat(count)
     numbers = np.arange(count.sum()) - (np.cumsum(count) - count - first).repeat(count)
-    place = places(plan.seed, rows * plan.width + columns, numbers)
+    place = places(plan.seed, plan.camera.numbers(columns, rows), numbers)
     rays = camera_rays(plan, columns, rows, numbers, place)
     seen = Surfaces.none(numbers.size)
     found = np.minimum(radiance(plan, rays, counts, seen), BRIGHTEST)

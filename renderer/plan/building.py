@@ -42,7 +42,7 @@ def build_plan(request: Request) -> RenderPlan:
         camera=camera,
         antialiasing=antialiasing,
         seed=request.sampling.seed,
-        passes=tiling.passes(camera.width, camera.height, antialiasing.samples),
+        passes=tiling.passes(*request.document.camera.picture_size, antialiasing.samples),
         intersectors=tuple(intersectors),
         visible_lights=tuple(visible),
         surfaces=tuple(points),

@@ -1,11 +1,11 @@
 """The plan of a picture: what runs, in which order, and which part of the scene requested it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
 
-from renderer.cameras import Pinhole
+from renderer.cameras import Mosaic, Pinhole, Window
 from renderer.interaction import RayStage
 from renderer.layers import Layer
 from renderer.lights.surfaces import LightSurfaces, Unshaded
@@ -198,6 +198,21 @@ class AdaptivePlan:
     def unaveraged(self) -> Masks:
         """Those of them (K,) of which a pilot sample does not give the mean over its pixel."""
         return self.needs_sampling | self.textured & ~self.averaged
+
+
+def seen_by(plan: RenderPlan, camera: Mosaic | Window) -> RenderPlan:
+    """The plan of the part of its picture that another camera shows; passes are still those of the whole."""
+    adaptive = plan.adaptive
+    if adaptive is not None:
+        adaptive = replace(
+            adaptive,
+            pilot=adaptive.pilot and seen_by(adaptive.pilot, camera),
+            thin=camera.places(adaptive.thin),
+            narrow=camera.places(adaptive.narrow),
+            edges=camera.places(adaptive.edges),
+            shadow_edges=camera.places(adaptive.shadow_edges),
+        )
+    return replace(plan, camera=camera, adaptive=adaptive)
 
 
 def adaptive_part(plan: RenderPlan) -> AdaptivePlan:

@@ -65,8 +65,8 @@ class Request:
         double = self.quality is not None and self.quality.precision == "double"
         self.dtype = np.dtype(np.float64 if double else np.float32)
         self.names = shown_materials(self.document)
-        camera = self.document.camera
-        self.rays = float(camera.width * camera.height * self.sampling.antialiasing.samples)
+        width, height = self.document.camera.picture_size
+        self.rays = float(width * height * self.sampling.antialiasing.samples)
 
     @property
     def target(self) -> TargetQuality | None:

@@ -33,5 +33,4 @@ class PreviewRequest(Closed):
         camera = self.scene.camera
         factor = min(1.0, self.side / max(camera.width, camera.height))
         width, height = (max(1, round(factor * length)) for length in (camera.width, camera.height))
-        smaller = camera.model_copy(update={"width": width, "height": height})
-        return self.scene.model_copy(update={"camera": smaller})
+        return self.scene.model_copy(update={"camera": camera.resized(width, height)})

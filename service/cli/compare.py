@@ -123,10 +123,10 @@ def _shown(name: str, reference: Picture) -> tuple[NDArray[Any], list[str]]:
     from accuracy.comparison.shown import names_of, shapes_shown
 
     scene = scene_files.load(name).scene
-    camera = scene.document.camera
-    if (camera.width, camera.height) != (reference.width, reference.height):
+    width, height = scene.document.camera.picture_size
+    if (width, height) != (reference.width, reference.height):
         raise InputError(
-            f"{name} has {camera.width} x {camera.height} pixels, the reference has {reference.width} x "
+            f"{name} has {width} x {height} pixels, the reference has {reference.width} x "
             f"{reference.height}. Give the scene that the reference was rendered from."
         )
     return shapes_shown(scene), names_of(scene.document)

@@ -134,6 +134,10 @@ def _unpacked(folder: Folder, name: str, content: bytes) -> tuple[bytes, dict[st
 
 def _scene(folder: Folder, name: str) -> LoadedScene:
     try:
-        return load_scene(folder.read(name), assets=folder.assets(name))
+        scene = load_scene(folder.read(name), assets=folder.assets(name))
     except SceneError as error:
         raise folder.fault(f"{name} is not a usable scene. {error}") from error
+    if scene.document.camera.crop:
+        # Mistakes are searched for by rendering the scene with them, smaller and whole.
+        raise folder.fault(f"{name} is cropped. Remove /camera/crop: references are whole pictures.")
+    return scene

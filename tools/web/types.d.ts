@@ -289,6 +289,7 @@ interface CameraDocument {
   vertical_fov?: number;
   width?: number;
   height?: number;
+  crop?: number[] | null;
 }
 
 /** A rectangle, written in one of two ways. */

@@ -49,7 +49,7 @@ def shadow_edges(request: Request, places: Integers) -> Iterator[Entry]:
 
 def with_lattice(plan: RenderPlan, policy: Policy) -> tuple[Entry, ...]:
     """The lines of a plan through a lens, with one for the lattice of samples after that of the lens."""
-    stride = policy.first_stride(plan.width, plan.height)
+    stride = policy.first_stride(*plan.document.camera.picture_size)
     detail = f"pixels {stride} apart are sampled, and those between them where the picture is not smooth"
     (at,) = (i for i, entry in enumerate(plan.entries) if entry.name == "lens")
     lattice = Entry("lattice of samples", "camera.lens", detail, plan.entries[at].pointers)
@@ -57,8 +57,7 @@ def with_lattice(plan: RenderPlan, policy: Policy) -> tuple[Entry, ...]:
 
 
 def _lattice(request: Request) -> str:
-    camera = request.document.camera
-    stride = stride_for(camera.width, camera.height)
+    stride = stride_for(*request.document.camera.picture_size)
     if stride == 1:
         return "one ray through the centre of each pixel"
     far = f"{stride} pixels apart along rows and columns"

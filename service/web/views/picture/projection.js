@@ -18,7 +18,7 @@ const NEAR = 1e-4;
 /** The camera of a scene, with the defaults of the scene language. */
 export class Projection {
   /** @param {CameraDocument} camera */
-  constructor({ position, look_at: aim, up = [0, 1, 0], vertical_fov: fov = 40, width = 512, height = 512 }) {
+  constructor({ position, look_at: aim, up = [0, 1, 0], vertical_fov: fov = 40, width = 512, height = 512, crop }) {
     this.position = position;
     this.forward = unit(subtract(aim, position));
     const right = cross(this.forward, unit(up));
@@ -27,6 +27,7 @@ export class Projection {
     this.half = Math.tan((fov * Math.PI) / 360);
     this.width = width;
     this.height = height;
+    [this.left, this.top] = crop ?? [0, 0];
   }
 
   /** @param {number[]} point */
@@ -46,7 +47,10 @@ export class Projection {
     const from = subtract(point, this.position);
     const [x, y] = [dot(from, this.right), dot(from, this.up)].map((value) => value / (depth * this.half));
     // Pixels are square, so that both are in units of half the height.
-    return { x: this.width / 2 + (x * this.height) / 2, y: this.height / 2 - (y * this.height) / 2 };
+    return {
+      x: this.width / 2 + (x * this.height) / 2 - this.left,
+      y: this.height / 2 - (y * this.height) / 2 - this.top,
+    };
   }
 
   /**

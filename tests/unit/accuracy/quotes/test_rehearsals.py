@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from accuracy.quotes.deadlines import Deadline
-from accuracy.quotes.rehearsals import FEWEST, SIDE, Rehearsal, Trial, mosaic, part
+from accuracy.quotes.rehearsals import FEWEST, SIDE, Rehearsal, Trial, mosaic
 from accuracy.quotes.settings import target
 from renderer.compiling import compile_scene
-from renderer.plan.plan import adaptive_part
+from renderer.plan.plan import adaptive_part, seen_by
 from renderer.rendering import render
 from renderer.scenes import LoadedScene
 
@@ -79,7 +79,7 @@ def test_a_part_takes_as_many_rays_a_pixel_as_the_whole(ball_scene: LoadedScene)
     camera = mosaic(plan, 0.5)
     assert camera is not None
     rays = []
-    for trial in (Trial(plan, HOUR, RAY), Trial(part(plan, camera), HOUR, RAY)):
+    for trial in (Trial(plan, HOUR, RAY), Trial(seen_by(plan, camera), HOUR, RAY)):
         while not trial.probed:
             trial.step()
         rays.append((trial.rays.total() + trial.outlook()) / trial.pixels)
@@ -107,7 +107,7 @@ def test_pixels_of_edges_move_with_the_squares_of_a_part(ball_scene: LoadedScene
     assert camera is not None
     # The ball is not narrow anywhere.
     whole = replace(adaptive_part(plan), narrow=adaptive_part(plan).edges)
-    moved = adaptive_part(part(replace(plan, adaptive=whole), camera))
+    moved = adaptive_part(seen_by(replace(plan, adaptive=whole), camera))
     assert moved.edges.size > 0
     for name in ("thin", "narrow", "edges", "shadow_edges"):
         np.testing.assert_array_equal(getattr(moved, name), camera.places(getattr(whole, name)))
