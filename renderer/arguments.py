@@ -1,8 +1,10 @@
 """Arguments of `render` and `trace` that a type checker would reject, for callers without one."""
 
+import os
 from operator import index
 
 from renderer.plan.plan import RenderPlan
+from renderer.workers import START_AFTER
 
 MOST_WORKERS = 1024
 """Worker processes, at most; a service has the same bound."""
@@ -52,6 +54,21 @@ def checked_count(name: str, value: object, most: int, otherwise: str) -> int | 
     if not 1 <= count <= most:
         raise ValueError(message)
     return count
+
+
+def worker_count(workers: object) -> tuple[int | None, float]:
+    """How many workers an argument of `render` asks for, and after how many CPU seconds they start.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is neither a number of workers, "auto", nor None.
+    """
+    if workers == "auto":
+        return len(os.sched_getaffinity(0)) if hasattr(
+            os, "sched_getaffinity"
+        ) else os.cpu_count(), START_AFTER
+    return checked_count("workers", workers, MOST_WORKERS, "this process alone"), 0.0
 
 
 def check_callable(name: str, value: object) -> None:

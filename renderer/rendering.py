@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from renderer.adaptive.adaptive_render import render_adaptively
-from renderer.arguments import LARGEST_TILE, check_callable, check_plan, checked_count
+from renderer.arguments import LARGEST_TILE, check_callable, check_plan, checked_count, worker_count
 from renderer.compiling import at_quality
 from renderer.convergence import trend
 from renderer.errors import tile_errors
@@ -22,7 +22,7 @@ from renderer.progressive import errors_of, squares_of, unknown_error
 from renderer.results import RenderResult, TileEvent
 from renderer.scenes import QualitySource
 from renderer.tiling import tiles
-from renderer.workers import shared_out, worker_count
+from renderer.workers import shared_out
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 

@@ -20,7 +20,6 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.reduction import ForkingPickler
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
-from renderer.arguments import MOST_WORKERS, checked_count
 from renderer.errors import RenderError
 
 if TYPE_CHECKING:
@@ -156,21 +155,6 @@ class Workers(Generic[Task, Result]):
         return RenderError(
             "A worker process died, perhaps for lack of memory. Use fewer workers or smaller tiles."
         )
-
-
-def worker_count(workers: object) -> tuple[int | None, float]:
-    """How many workers an argument of `render` asks for, and after how many CPU seconds they start.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is neither a number of workers, "auto", nor None.
-    """
-    if workers == "auto":
-        return len(os.sched_getaffinity(0)) if hasattr(
-            os, "sched_getaffinity"
-        ) else os.cpu_count(), START_AFTER
-    return checked_count("workers", workers, MOST_WORKERS, "this process alone"), 0.0
 
 
 @contextmanager

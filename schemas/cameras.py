@@ -63,10 +63,10 @@ class Camera(Closed):
     )
     width: Count = Field(default=512, description="Columns, pixels, 1 to 65536.")
     height: Count = Field(default=512, validate_default=True, description="Rows, pixels, 1 to 65536.")
-    crop: tuple[Index, Index, Count, Count] | None = Field(
+    crop: tuple[Index, Index, Index, Index] | None = Field(
         default=None,
-        description="The part of the picture to render, `[x, y, width, height]` in pixels from the upper left; "
-        "by default all of it. Its pixels are those of the whole picture.",
+        description="The part of the picture to render, `[x, y, width, height]` in pixels from the upper "
+        "left; by default all of it. Its pixels are those of the whole picture.",
     )
 
     @property
@@ -119,6 +119,11 @@ class Camera(Closed):
         cls, crop: tuple[int, int, int, int] | None, info: ValidationInfo
     ) -> tuple[int, int, int, int] | None:
         width, height = (info.data.get(side, 1 << 32) for side in ("width", "height"))
+        if crop and not (crop[2] and crop[3]):
+            raise PydanticCustomError(
+                "crop_empty",
+                "The crop [x, y, width, height] has no pixels. Its width and height are 1 or more.",
+            )
         if crop and (crop[0] + crop[2] > width or crop[1] + crop[3] > height):
             raise PydanticCustomError(
                 "crop_outside",

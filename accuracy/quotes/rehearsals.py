@@ -8,7 +8,7 @@ over a picture. The allocation then says how many samples are to follow.
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 

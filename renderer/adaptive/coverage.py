@@ -102,7 +102,9 @@ def cover(
     """Find what pixels (n,) show, with `COVERAGES[size]` rays each."""
     pilot = pilot_of(plan)
     count = int(COVERAGES[size]) // HALVES
-    across, along = (place.reshape(-1, count) for place in places(plan.seed, plan.camera.numbers(x, y), count))
+    across, along = (
+        place.reshape(-1, count) for place in places(plan.seed, plan.camera.numbers(x, y), count)
+    )
     every = np.full(across.size, HALVES)
     of_rays = np.arange(x.size).repeat(HALVES * count)
     rays = camera_rays(pilot, x[of_rays], y[of_rays], every, (across.ravel(), along.ravel()))

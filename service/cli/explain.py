@@ -13,7 +13,7 @@ import typer
 from service.cli import output, scene_files
 from service.cli.errors import ExitCode, InputError, UnusableSceneError
 from service.cli.options import JsonOption, LayersOption, SceneArgument
-from service.cli.quality_options import QualityOptions, spread_quality
+from service.cli.quality_options import QualityOptions, spread_options
 from service.cli.targets import parsed_layers
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def measured_costs(scene: LoadedScene) -> dict[str, Any]:
     return {"cpu_seconds": seconds, "effects": [asdict(row) for row in rows]}
 
 
-@spread_quality
+@spread_options
 def explain(
     *,
     scene: SceneArgument,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_type_hints
 
@@ -112,31 +112,42 @@ class QualityOptions(SampleOptions):
         )
 
 
-def spread_quality(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command an option for each member of its parameter ``quality``, in its place.
+def spread_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command an option for each member of its parameters that are dataclasses, in their places.
 
     Typer makes options of the parameters of a function alone.
     """
     signature = inspect.signature(command, eval_str=True)
-    kind = signature.parameters["quality"].annotation
+    kinds: dict[str, Any] = {
+        name: parameter.annotation
+        for name, parameter in signature.parameters.items()
+        if is_dataclass(parameter.annotation)
+    }
+    options = {name: _parameters(kind) for name, kind in kinds.items()}
+
+    @wraps(command)
+    def gathered(**given: Any) -> None:
+        groups = {
+            name: kinds[name](**{option.name: given.pop(option.name) for option in members})
+            for name, members in options.items()
+        }
+        command(**groups, **given)
+
+    parameters: list[inspect.Parameter] = []
+    for parameter in signature.parameters.values():
+        parameters += options.get(parameter.name, [parameter])
+    gathered.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    return gathered
+
+
+def _parameters(kind: Any) -> list[inspect.Parameter]:
     hints = get_type_hints(kind, include_extras=True)
-    options = [
+    return [
         inspect.Parameter(
             field.name, inspect.Parameter.KEYWORD_ONLY, default=field.default, annotation=hints[field.name]
         )
         for field in fields(kind)
     ]
-
-    @wraps(command)
-    def gathered(**given: Any) -> None:
-        members = {option.name: given.pop(option.name) for option in options}
-        command(quality=kind(**members), **given)
-
-    parameters: list[inspect.Parameter] = []
-    for parameter in signature.parameters.values():
-        parameters += options if parameter.name == "quality" else [parameter]
-    gathered.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-    return gathered
 
 
 def _checked(kind: type[Checked], mode: str, members: Mapping[str, object]) -> Checked:

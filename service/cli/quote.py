@@ -10,7 +10,8 @@ import typer
 
 from service.cli import output, scene_files
 from service.cli.options import JsonOption, SceneArgument, WorkersOption
-from service.cli.quality_options import SampleOptions, spread_quality
+from service.cli.quality_options import SampleOptions, spread_options
+from service.cli.size_options import SizeOptions
 from service.cli.wording import counted
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ CODE_VALUES = 255
 """Errors are shown in code values of an 8-bit picture."""
 
 
-@spread_quality
+@spread_options
 def quote(
     *,
     scene: SceneArgument,
@@ -46,6 +47,7 @@ def quote(
         ),
     ] = None,
     quality: SampleOptions,
+    size: SizeOptions,
     workers: WorkersOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -55,7 +57,7 @@ def quote(
     """
     from accuracy.quotes import quote as quoted
 
-    file = scene_files.load(scene)
+    file = scene_files.load(scene, size=size)
     requested = quality.requested(file.scene.document.model_dump())
     # What cannot be compiled is reported with the lines of the file.
     file.plan(requested)

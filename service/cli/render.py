@@ -20,7 +20,8 @@ from service.cli.options import (
     image_option,
 )
 from service.cli.progress import progress_bar, remaining
-from service.cli.quality_options import QualityOptions, spread_quality
+from service.cli.quality_options import QualityOptions, spread_options
+from service.cli.size_options import SizeOptions
 from service.cli.targets import ImageTarget, check_target, parsed_layers, save_layer, write_whole
 
 if TYPE_CHECKING:
@@ -30,12 +31,13 @@ if TYPE_CHECKING:
     from renderer import Hits, LoadedScene, RenderPlan, RenderResult, TileEvent
 
 
-@spread_quality
-def render(
+@spread_options
+def render(  # noqa: PLR0913 - one argument for each option
     *,
     scene: SceneArgument,
     out: Annotated[ImageTarget, image_option("Where the picture goes")],
     quality: QualityOptions,
+    size: SizeOptions,
     layers: LayersOption = None,
     seed: SeedOption = None,
     workers: WorkersOption = None,
@@ -52,7 +54,7 @@ def render(
         from renderer.images.files import require_exr
 
         require_exr()
-    file = scene_files.load(scene, seed=seed)
+    file = scene_files.load(scene, seed=seed, size=size)
     requested = quality.requested(file.scene.document.model_dump())
     result = _run(file.plan(requested, names), workers, tile)
     _save(file.scene, result, out)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from renderer import LoadedScene, RenderPlan
     from schemas.errors import Problem, SceneError
     from schemas.quality import Quality
+    from service.cli.size_options import SizeOptions
 
 STDIN = "-"
 
@@ -63,8 +64,8 @@ class SceneFile:
             raise _unusable(self.name, self.text, error) from error
 
 
-def load(name: str, *, seed: int | None = None) -> SceneFile:
-    """The scene of a file, checked; its warnings are printed.
+def load(name: str, *, seed: int | None = None, size: SizeOptions | None = None) -> SceneFile:
+    """The scene of a file, checked, with another seed or size if one is given; its warnings are printed.
 
     Raises
     ------
@@ -75,11 +76,13 @@ def load(name: str, *, seed: int | None = None) -> SceneFile:
     """
     file = read(name)
     print_warnings(file.text, file.scene.warnings)
-    if seed is None:
-        return file
-    sampling = file.scene.document.sampling.model_copy(update={"seed": seed})
-    document = file.scene.document.model_copy(update={"sampling": sampling})
-    return replace(file, scene=replace(file.scene, document=document))
+    document = file.scene.document
+    changed: dict[str, object] = {}
+    if seed is not None:
+        changed["sampling"] = document.sampling.model_copy(update={"seed": seed})
+    if size:
+        changed["camera"] = size.resized(document.camera)
+    return replace(file, scene=replace(file.scene, document=document.model_copy(update=changed)))
 
 
 def read(name: str) -> SceneFile:

@@ -25,7 +25,8 @@ from service.cli.options import (
     image_option,
     parsed_labels,
 )
-from service.cli.quality_options import QualityOptions, spread_quality
+from service.cli.quality_options import QualityOptions, spread_options
+from service.cli.size_options import SizeOptions
 from service.cli.targets import ImageTarget, parsed_layers
 from service.cli.watch import detachable, show_end, stay
 
@@ -50,7 +51,7 @@ OPTIONS = {
 """Pointers into the request, and the options that they come from; the first match counts."""
 
 
-@spread_quality
+@spread_options
 def submit(  # noqa: PLR0913 - one argument for each option
     *,
     scene: SceneArgument,
@@ -58,6 +59,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
     wait: Annotated[bool, typer.Option("--wait", help="Wait until the picture is finished.")] = False,
     timeout: TimeoutOption = None,
     quality: QualityOptions,
+    size: SizeOptions,
     layers: LayersOption = None,
     label: LabelOption = None,
     priority: Annotated[
@@ -83,7 +85,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
     if timeout is not None and not stays:
         raise CommandError("--timeout limits waiting. Give --wait or -o too.")
     with connect(server, retry=LONG_RETRY if stays else SHORT_RETRY) as client:
-        job = send(client, scene, quality, requested)
+        job = send(client, scene, quality, size, requested)
         if not as_json:
             # Nothing else may be on stdout beside an image.
             (output.say if out is not None and out.on_stdout else output.result)(job.id)
@@ -98,13 +100,15 @@ def submit(  # noqa: PLR0913 - one argument for each option
             show_end(job, as_json=False)
 
 
-def send(client: Client, name: str, quality: QualityOptions, requested: Mapping[str, Any]) -> Job:
+def send(
+    client: Client, name: str, quality: QualityOptions, size: SizeOptions, requested: Mapping[str, Any]
+) -> Job:
     """Submit a scene file; what the service finds wrong is shown with the lines of that file.
 
     Parameters
     ----------
-    quality
-        The options that choose it.
+    quality, size
+        The options that choose them.
     requested
         What else ``Client.submit`` takes.
 
@@ -121,9 +125,10 @@ def send(client: Client, name: str, quality: QualityOptions, requested: Mapping[
 
     text = scene_files.read_bytes(name)
     try:
-        wanted = quality.requested(scene_files.parsed(text))
+        document = scene_files.parsed(text)
+        wanted = quality.requested(document)
         job = client.submit(
-            text,
+            size.applied(document) if size else text,
             quality=None if wanted is None else wanted.model_dump(mode="json", exclude_none=True),
             **requested,
             assets=FolderAssets(scene_files.folder_of(name)),
@@ -138,15 +143,21 @@ def send(client: Client, name: str, quality: QualityOptions, requested: Mapping[
 
 def _refused(name: str, text: bytes, error: RequestInvalidError) -> Exception:
     """The error of a refusal, about the scene file and the options that the request was made of."""
-    # Problems of the scene have lines; all others come from the options.
+    from schemas.reading.findings import located
+
+    # Problems of the scene have lines, but for a document that was resized; all others come from the options.
     wrong = [problem for problem in error.errors if problem.line is None]
+    inside = [problem for problem in wrong if _option(problem.pointer) == problem.pointer]
     if not error.errors:
         return error
-    if len(wrong) == len(error.errors):
+    if len(wrong) == len(error.errors) and not inside:
         message = " ".join(f"{_option(problem.pointer)}: {problem.detail}" for problem in wrong)
         return RefusedOptionsError(message, wrong)
+    placed = dict(zip(inside, located(text.decode("utf-8-sig"), inside), strict=True))
     problems = [
-        problem if problem.line else problem.model_copy(update={"pointer": _option(problem.pointer)})
+        placed.get(problem, problem)
+        if problem.line or problem in placed
+        else problem.model_copy(update={"pointer": _option(problem.pointer)})
         for problem in error.errors
     ]
     return UnusableSceneError(name, text, problems, error.document.more)

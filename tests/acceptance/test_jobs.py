@@ -279,3 +279,23 @@ def test_the_log_of_a_job_has_a_line_for_each_event(
         [line[1] for line in lines],
     )
     assert penumbra("logs", "none").code == 4
+
+
+def test_submitted_scene_has_the_size_of_the_options(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    options = ["--scale", 0.5, "--crop", "2,3,8,5"]
+    assert penumbra("submit", scene_file, "-o", "sent.npy", *options).code == 0
+    assert penumbra("render", scene_file, "-o", "rendered.npy", *options).code == 0
+    assert (tmp_path / "sent.npy").read_bytes() == (tmp_path / "rendered.npy").read_bytes()
+
+
+def test_problems_of_a_resized_scene_are_shown_in_its_file(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    text = scene_file.read_text().replace('"material"', '"materiel"', 1)
+    (tmp_path / "misspelt.json").write_text(text)
+    refused = penumbra("submit", "misspelt.json", "--scale", 0.5)
+    assert refused.code == 3
+    line = 1 + text[: text.index("materiel")].count("\n")
+    assert f"line {line}," in refused.err

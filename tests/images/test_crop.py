@@ -52,20 +52,30 @@ def test_crop_of_target_quality_is_as_near_as_the_whole_picture(lens_radius: flo
     room["camera"] |= {"lens_radius": lens_radius, "width": 64, "height": 48}
     x, y, width, height = 20, 10, 32, 24
     true = image_of({**room, "sampling": {"antialiasing": {"pattern": "sobol", "samples": 256}}})
-    plan = renderer.compile_scene(cropped(room, (x, y, width, height)), TargetQuality(mode="target", error=0.01))
+    plan = renderer.compile_scene(
+        cropped(room, (x, y, width, height)), TargetQuality(mode="target", error=0.01)
+    )
     image = renderer.render(plan).image
     assert image.shape == (height, width, 3)
     left = np.clip(image, 0, 1) - np.clip(true, 0, 1)[y : y + height, x : x + width]
     assert np.sqrt(np.mean(left**2)) < 0.0125
 
 
-@pytest.mark.parametrize("crop", [(14, 0, 11, 9), (0, 8, 24, 9), (0, 0, 25, 1)])
-def test_crop_beyond_the_picture_is_refused(crop: tuple[int, ...]) -> None:
+@pytest.mark.parametrize(
+    ("crop", "message"),
+    [
+        ((14, 0, 11, 9), "24 x 16"),
+        ((0, 8, 24, 9), "24 x 16"),
+        ((0, 0, 25, 1), "24 x 16"),
+        ((3, 3, 0, 5), "no pixels"),
+    ],
+)
+def test_crop_beyond_the_picture_or_empty_is_refused(crop: tuple[int, ...], message: str) -> None:
     with pytest.raises(SceneError) as caught:
         renderer.load_scene(cropped(pictures.of_room(), crop))
     (problem,) = caught.value.errors
     assert problem.pointer == "/camera/crop"
-    assert "24 x 16" in problem.detail
+    assert message in problem.detail
 
 
 def test_whole_crop_is_the_whole_picture() -> None:
