@@ -1,6 +1,6 @@
 """Quotes: what a picture would cost and how large its error would be, predicted by a pilot of a second."""
 
-from time import monotonic
+from time import monotonic, thread_time
 
 from accuracy.quotes.choices import Adaptive, Fixed, closest, soonest
 from accuracy.quotes.pilots import Pilot
@@ -13,7 +13,7 @@ from schemas.api.plans import Pilot as PilotReport
 from schemas.quality import Quality
 
 SECONDS = 1.5
-"""How long a pilot may take."""
+"""CPU seconds that a pilot may take."""
 
 __all__ = ["SECONDS", "quote"]
 
@@ -45,8 +45,9 @@ def quote(
     workers : int
         Processes that will render.
     limit : float
-        Seconds of the pilot. No unit of work begins that would end later, if it took as long as the longest
-        so far. Compiling the scene for the first time comes on top, as no picture does without.
+        CPU seconds of the pilot, and on a busy machine at most `deadlines.WALL_RATIO` times as many by the
+        clock. No unit of work begins that would end later, if it took as long as the longest so far.
+        Compiling the scene for the first time comes on top, as no picture does without.
 
     Returns
     -------
@@ -62,11 +63,11 @@ def quote(
     Which places are rendered depends on the scene and its seed alone. How many of them are, and so every
     figure but the price, depends on the machine.
     """
-    before = monotonic()
+    before = thread_time()
     plan = compile_scene(scene, quality)
-    begun = monotonic()
+    compiling, begun = thread_time() - before, monotonic()
     pilot = Pilot(scene, plan.quality, target_error, plan)
-    pilot.run(limit, begun - before)
+    pilot.run(limit, compiling)
     fixed, adaptive = pilot.fixed(workers), pilot.adaptive(workers)
     known: list[Fixed | Adaptive] = [*fixed, adaptive]
     asked = _asked(pilot, known)

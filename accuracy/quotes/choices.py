@@ -1,7 +1,7 @@
 """The cheapest setting for a requested error, and the best one for a given time."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from math import ceil, floor, log, log10
 
 from accuracy.quotes.accuracies import Accuracy
@@ -13,8 +13,11 @@ from schemas.api.plans import Offer, Predicted
 from schemas.quality import CONFIDENCE, Quality
 
 KEPT, LEAST = 0.7, 0.3
-"""What the error of target quality comes to, over the one asked for, and the least of it that is usual: it
-stops below, and how far below is chance."""
+"""What the error of target quality comes to, over the one asked for, and the least of it that is usual, where
+no picture near was rendered: it stops below, and how far below is chance."""
+
+NEAR = 2.0
+"""Most times by which a target may differ from that of a whole picture for its error to be known from it."""
 
 FALLS = 2.0
 """Power of the error like which the seconds of target quality grow beyond what was tried: that of independent
@@ -85,11 +88,14 @@ class Adaptive:
     precision : str
     confidence : float
         Share of pictures that are to keep their target.
+    reached : dict of float to Interval
+        The errors of the pictures that were rendered whole, by target.
     """
 
     points: dict[float, tuple[Interval, Interval]]
     precision: str
     confidence: float = CONFIDENCE
+    reached: Mapping[float, Interval] = field(default_factory=dict)
 
     def errors(self, usual: Iterable[float]) -> set[float]:
         """Those that were tried, and the usual ones between them."""
@@ -102,12 +108,24 @@ class Adaptive:
         apart = log(nearest / error)
         moved = factor(BETWEEN * abs(apart)).scaled((nearest / error) ** self._power(error))
         cpu, seconds = (known.times(moved) for known in self.points[nearest])
-        reached: Interval | None = Interval(error * KEPT, error * LEAST, error)
+        reached: Interval | None = self._reached(error)
         if limit is not None:
             # Where the time limit ends the picture, its error by then is not known.
             reached = reached if seconds.estimate <= limit else None
             cpu, seconds = _limited(cpu, seconds, limit)
         return _offer(target(error, self.precision, limit, self.confidence), cpu, seconds, reached, AT_LIMIT)
+
+    def _reached(self, error: float) -> Interval:
+        """The error that a target leads to: as for the nearest picture rendered whole, else the usual one."""
+        nearest = min(self.reached, key=lambda known: abs(log(known / error)), default=None)
+        if nearest is None or abs(log(nearest / error)) > log(NEAR):
+            return Interval(error * KEPT, error * LEAST, error)
+        if nearest == error:
+            return self.reached[nearest]
+        # Another target is another picture: it may stop as far below as is usual, and no nearer than it may.
+        found = self.reached[nearest].scaled(error / nearest)
+        middle = min(found.estimate, error)
+        return Interval(middle, min(found.low, middle, error * LEAST), max(error, middle))
 
     def _power(self, error: float) -> float:
         """Like which the seconds grow as the error falls."""
@@ -133,6 +151,28 @@ class Adaptive:
         best = min(fitting)
         spare = seconds / self.points[best][1].estimate
         return self.priced(_rounded(best * max(spare ** (-1 / FALLS), FARTHEST)), seconds)
+
+
+def ordered(costs: Mapping[float, Interval]) -> dict[float, Interval]:
+    """Costs of target errors of which no finer one costs less.
+
+    Neighbours in the wrong order take the mean of their logarithms (isotonic regression by pooling, Ayer et
+    al. 1955): how far each was off by chance is not known.
+    """
+    pools: list[tuple[list[float], Interval]] = []
+    for error in sorted(costs, reverse=True):
+        pools.append(([error], costs[error]))
+        while len(pools) > 1 and pools[-1][1].estimate < pools[-2][1].estimate:
+            (finer, low), (coarser, high) = pools.pop(), pools.pop()
+            pools.append((coarser + finer, _pooled(high, len(coarser), low, len(finer))))
+    return {error: cost for errors, cost in pools for error in errors}
+
+
+def _pooled(one: Interval, count: int, other: Interval, more: int) -> Interval:
+    """The geometric mean of two costs that stand for so many errors, with an interval that holds both."""
+    share = more / (count + more)
+    middle = one.estimate ** (1 - share) * other.estimate**share
+    return Interval(middle, min(one.low, other.low), max(one.high, other.high))
 
 
 def _offer(

@@ -7,32 +7,39 @@ from typing import TypeVar
 
 Result = TypeVar("Result")
 
+WALL_RATIO = 4.0
+"""Seconds by the clock that a pilot may take for each CPU second: beside three others on one processor it
+still has all its time, and a client waits for seconds at most."""
+
 
 @dataclass(frozen=True, slots=True)
 class Deadline:
-    """A time by which work has to be done.
+    """A time by which work of this thread has to be done, in CPU seconds: other work does not shorten it.
 
     Attributes
     ----------
     end : float
-        By the clock of `time.monotonic`, seconds.
+        By the clock of `time.thread_time`, seconds.
+    latest : float
+        By the clock of `time.monotonic`, seconds, however little of the processor there was.
     """
 
     end: float
+    latest: float
 
     @classmethod
     def after(cls, seconds: float) -> "Deadline":
-        """So many seconds from now."""
-        return cls(time.monotonic() + seconds)
+        """After so many CPU seconds of this thread."""
+        return cls(time.thread_time() + seconds, time.monotonic() + WALL_RATIO * seconds)
 
     @property
     def left(self) -> float:
-        """Seconds until then, below 0 once it is over."""
-        return self.end - time.monotonic()
+        """CPU seconds until then, below 0 once it is over."""
+        return min(self.end - time.thread_time(), self.latest - time.monotonic())
 
     def part(self, share: float) -> "Deadline":
         """An earlier deadline, after a share of the time that is left."""
-        return Deadline.after(max(self.left, 0.0) * share)
+        return Deadline(time.thread_time() + max(self.left, 0.0) * share, self.latest)
 
 
 def within(deadline: Deadline, units: Iterable[Callable[[], Result]], first: float = 0.0) -> Iterator[Result]:
@@ -48,9 +55,9 @@ def within(deadline: Deadline, units: Iterable[Callable[[], Result]], first: flo
     """
     longest = first
     for unit in units:
-        begun = time.monotonic()
-        if begun + longest > deadline.end:
+        left = deadline.left
+        if longest > left:
             return
         result = unit()
-        longest = max(longest, time.monotonic() - begun)
+        longest = max(longest, left - deadline.left)
         yield result

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from accuracy.quotes.accuracies import SAMPLES, Accuracy, Sampled, UnknownAccuracyError
-from accuracy.quotes.choices import Adaptive, Fixed
+from accuracy.quotes.choices import Adaptive, Fixed, ordered
 from accuracy.quotes.deadlines import Deadline, within
 from accuracy.quotes.rehearsals import Rehearsal
 from accuracy.quotes.settings import ERRORS, Ladder, compiled, own_ladder, sobol_ladder
@@ -167,9 +167,8 @@ class Pilot:
 
     def adaptive(self, workers: int) -> Adaptive:
         """What is known of target quality."""
-        points = {}
-        for rehearsal in self.rehearsals:
-            cpu = rehearsal.cpu_seconds()
-            if cpu is not None:
-                points[rehearsal.error] = (cpu, cpu.scaled(1 / workers))
-        return Adaptive(points, self.ladders[0].precision, self._confidence())
+        known = [(each.error, each.cpu_seconds()) for each in self.rehearsals]
+        costs = ordered({error: cpu for error, cpu in known if cpu is not None})
+        points = {error: (cpu, cpu.scaled(1 / workers)) for error, cpu in costs.items()}
+        reached = {each.error: each.reached for each in self.rehearsals if each.reached is not None}
+        return Adaptive(points, self.ladders[0].precision, self._confidence(), reached)

@@ -102,6 +102,8 @@ class Rehearsal:
         CPU seconds of the whole picture: those that it took, or that are predicted.
     unsure : float
         Standard deviation of their logarithm.
+    reached : Interval or None
+        The error of the whole picture, where it was rendered to its end.
     """
 
     scene: LoadedScene
@@ -112,6 +114,7 @@ class Rehearsal:
     whole: bool = False
     found: float | None = None
     unsure: float = field(default=UNSTEADY)
+    reached: Interval | None = None
 
     def run(self, deadline: Deadline) -> None:
         """Render until the deadline."""
@@ -131,7 +134,7 @@ class Rehearsal:
             if trial.probed and not trial.late:
                 self._note(trial.cpu_seconds + trial.prices[SAMPLES] * ROUNDS * trial.outlook(), PREDICTED)
         if not trial.more and not trial.late:
-            self.whole = True
+            self.whole, self.reached = True, trial.reached()
             self._note(trial.cpu_seconds, 0.0)
 
     def _predict(self, plan: RenderPlan, whole: "Trial") -> None:
@@ -242,6 +245,12 @@ class Trial:
         if estimate.state is State.PROBES:
             estimate.strata[joints], estimate.shown[joints] = 0, False
             np.copyto(estimate.want, estimate.have, where=joints)
+
+    def reached(self) -> Interval:
+        """The error of the picture so far, as target quality reports it."""
+        error = self._render.estimate.error
+        assert error is not None
+        return Interval(error.estimate, error.low, error.high)
 
     def pilot_seconds(self) -> float:
         """CPU seconds of the passes up to the borders, if finer lattices ask for as much as this one."""

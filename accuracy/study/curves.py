@@ -10,6 +10,9 @@ from typing import Any
 from renderer.convergence import NothingToFitError, power_law
 from renderer.math.intervals import Interval
 
+FARTHEST = 2.0
+"""Times an error may differ from the nearest measured one for a curve to say what lies between."""
+
 Row = Mapping[str, Any]
 """A setting as `results.json` has it."""
 
@@ -56,25 +59,32 @@ def cost_at(curve: Sequence[Row], wanted_255: float, cost: Callable[[Row], float
     """What an error costs on a curve from `front`, between two settings on the line in logarithms.
 
     A curve that begins below the error costs what its first setting costs; None for one that does not reach
-    it.
+    it, or has measured no error within `FARTHEST` times of it.
 
     Examples
     --------
     >>> rows = [{"cpu_seconds": {"estimate": s}, "rmse_255": {"estimate": e}} for s, e in ((1, 4), (16, 1))]
     >>> cost_at(rows, 2.0), cost_at(rows, 0.5), cost_at(rows, 5.0)
     (4.0, None, 1.0)
+    >>> rows[1]["rmse_255"]["estimate"] = 0.1
+    >>> cost_at(rows, 1.0) is None
+    True
     """
     if curve and error(curve[0]) <= wanted_255:
         return cost(curve[0])
     for coarse, fine in pairwise(curve):
         if error(coarse) >= wanted_255 >= error(fine):
+            if not _near(coarse, fine, wanted_255):
+                return None
             share = math.log(error(coarse) / wanted_255) / math.log(error(coarse) / error(fine))
             return cost(coarse) * (cost(fine) / cost(coarse)) ** share
     return None
 
 
 def error_at(curve: Sequence[Row], spent: float) -> float | None:
-    """The error, in units of 1/255, that a curve has after so many seconds; None before and after its ends.
+    """The error, in units of 1/255, that a curve has after so many seconds.
+
+    None before and after its ends, and where it has measured no error within `FARTHEST` times.
 
     Examples
     --------
@@ -85,8 +95,14 @@ def error_at(curve: Sequence[Row], spent: float) -> float | None:
     for coarse, fine in pairwise(curve):
         if seconds(coarse) <= spent <= seconds(fine):
             share = math.log(spent / seconds(coarse)) / math.log(seconds(fine) / seconds(coarse))
-            return error(coarse) * (error(fine) / error(coarse)) ** share
+            found = error(coarse) * (error(fine) / error(coarse)) ** share
+            return found if _near(coarse, fine, found) else None
     return None
+
+
+def _near(coarse: Row, fine: Row, wanted_255: float) -> bool:
+    # A hundredth more: settings whose errors are four times apart by design are so but for noise.
+    return min(error(coarse) / wanted_255, wanted_255 / error(fine)) <= 1.01 * FARTHEST
 
 
 def order(curve: Sequence[Row], cost: Callable[[Row], float] = seconds) -> Interval | None:

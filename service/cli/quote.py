@@ -53,7 +53,7 @@ def quote(
 ) -> None:
     """Predict time and error of a scene at several qualities.
 
-    Parts of it are rendered, for at most 1.5 seconds.
+    Parts of it are rendered, for at most 1.5 CPU seconds.
     """
     from accuracy.quotes import quote as quoted
 

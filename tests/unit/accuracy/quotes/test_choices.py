@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from accuracy.quotes.accuracies import Accuracy
-from accuracy.quotes.choices import Adaptive, Fixed, closest, soonest
+from accuracy.quotes.choices import Adaptive, Fixed, closest, ordered, soonest
 from accuracy.quotes.settings import Ladder
 from accuracy.quotes.timings import Timing
 from renderer.math.intervals import Interval
@@ -133,3 +133,28 @@ def test_usual_errors_are_offered_between_those_that_were_tried() -> None:
     known = Adaptive({0.04: (exactly(1.0), exactly(1.0)), 0.01: (exactly(4.0), exactly(4.0))}, "single")
     assert known.errors([0.1, 0.02, 0.001]) == {0.04, 0.02, 0.01}
     assert Adaptive({}, "single").errors([0.1, 0.02]) == set()
+
+
+def test_finer_target_is_never_cheaper_than_a_coarser_one() -> None:
+    """Costs that are in order stay as they are; the others meet between what was measured."""
+    measured = {0.02: 3.0, 0.01: 2.0, 0.005: 2.5, 0.002: 8.0}
+    costs = ordered({error: exactly(cost) for error, cost in measured.items()})
+    estimates = [costs[error].estimate for error in sorted(costs, reverse=True)]
+    assert estimates == sorted(estimates)
+    assert estimates[0] == pytest.approx((3.0 * 2.0) ** 0.5)
+    assert (costs[0.005], costs[0.002]) == (exactly(2.5), exactly(8.0))
+    for error, cost in measured.items():
+        assert costs[error].low <= cost <= costs[error].high
+
+
+def test_error_of_a_target_is_that_of_the_picture_where_it_was_rendered_whole() -> None:
+    """A picture without anything to refine is far better than its target asks for."""
+    whole = Interval(0.002, 0.0015, 0.003)
+    known = Adaptive(ADAPTIVE.points, "single", reached={0.02: whole})
+    exact, near, far = (known.priced(error).error for error in (0.02, 0.03, 0.001))
+    assert exact is not None
+    assert near is not None
+    assert far == ADAPTIVE.priced(0.001).error
+    assert (exact.estimate, exact.low, exact.high) == (0.002, 0.0015, 0.003)
+    assert near.estimate == pytest.approx(0.003)
+    assert near.low <= near.estimate <= near.high == 0.03

@@ -27,11 +27,27 @@ def test_units_are_taken_to_last_as_long_as_the_longest_so_far() -> None:
 
     def unit(seconds: float) -> None:
         begun.append(seconds)
-        time.sleep(seconds)
+        busy(seconds)
 
     # After the first unit less than its own time is left, however slow the machine is.
     list(within(Deadline.after(0.15), [partial(unit, 0.1), partial(unit, 0.0)]))
     assert begun == [0.1]
+
+
+def test_deadline_counts_cpu_seconds_and_not_the_work_of_others() -> None:
+    """Waiting takes none of it, up to a limit by the clock."""
+    deadline = Deadline.after(10.0)
+    time.sleep(0.3)
+    assert deadline.left > 9.9
+    busy(0.3)
+    assert deadline.left <= 9.7
+    assert Deadline(end=time.thread_time() + HOUR, latest=time.monotonic()).left <= 0
+
+
+def busy(seconds: float) -> None:
+    end = time.thread_time() + seconds
+    while time.thread_time() < end:
+        pass
 
 
 def test_a_part_of_no_time_ends_at_once() -> None:

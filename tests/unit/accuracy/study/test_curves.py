@@ -54,6 +54,20 @@ def test_nothing_is_estimated_beyond_the_ends_of_a_curve() -> None:
     assert curves.cost_at([], 1.0) is None
 
 
+@pytest.mark.parametrize("wanted", [3.0, 1.0, 0.3])
+def test_nothing_is_estimated_far_from_every_measured_error(wanted: float) -> None:
+    """Two decades lie between the settings: within a factor of two of either they say something."""
+    line = [row(1, 10), row(100, 0.1)]
+    assert curves.cost_at(line, wanted) is None
+    assert curves.error_at(line, 10 / wanted) is None
+
+
+def test_errors_within_a_factor_of_two_of_a_measured_one_are_estimated() -> None:
+    line = [row(1, 10), row(100, 0.1)]
+    assert curves.cost_at(line, 6.0) == pytest.approx(10 / 6)
+    assert curves.error_at(line, 60.0) == pytest.approx(10 / 60)
+
+
 def test_a_larger_error_costs_what_the_cheapest_setting_costs() -> None:
     assert curves.cost_at([row(1, 8), row(2, 4)], 9.0) == 1
 
