@@ -150,8 +150,10 @@ class Points:
         Of the surface, linear.
     radiance : (3, M) float64
         Towards the viewer, gathered by the stages.
-    tangents, cotangents : (3, M) float64
-        Unit vectors on the outward side where u and v grow; zero where no stage requested them.
+    tangents : (3, M) float64
+        Unit vectors in which u grows; zero where no stage requested them.
+    handedness : (M,) float64
+        1 where v grows along outward normal x tangent, -1 where it grows against it: mirrored coordinates.
     by_u, by_v : (3, M) float64
         Derivatives of the position by u and v on the outward side; zero where no stage requested them.
     bent : bool
@@ -188,7 +190,7 @@ class Points:
     colors: Floats
     radiance: Floats
     tangents: Floats
-    cotangents: Floats
+    handedness: Floats
     by_u: Floats
     by_v: Floats
     doubts: Floats
@@ -281,7 +283,7 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
         colors=np.zeros((3, count)),
         radiance=np.zeros((3, count)),
         tangents=np.zeros((3, count)),
-        cotangents=np.zeros((3, count)),
+        handedness=np.ones(count),
         by_u=np.zeros((3, count)),
         by_v=np.zeros((3, count)),
         doubts=np.zeros(count),

@@ -123,6 +123,15 @@ def _long_enough(vector: Vector) -> Vector:
     return vector
 
 
+def _not_flat(factor: float) -> float:
+    if abs(factor) < SMALLEST:
+        raise PydanticCustomError(
+            "out_of_range",
+            "A factor between -1e-100 and 1e-100 leaves nothing to see. Use a larger one; a negative one mirrors.",
+        )
+    return factor
+
+
 def _countable(vector: Vector) -> Vector:
     if not SHORTEST <= max(map(abs, vector)) <= LONGEST:
         raise PydanticCustomError(
@@ -138,6 +147,12 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 
 Coordinate = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 Size = Annotated[float, Field(strict=True, ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
+Factor = Annotated[
+    Coordinate,
+    AfterValidator(_not_flat),
+    Field(json_schema_extra={"not": {"exclusiveMinimum": -SMALLEST, "exclusiveMaximum": SMALLEST}}),
+]
+"""What lengths are multiplied by; a negative one mirrors."""
 Intensity = Annotated[float, Field(strict=True, ge=0, le=BRIGHTEST, allow_inf_nan=False)]
 
 Point = tuple[Coordinate, Coordinate, Coordinate]

@@ -14,6 +14,7 @@ from schemas.quantities import (
     Asset,
     Direction,
     Edge,
+    Factor,
     Index,
     Name,
     Number,
@@ -154,8 +155,8 @@ def _on_all_axes(scale: Any) -> Any:
 
 # Not a union: errors within one of its members would have places that no document has.
 Scale = Annotated[
-    tuple[Size, Size, Size],
-    BeforeValidator(_on_all_axes, json_schema_input_type=Size | tuple[Size, Size, Size]),
+    tuple[Factor, Factor, Factor],
+    BeforeValidator(_on_all_axes, json_schema_input_type=Factor | tuple[Factor, Factor, Factor]),
 ]
 
 
@@ -163,7 +164,9 @@ class _Mesh(_Shape):
     """Many triangles that are scaled first, then rotated, then moved."""
 
     scale: Scale = Field(
-        default=(1.0, 1.0, 1.0), description="A factor, or one for each axis, dimensionless."
+        default=(1.0, 1.0, 1.0),
+        description="A factor, or one for each axis, dimensionless, not 0. A negative one mirrors; outside "
+        "stays outside.",
     )
     rotate: Turn | None = Field(default=None, description="Rotation about the origin, after scaling.")
     translate: Point = Field(default=(0.0, 0.0, 0.0), description="Translation, after rotation, scene units.")

@@ -100,13 +100,15 @@ class BumpMap:
 def frame_of(points: Points, chosen: Integers) -> tuple[Floats, Floats, Floats]:
     """Tangents, cotangents and outward normals, perpendicular to the smooth normal where there is one.
 
-    A smooth normal along the tangent takes any frame that fits it.
+    The cotangent is normal x tangent times the handedness, as of glTF 2.0 and MikkTSpace, so that a map on
+    mirrored texture coordinates shows the relief that it shows elsewhere, mirrored. A smooth normal along the
+    tangent takes any frame that fits it.
     """
     outward = points.shading_normals[:, chosen] * np.where(points.flipped[chosen], -1.0, 1.0)
     tangents = points.tangents[:, chosen]
     rest = tangents - outward * dot(tangents, outward)
     tangents = np.where(lengths(rest) > SHORT, unit(rest), frame_of_normals(outward))
-    return tangents, cross(outward, tangents), outward
+    return tangents, cross(outward, tangents) * points.handedness[chosen], outward
 
 
 @dataclass(frozen=True, slots=True)

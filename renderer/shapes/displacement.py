@@ -18,7 +18,16 @@ from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, Integers, Masks, columns, dot, lengths, unit
 from renderer.shapes import ellipsoids, rectangles, triangles
 from renderer.shapes.borders import Lift, join, neighbours, open_edges
-from renderer.shapes.meshes import CORNERS, Surface, joined, placed, smooth_normals, surface_of, triangles_of
+from renderer.shapes.meshes import (
+    CORNERS,
+    Surface,
+    joined,
+    mirrored,
+    placed,
+    smooth_normals,
+    surface_of,
+    triangles_of,
+)
 from renderer.shapes.triangles import Triangles
 
 PIXELS = 2.0
@@ -170,11 +179,11 @@ def _smooth(shape: language.Shape) -> bool:
 def _mesh(number: int, shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
     """A mesh in its place. Without texture coordinates, each triangle gets some of its own."""
     surface = surface_of(number, shape, assets)
-    vertices, rows = placed(surface.vertices, shape), surface.triangles
-    if surface.texture is not None:
-        return Surface(vertices, rows, surface.texture)
-    apart = np.arange(rows.size).reshape(-1, 3).T
-    return Surface(vertices[:, rows.T.reshape(-1)], apart, np.tile(CORNERS.T, rows.shape[1]))
+    vertices, rows, texture = placed(surface.vertices, shape), surface.triangles, surface.texture
+    if texture is None:
+        vertices, texture = vertices[:, rows.T.reshape(-1)], np.tile(CORNERS.T, rows.shape[1])
+        rows = np.arange(rows.size).reshape(-1, 3).T
+    return Surface(vertices, rows[[0, 2, 1]] if mirrored(shape) else rows, texture)
 
 
 def _rectangle(shape: language.Rectangle | language.Parallelogram) -> Surface:
@@ -261,6 +270,8 @@ def _round(shape: language.Shape, camera: Pinhole, assets: AssetSource, most: in
     half_round = np.pi * float(_pixels(family.centers, family.centers + side, camera).item())
     rows = max(3, min(int(np.ceil(half_round / PIXELS)), int(np.sqrt(most / 4))))
     coordinates, cells = _graticule(rows)
+    if family.handedness().item() < 0:
+        cells = cells[[0, 2, 1]]
     local = _on_sphere(coordinates)
     positions = family.centers + np.stack([dot(local, axes[:, i, None]) for i in range(3)])
     normals = unit(np.stack([dot(local, inverse[:, i, None]) for i in range(3)]))

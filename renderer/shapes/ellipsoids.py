@@ -188,12 +188,15 @@ class Ellipsoids(Family):
         return unit(across + np.copysign(half_chord, passed) * along)
 
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
-        """Along the parallels, and along the meridians towards the third axis."""
+        """Along the parallels; the axes may be left-handed."""
         angle = 2 * np.pi * points.coordinates[0, chosen]
-        axes = self.axes[:, :, shapes]
-        tangents = unit(np.cos(angle) * axes[1] - np.sin(angle) * axes[0])
-        normals = points.normals[:, chosen] * np.where(points.flipped[chosen], -1.0, 1.0)
-        return tangents, cross(normals, tangents)
+        first, second, _ = self.axes[:, :, shapes]
+        return unit(np.cos(angle) * second - np.sin(angle) * first), self.handedness()[shapes]
+
+    def handedness(self) -> Floats:
+        """1 where the axes are right-handed, -1 where they are left-handed, (K,)."""
+        first, second, third = self.axes
+        return np.copysign(1.0, dot(cross(unit(first), unit(second)), third))
 
     def derivatives(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Along the parallels and the meridians, by the turn: u = longitude / 2 pi, v = latitude / pi."""

@@ -166,7 +166,7 @@ class Family(ABC):
 
     @abstractmethod
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
-        """Unit tangents and cotangents (3, M) on the outward side, where the texture coordinates grow."""
+        """Unit tangents (3, M), in which u grows, and the handedness (M,) of the texture coordinates."""
 
     @abstractmethod
     def derivatives(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
@@ -225,6 +225,5 @@ class Location:
         if self.sloped:
             points.by_u[:, chosen], points.by_v[:, chosen] = self.family.derivatives(points, chosen, shapes)
         if self.framed:
-            points.tangents[:, chosen], points.cotangents[:, chosen] = self.family.frame(
-                points, chosen, shapes
-            )
+            frame = self.family.frame(points, chosen, shapes)
+            points.tangents[:, chosen], points.handedness[chosen] = frame

@@ -20,8 +20,8 @@ def frame_of_normals(normals: Floats) -> Floats:
     return np.stack((1.0 + sign * x * x * a, sign * (x * y * a), -sign * x))
 
 
-def frame_of_texture(vertices: Floats, texture: Floats, normals: Floats) -> tuple[Floats, Masks]:
-    """Unit tangents in which the first texture coordinate grows, and where there is one.
+def frame_of_texture(vertices: Floats, texture: Floats, normals: Floats) -> tuple[Floats, Floats, Masks]:
+    """Unit tangents in which the first texture coordinate grows, their handedness, and where there is one.
 
     Parameters
     ----------
@@ -32,14 +32,16 @@ def frame_of_texture(vertices: Floats, texture: Floats, normals: Floats) -> tupl
 
     Returns
     -------
-    (3, N) float64, (N,) bool
-        A triangle without area in the texture, or whose tangent is all but parallel to the normal, has none.
+    (3, N) float64, (N,) float64, (N,) bool
+        The second is -1 where vertices that are counter-clockwise seen from outside are clockwise in the
+        texture: there the other texture coordinate grows along tangent x normal (glTF 2.0, MikkTSpace). A
+        triangle without area in the texture, or whose tangent is all but parallel to the normal, has none.
     """
     first, second, du, dv, turn = _edges(vertices, texture)
-    gradient = (first * dv[1] - second * du[1]) * np.where(turn < 0, -1.0, 1.0)
-    along = unit(gradient)
+    handedness = np.where(turn < 0, -1.0, 1.0)
+    along = unit((first * dv[1] - second * du[1]) * handedness)
     rest = along - normals * dot(along, normals)
-    return unit(rest), (turn != 0) & (lengths(rest) > SHORT)
+    return unit(rest), handedness, (turn != 0) & (lengths(rest) > SHORT)
 
 
 def derivatives_of_texture(vertices: Floats, texture: Floats) -> tuple[Floats, Floats]:

@@ -1,7 +1,7 @@
 """Meshes: many triangles that share vertices, from the scene or from a file."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -62,6 +62,23 @@ def placed(vertices: Floats, shape: language.Mesh | language.MeshFile) -> Floats
     return vertices + column(shape.translate)
 
 
+def mirrored(shape: language.Mesh | language.MeshFile) -> bool:
+    """Whether a mesh's scale turns its triangles over: counter-clockwise becomes clockwise."""
+    return bool(np.prod(np.sign(shape.scale)) < 0)
+
+
+def turned_over(family: Triangles) -> Triangles:
+    """The same triangles with their other sides outside."""
+    order = [0, 2, 1]
+    return replace(
+        family,
+        vertices=family.vertices[order],
+        normals=-family.normals,
+        vertex_normals=-family.vertex_normals[order],
+        texture=family.texture[order],
+    )
+
+
 def _turned(vectors: Floats, axis: Floats, angle: float) -> Floats:
     """Rodrigues' formula; the versine by the half angle, which keeps small turns exact."""
     versine = 2 * np.sin(angle / 2) ** 2
@@ -117,7 +134,8 @@ def build(
             files[name] = surface
         total += surface.triangles.shape[1]
         _refuse_too_many(number, shape, total, most)
-        parts.append(triangles_of(number, placed(surface.vertices, shape), surface, smooth=shape.smooth))
+        part = triangles_of(number, placed(surface.vertices, shape), surface, smooth=shape.smooth)
+        parts.append(turned_over(part) if mirrored(shape) else part)
     return joined(parts)
 
 

@@ -125,10 +125,9 @@ class Rectangles(FlatFamily):
         points.face_rays(chosen, taken(self.normals, shapes), flipped)
 
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
-        """Directions of the edges."""
+        """Along the first edge; the normal is that of both edges, so nothing is mirrored."""
         del points, chosen
-        tangents = unit(self.first[:, shapes])
-        return tangents, cross(self.normals[:, shapes], tangents)
+        return unit(self.first[:, shapes]), np.ones(shapes.size)
 
     def derivatives(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """The edges."""

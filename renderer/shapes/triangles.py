@@ -77,13 +77,12 @@ class Triangles(FlatFamily):
             put(points.shading_normals, chosen, np.where(self.smooth[shapes], smooth, facing))
 
     def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
-        """Directions in which the texture coordinates grow, or any frame where they do not say."""
+        """Direction in which u grows, or any frame where the texture coordinates do not say."""
         del points, chosen
         normals = self.normals[:, shapes]
         vertices, texture = self.vertices[:, :, shapes], self.texture[:, :, shapes]
-        tangents, valid = frame_of_texture(vertices, texture, normals)
-        tangents = np.where(valid, tangents, frame_of_normals(normals))
-        return tangents, cross(normals, tangents)
+        tangents, handedness, valid = frame_of_texture(vertices, texture, normals)
+        return np.where(valid, tangents, frame_of_normals(normals)), handedness
 
     def derivatives(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Solved from the texture coordinates of the vertices."""

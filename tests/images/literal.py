@@ -144,6 +144,14 @@ def ellipsoid(shape: Any) -> Surface:
     return Surface(distances, details, planar=False)
 
 
+def handedness(surface: Surface, place: V) -> float:
+    """1, or -1 where v grows against normal x tangent, as steps along both show."""
+    normal, _, tangent, u, v = surface.details(place)
+    steps = [surface.details(add(place, mul(way, 1e-6)))[3:] for way in (tangent, cross(normal, tangent))]
+    (a, b), (c, d) = [((s - u + 0.5) % 1 - 0.5, t - v) for s, t in steps]
+    return 1.0 if a * d >= b * c else -1.0
+
+
 SURFACES = {"triangle": triangle, "rectangle": rectangle, "ellipsoid": ellipsoid}
 
 
@@ -162,12 +170,8 @@ def places(pattern: str, samples: int) -> list[tuple[float, float]]:
     turned = []
     for a, b in grid(samples):
         x, y = a - 0.5, b - 0.5
-        turned.append(
-            (
-                (x * math.cos(angle) - y * math.sin(angle) + 0.5) % 1,
-                (x * math.sin(angle) + y * math.cos(angle) + 0.5) % 1,
-            )
-        )
+        across = x * math.cos(angle) - y * math.sin(angle) + 0.5
+        turned.append((across % 1, (x * math.sin(angle) + y * math.cos(angle) + 0.5) % 1))
     return turned
 
 
@@ -281,7 +285,8 @@ class Drawing:
         outward, shading, tangent, u, v = self.surfaces[number].details(place)
         side = 1.0 if dot(outward, viewer) > 0 else -1.0
         if material.normal_map:
-            shading = self.mapped(material.normal_map, shading, tangent, (u, v))
+            hand = handedness(self.surfaces[number], place)
+            shading = self.mapped(material.normal_map, shading, tangent, (u, v), hand)
         normal = mul(shading, side)
         if dot(normal, viewer) < 0:
             # Bent to the horizon: what is seen does not face away.
@@ -358,13 +363,13 @@ class Drawing:
                 total = add(total, mul(texel(k, m), weight_x * weight_y))
         return total
 
-    def mapped(self, name: str, outward: V, tangent: V, uv: tuple[float, float]) -> V:
+    def mapped(self, name: str, outward: V, tangent: V, uv: tuple[float, float], hand: float) -> V:
         """The normal 2 c - 1 of a normal map, on the outward side."""
         tangent = unit(sub(tangent, mul(outward, dot(tangent, outward))))
         x, y, z = (2 * c - 1 for c in self.looked_up(name, *uv))
         if x * x + y * y + z * z < 1e-3:
             x, y, z = 0.0, 0.0, 1.0
-        return unit(add(mul(tangent, x), add(mul(cross(outward, tangent), y), mul(outward, z))))
+        return unit(add(mul(tangent, x), add(mul(cross(outward, tangent), y * hand), mul(outward, z))))
 
 
 def product(a: V, b: V) -> V:

@@ -32,19 +32,26 @@ def vector(chosen: random.Random, reach: float = 2) -> list[float]:
 
 
 def axes(chosen: random.Random) -> list[list[float]]:
-    """Three perpendicular semi-axes of any lengths."""
+    """Three perpendicular semi-axes of any lengths, left-handed or right-handed."""
     turned, _ = np.linalg.qr(np.array([vector(chosen) for _ in range(3)]))
+    turned[2] *= chosen.choice([-1, 1])
     return [[float(x) * length for x in axis] for axis in turned for length in [chosen.uniform(0.2, 1.6)]]
+
+
+def uvs(chosen: random.Random) -> list[list[float]]:
+    """Half of them mirrored."""
+    return [[chosen.random(), chosen.random()] for _ in range(3)]
 
 
 def shape(chosen: random.Random) -> Json:
     material = chosen.choice(["plain", "glossy", "rough"])
     match chosen.choice(["triangle", "smooth", "rectangle", "ellipsoid", "sphere"]):
         case "triangle":
-            return triangle(*(vector(chosen) for _ in range(3)), material=material)
+            return triangle(*(vector(chosen) for _ in range(3)), uvs=uvs(chosen), material=material)
         case "smooth":
             normals = [vector(chosen) for _ in range(3)]
-            return triangle(*(vector(chosen) for _ in range(3)), normals=normals, material=material)
+            corners = [vector(chosen) for _ in range(3)]
+            return triangle(*corners, normals=normals, uvs=uvs(chosen), material=material)
         case "rectangle":
             return rectangle(vector(chosen), vector(chosen), vector(chosen), material=material)
         case "ellipsoid":

@@ -100,6 +100,27 @@ def test_placing_scales_then_turns_then_moves() -> None:
     np.testing.assert_allclose(family.vertices[:, :, 0], expected, rtol=0, atol=4e-15)
 
 
+@pytest.mark.parametrize("scale", [-1.0, [-0.5, 1, 2], [-1, -2, 1]], ids=str)
+@pytest.mark.parametrize("smooth", [False, True])
+def test_a_negative_scale_mirrors_and_keeps_outside_outside(scale: Any, smooth: bool) -> None:
+    """Glass with a board on it. By hand: vertices multiplied, and after one or three mirrors turned over."""
+    factors = np.broadcast_to(scale, 3)
+    faces = FACES[:, [0, 2, 1]] if np.prod(factors) < 0 else FACES
+    place = {"translate": [0, 1.5, 0], "smooth": smooth, "uvs": VERTICES[:, :2].tolist()}
+    glass = phong(color_texture="board", specular=0.3, transmission=0.5)
+    board = {"textures": {"board": {"type": "checker"}}, "materials": {"plain": glass}}
+    by_scale, by_hand = (
+        plan_of(lit(FLOOR, shape, **board, sampling=sampled(1)))
+        for shape in (mesh(scale=scale, **place), mesh(VERTICES * factors, faces, **place))
+    )
+    np.testing.assert_array_equal(renderer.render(by_scale).image, renderer.render(by_hand).image)
+    starts = np.add((VERTICES * factors)[FACES].mean(axis=1), [5, 6.5, 5])
+    first, second = (renderer.trace(plan, starts, [[-1, -1, -1]] * 320) for plan in (by_scale, by_hand))
+    assert (first.shape == 1).any()
+    for name in ("normal", "uv", "primitive", "visibility"):
+        np.testing.assert_allclose(getattr(first, name), getattr(second, name), rtol=0, atol=2.0**-50)
+
+
 @pytest.mark.parametrize("degrees", [0.0, 1e-9, 37.0, -120.0, 180.0, 720.5])
 def test_turning_keeps_lengths_and_the_axis(degrees: float) -> None:
     rng = np.random.default_rng(3)

@@ -33,17 +33,18 @@ def test_texture_coordinates_of_the_vertices_are_mixed_by_weight() -> None:
             assert hits.uv[0].tolist() == expected
 
 
-def test_a_tangent_points_where_the_first_texture_coordinate_grows() -> None:
+def test_a_frame_points_where_the_texture_coordinates_grow() -> None:
     rng = np.random.default_rng(2)
     for _ in range(200):
         vertices, texture = rng.normal(size=(3, 3)), rng.normal(size=(3, 2))
         normal = unit_normals(vertices[:, :, None])
-        tangent, valid = frame_of_texture(vertices[:, :, None], texture[:, :, None], normal)
+        tangent, handedness, valid = frame_of_texture(vertices[:, :, None], texture[:, :, None], normal)
         assert valid.all()
         first, second = vertices[1] - vertices[0], vertices[2] - vertices[0]
         solved = np.linalg.solve((texture[1:] - texture[0]), np.array([first, second]))
         assert np.dot(tangent[:, 0], solved[0]) == pytest.approx(np.linalg.norm(solved[0]), rel=1e-9)
         assert abs(np.dot(tangent[:, 0], normal[:, 0])) <= 8 * EPS
+        assert np.dot(handedness * np.cross(normal[:, 0], tangent[:, 0]), solved[1]) > 0
 
 
 @pytest.mark.parametrize(
@@ -51,7 +52,7 @@ def test_a_tangent_points_where_the_first_texture_coordinate_grows() -> None:
 )
 def test_texture_coordinates_without_area_give_no_tangent(texture: list[list[float]]) -> None:
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float)[:, :, None]
-    _, valid = frame_of_texture(
+    *_, valid = frame_of_texture(
         vertices, np.array(texture, dtype=float)[:, :, None], np.array([[0], [0], [1.0]])
     )
     assert not valid.any()
