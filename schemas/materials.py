@@ -53,8 +53,8 @@ class PhongMaterial(Closed):
     normal_map: Name | None = Field(
         default=None,
         description="The name of an image texture whose colours c encode normals 2 c - 1 in "
-        "(tangent, cotangent, normal). u grows along the tangent; the cotangent is normal x tangent, and minus "
-        "that where texture coordinates are mirrored, as in glTF.",
+        "(tangent, cotangent, normal). u grows along the tangent; the cotangent is normal x tangent, or the "
+        "opposite where texture coordinates are mirrored, as in glTF.",
     )
     bump_map: Name | None = Field(
         default=None,

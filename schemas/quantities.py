@@ -127,7 +127,8 @@ def _not_flat(factor: float) -> float:
     if abs(factor) < SMALLEST:
         raise PydanticCustomError(
             "out_of_range",
-            "A factor between -1e-100 and 1e-100 leaves nothing to see. Use a larger one; a negative one mirrors.",
+            "A factor between -1e-100 and 1e-100 leaves nothing to see. Use a larger one; a negative one "
+            "mirrors.",
         )
     return factor
 
