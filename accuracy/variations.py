@@ -9,6 +9,7 @@ import numpy as np
 from accuracy.statistics import clipped, rms_difference
 from renderer.compiling import compile_scene
 from renderer.plan.plan import RenderPlan
+from renderer.plan.strengths import effective
 from renderer.rendering import render
 from renderer.scenes import LoadedScene
 from schemas.pointers import escaped
@@ -115,6 +116,7 @@ class Variant:
 
 def variants(document: Scene) -> Iterator[Variant]:
     """The scene without each light, each part of its materials, its lens, its antialiasing."""
+    document = effective(document)
     for number in range(len(document.lights)):
         others = document.lights[:number] + document.lights[number + 1 :]
         changed = document.model_copy(update={"lights": others})

@@ -122,12 +122,16 @@ class TextureEffect:
     mean : callable or None
         Gives the texture of the scene language whose value is the exact mean over a footprint; None where
         there is none.
+    single : callable or None
+        Gives the colour that a texture of the scene language has everywhere, None if it has several; None
+        where the scene does not say.
     """
 
     build: Callable[[Any, AssetSource], Texture]
     brightest: Callable[[Any], Color]
     heights: Callable[[Any], ImageTexture] | None
     mean: Callable[[Any], Any] | None
+    single: Callable[[Any], Color | None] | None
 
 
 def registered(union: Any, effects: Mapping[type[BaseModel], E]) -> dict[type[BaseModel], E]:
@@ -167,6 +171,10 @@ def _white(texture: schemas.textures.ImageTexture) -> Color:
 def _brighter_field(texture: schemas.textures.CheckerTexture) -> Color:
     even, odd = texture.even, texture.odd
     return max(even[0], odd[0]), max(even[1], odd[1]), max(even[2], odd[2])
+
+
+def _same_fields(texture: schemas.textures.CheckerTexture) -> Color | None:
+    return texture.even if texture.even == texture.odd else None
 
 
 def _boxed(texture: schemas.textures.CheckerTexture) -> schemas.textures.CheckerTexture:
@@ -248,9 +256,11 @@ LIGHTS = registered(
 TEXTURES = registered(
     schemas.textures.Texture,
     {
-        schemas.textures.ImageTexture: TextureEffect(mipmap.build, _white, heights.image_of, mean=None),
+        schemas.textures.ImageTexture: TextureEffect(
+            mipmap.build, _white, heights.image_of, mean=None, single=None
+        ),
         schemas.textures.CheckerTexture: TextureEffect(
-            checker.build, _brighter_field, heights=None, mean=_boxed
+            checker.build, _brighter_field, heights=None, mean=_boxed, single=_same_fields
         ),
     },
 )

@@ -8,6 +8,7 @@ from renderer.assets import AssetError, AssetSource
 from renderer.cameras import build_pinhole
 from renderer.errors import SceneError
 from renderer.plan.effects import SHAPES, TEXTURES, ShapeEffect
+from renderer.plan.strengths import effective
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family, displacement
 from renderer.shapes.displacement import Displaced
@@ -15,11 +16,10 @@ from renderer.textures import Texture
 from renderer.textures.heights import Heights
 from schemas.api.plans import LeftOut
 from schemas.errors import Problem
-from schemas.materials import PhongMaterial
 from schemas.pointers import escaped
 from schemas.reading.advice import no_area
 from schemas.scene import Scene
-from schemas.shapes import Shape, Triangle
+from schemas.shapes import Triangle
 from schemas.textures import Texture as Written
 
 
@@ -75,7 +75,7 @@ class SceneGeometry:
     displaced : tuple of str
         Pointers to the displacement maps that moved shapes.
     left_out : tuple of LeftOut
-        Shapes and displacements that nothing is built of.
+        Shapes that nothing is built of.
     degenerate, retried : int
         Triangles without area, and triangles so thin that exact arithmetic had to decide if they have one.
     """
@@ -96,7 +96,7 @@ def build_geometry(scene: LoadedScene) -> SceneGeometry:
     SceneError
         If a file that a shape, or its displacement map, names is missing or cannot be used.
     """
-    making = _Making(scene, Textures(scene.assets))
+    making = _Making(effective(scene.document), scene.assets, Textures(scene.assets))
     built = [*making.still(), *making.moved()]
     making.retried += sum(family.count_retried() for family in built)
     families = tuple(part for family in built if (part := making.with_area(family)) is not None)
@@ -121,7 +121,8 @@ def shown_materials(document: Scene) -> list[str]:
 class _Making:
     """The geometry under construction."""
 
-    scene: LoadedScene
+    document: Scene
+    assets: AssetSource
     textures: Textures
     displaced: list[str] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
@@ -134,56 +135,42 @@ class _Making:
     def still(self) -> list[Family]:
         """Families of the shapes whose surface stays where it is."""
         members: dict[ShapeEffect, list[int]] = {}
-        for number, shape in enumerate(self.scene.document.shapes):
+        for number, shape in enumerate(self.document.shapes):
             if isinstance(shape, Triangle) and no_area(shape):
                 self.degenerate += 1
                 self.retried += 1
                 self._leave_out("shapes.triangle", "its three vertices lie on one line", f"/shapes/{number}")
-            elif self._displacement(shape) is None:
+            elif self.document.materials[shape.material].displacement_map is None:
                 members.setdefault(SHAPES[type(shape)], []).append(number)
         return [self._family(effect, numbers) for effect, numbers in members.items()]
 
     def _family(self, effect: ShapeEffect, numbers: list[int]) -> Family:
-        shapes = [self.scene.document.shapes[number] for number in numbers]
+        shapes = [self.document.shapes[number] for number in numbers]
         try:
-            return effect.build(numbers, shapes, self.scene.assets)
+            return effect.build(numbers, shapes, self.assets)
         except AssetError as error:
             raise _unusable(error) from error
-
-    def _displacement(self, shape: Shape) -> PhongMaterial | None:
-        """The shape's material if it moves the surface."""
-        material = self.scene.document.materials[shape.material]
-        return material if material.displacement_map is not None and material.displacement_height else None
 
     def moved(self) -> list[Family]:
         """The family of the shapes whose surface is moved."""
-        document = self.scene.document
         parts: list[Displaced] = []
         read: dict[tuple[str, float], Heights] = {}
-        for number, shape in enumerate(document.shapes):
-            material = self._displacement(shape)
-            if material is None or material.displacement_map is None:
+        for number, shape in enumerate(self.document.shapes):
+            material = self.document.materials[shape.material]
+            if material.displacement_map is None:
                 continue
             key = (material.displacement_map, material.displacement_height)
             if key not in read:
-                read[key] = self.textures.heights(document, *key)
+                read[key] = self.textures.heights(self.document, *key)
             parts.append(Displaced(number, shape, read[key]))
             self.displaced.append(f"/materials/{escaped(shape.material)}/displacement_map")
         self.displaced = list(dict.fromkeys(self.displaced))
-        self._note_flat_maps()
         if not parts:
             return []
         try:
-            return [displacement.build(parts, build_pinhole(document.camera), self.scene.assets)]
+            return [displacement.build(parts, build_pinhole(self.document.camera), self.assets)]
         except AssetError as error:
             raise _unusable(error) from error
-
-    def _note_flat_maps(self) -> None:
-        for name in shown_materials(self.scene.document):
-            material = self.scene.document.materials[name]
-            if material.displacement_map is not None and not material.displacement_height:
-                pointer = f"/materials/{escaped(name)}/displacement_height"
-                self._leave_out("materials.phong.displacement_map", "its height is 0", pointer)
 
     def with_area(self, family: Family) -> Family | None:
         """The family without the shapes of which no triangle has an area; None if there are no others."""

@@ -8,6 +8,7 @@ import numpy as np
 from renderer.plan.effects import SHAPES, TEXTURES
 from renderer.plan.geometry import SceneGeometry, shown_materials
 from renderer.plan.stages import Entry
+from renderer.plan.strengths import effective, without_strength
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.textures import Texture
@@ -36,6 +37,8 @@ class Request:
         Materials whose textures are not looked up at points, but shaded all over pixels.
     entries, left_out : list
         The plan as people read it, under construction.
+    document : Scene
+        The scene without what has no strength.
     sampling : Sampling
         The scene's own, or what `quality` puts in its place.
     dtype : float32 or float64
@@ -54,6 +57,7 @@ class Request:
     details: frozenset[str] = frozenset()
     entries: list[Entry] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
+    document: Scene = field(init=False)
     sampling: Sampling = field(init=False)
     dtype: np.dtype[np.floating] = field(init=False)
     names: list[str] = field(init=False)
@@ -61,10 +65,12 @@ class Request:
 
     def __post_init__(self) -> None:
         """Work out what follows."""
+        self.document = effective(self.scene.document)
         self.sampling = _sampling(self.document, self.quality)
         double = self.quality is not None and self.quality.precision == "double"
         self.dtype = np.dtype(np.float64 if double else np.float32)
         self.names = shown_materials(self.document)
+        self.left_out.extend(without_strength(self.scene.document, self.names))
         width, height = self.document.camera.picture_size
         self.rays = float(width * height * self.sampling.antialiasing.samples)
 
@@ -72,11 +78,6 @@ class Request:
     def target(self) -> TargetQuality | None:
         """The target quality, if it is one."""
         return self.quality if isinstance(self.quality, TargetQuality) else None
-
-    @property
-    def document(self) -> Scene:
-        """The scene as written."""
-        return self.scene.document
 
     def list_stage(
         self, name: str, effect: str, detail: str, pointers: tuple[str, ...] = (), each: float = 0.0

@@ -111,6 +111,7 @@ def _bounces(materials: list[PhongMaterial]) -> float:
 
     A bounce sends on no more than the material's `mirror` and `transmission` together.
     """
-    share = max((material.mirror + material.transmission for material in materials), default=0.0)
-    deepest = max((material.max_depth for material in materials), default=0)
+    sending = [each for each in materials if each.mirror or each.transmission]
+    share = max((material.mirror + material.transmission for material in sending), default=0.0)
+    deepest = max((material.max_depth for material in sending), default=0)
     return sum(share**bounce for bounce in range(deepest + 1))

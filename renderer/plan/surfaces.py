@@ -16,13 +16,10 @@ from renderer.textures import footprints as footprint_stage
 from renderer.textures.footprints import Footprints
 from renderer.textures.heights import LOOKUPS_A_SLOPE
 from schemas.pointers import escaped
+from schemas.scene import used_textures
 
 FILTERING = ("mipmap", "box")
 """Filters that take a mean over a footprint."""
-
-TEXTURED = ("color_texture", "normal_map", "bump_map", "displacement_map")
-"""Fields of a material that name a texture."""
-
 
 FINEST = 256
 """Textures filter as for so many samples a pixel where their number is not known before."""
@@ -99,11 +96,8 @@ def _bumps(request: Request) -> list[BumpMap]:
         material = request.document.materials[name]
         if name in request.details:
             continue
-        if material.bump_map is not None and material.bump_height:
+        if material.bump_map is not None:
             used.setdefault((material.bump_map, material.bump_height), []).append(i)
-        elif material.bump_map is not None:
-            pointer = f"/materials/{escaped(name)}/bump_height"
-            request.leave_out("materials.phong.bump_map", "its height is 0", pointer)
     return [_bump(request, name, height, materials) for (name, height), materials in used.items()]
 
 
@@ -123,7 +117,7 @@ def _horizon(request: Request) -> list[Horizon]:
         material = request.document.materials[name]
         if material.normal_map is not None:
             asking.append(f"/materials/{escaped(name)}/normal_map")
-        if material.bump_map is not None and material.bump_height:
+        if material.bump_map is not None:
             asking.append(f"/materials/{escaped(name)}/bump_map")
     if not asking:
         return []
@@ -161,7 +155,8 @@ def leave_out_unused(request: Request) -> None:
         if name not in request.names:
             reason = "no shape has this material"
             request.leave_out("materials.phong", reason, f"/materials/{escaped(name)}")
-    parts = {name for part in TEXTURED for name in _textures_of(request, part)}
+    shown = {name: request.scene.document.materials[name] for name in request.names}
+    parts = {name for _, name in used_textures({"materials": shown})}
     for name, texture in request.document.textures.items():
         if name not in parts:
             reason = "no material that is shown uses this texture"

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from renderer.plan.strengths import effective
 from schemas.errors import Problem
 from schemas.pointers import pointer
 from schemas.scene import Scene, used_textures
@@ -31,6 +32,7 @@ def too_large(session: Session, scene: Scene, worker_bytes: int, *, target: bool
     target
         Whether the quality is an error: more is kept of each texture then.
     """
+    scene = effective(scene)
     used = _used(scene)
     pixels = {name: count for name, count in _pixels(session, scene).items() if name in used}
     if not pixels:

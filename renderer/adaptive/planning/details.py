@@ -36,10 +36,10 @@ def _eligible(request: Request, material: PhongMaterial) -> bool:
     Reflections and refractions vary as well. A bump map on top of a normal map, or one that turns over from
     copy to copy, has no slopes that a table could hold.
     """
-    bumped = material.bump_map if material.bump_height else None
-    names = [name for name in (material.color_texture, material.normal_map, bumped) if name is not None]
+    bumped, mapped = material.bump_map, material.normal_map
+    names = [name for name in (material.color_texture, mapped, bumped) if name is not None]
     textures = [request.document.textures[name] for name in names]
-    if not names or material.mirror or material.transmission or (bumped and material.normal_map):
+    if not names or material.mirror or material.transmission or (bumped and mapped):
         return False
     if bumped is not None:
         bump = request.document.textures[bumped]
@@ -112,7 +112,7 @@ def _table(request: Request, name: str, *, stored: bool) -> TexelTable:
 def _relief(request: Request, material: PhongMaterial) -> Relief | None:
     if material.normal_map is not None:
         return MappedRelief(_table(request, material.normal_map, stored=True))
-    if material.bump_map is not None and material.bump_height:
+    if material.bump_map is not None:
         heights = request.heights(material.bump_map, material.bump_height)
         texels = heights.texture.texels.astype(np.float64)
         return BumpRelief(*slopes(heights.scale * texels.mean(axis=2), heights.texture.wrap))

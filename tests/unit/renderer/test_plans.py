@@ -154,6 +154,26 @@ def test_an_empty_scene_has_camera_rays_alone() -> None:
             ["/textures/x"],
             "no material that is shown uses this texture",
         ),
+        (
+            scene(
+                FLOOR,
+                textures={"x": {"type": "image", "asset": "picture.png"}},
+                materials={"plain": phong(bump_map="x")},
+            ),
+            "materials.phong.bump_map",
+            ["/materials/plain/bump_map"],
+            "its height is 0",
+        ),
+        (
+            scene(
+                FLOOR,
+                textures={"x": {"type": "checker", "even": [0.1, 0.1, 0.1]}},
+                materials={"plain": phong(color_texture="x")},
+            ),
+            "textures.checker",
+            ["/materials/plain/color_texture"],
+            "one colour everywhere",
+        ),
     ],
 )
 def test_what_is_left_out_says_why(document: Json, effect: str, pointers: list[str], reason: str) -> None:

@@ -1,0 +1,64 @@
+"""Parts of materials that are written and have no strength: what a scene is without them."""
+
+from renderer.plan.effects import TEXTURES, Color
+from schemas.api.plans import LeftOut
+from schemas.materials import PhongMaterial
+from schemas.pointers import escaped
+from schemas.scene import Scene
+
+HEIGHTS = {"bump_map": "bump_height", "displacement_map": "displacement_height"}
+"""Maps of heights, and the field that says how high white is."""
+
+
+def effective(document: Scene) -> Scene:
+    """The scene without maps of height 0, and with a colour for each texture that has but one.
+
+    All decisions about a plan are taken from this, so that none of them asks about strengths.
+    """
+    changes = {name: _changes(material, document) for name, material in document.materials.items()}
+    if not any(changes.values()):
+        return document
+    materials = {
+        name: material.model_copy(update=changes[name]) if changes[name] else material
+        for name, material in document.materials.items()
+    }
+    return document.model_copy(update={"materials": materials})
+
+
+def without_strength(document: Scene, names: list[str]) -> list[LeftOut]:
+    """What `effective` leaves out of some materials, and why."""
+    found = []
+    for name in names:
+        material, pointer = document.materials[name], f"/materials/{escaped(name)}"
+        for part in _flat_maps(material):
+            place = HEIGHTS[part] if HEIGHTS[part] in material.model_fields_set else part
+            found.append(_left_out(f"materials.phong.{part}", f"{pointer}/{place}", "its height is 0"))
+        if _single_color(material, document) is not None:
+            effect = f"textures.{document.textures[material.color_texture or ''].type}"
+            found.append(_left_out(effect, f"{pointer}/color_texture", "it has one colour everywhere"))
+    return found
+
+
+def _changes(material: PhongMaterial, document: Scene) -> dict[str, object]:
+    changes: dict[str, object] = dict.fromkeys(_flat_maps(material))
+    color = _single_color(material, document)
+    return changes if color is None else {**changes, "color": color, "color_texture": None}
+
+
+def _flat_maps(material: PhongMaterial) -> list[str]:
+    """Maps of heights where white is no higher than black."""
+    written = [part for part in HEIGHTS if getattr(material, part) is not None]
+    return [part for part in written if not getattr(material, HEIGHTS[part])]
+
+
+def _single_color(material: PhongMaterial, document: Scene) -> Color | None:
+    """The colour of a material's texture if it is the same everywhere."""
+    if material.color_texture is None:
+        return None
+    texture = document.textures[material.color_texture]
+    single = TEXTURES[type(texture)].single
+    return None if single is None else single(texture)
+
+
+def _left_out(effect: str, pointer: str, reason: str) -> LeftOut:
+    return LeftOut(effect=effect, pointers=(pointer,), reason=reason)
