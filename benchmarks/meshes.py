@@ -101,7 +101,7 @@ def _seconds(shape: dict[str, Any], files: dict[str, bytes], runs: int) -> Sprea
 
 
 def _tree_seconds(vertices: Any, triangles: Any) -> float:
-    surface = Surface(vertices.T.copy(), triangles.T.astype(np.int64), None)
+    surface = Surface(vertices.T.copy(), triangles.T.astype(np.int64), None, mapped=False)
     family = triangles_of(0, surface.vertices, surface, smooth=False)
     begun = cpu_seconds()
     trees.build(family)

@@ -109,4 +109,20 @@ class PhongMaterial(Closed):
         return self
 
 
+HEIGHTS = {"bump_map": "bump_height", "displacement_map": "displacement_height"}
+"""Maps of heights, and the field that says how high white is."""
+
+
+def flat_maps(material: PhongMaterial) -> list[str]:
+    """Fields with maps of heights where white is no higher than black: they change nothing."""
+    written = [part for part in HEIGHTS if getattr(material, part) is not None]
+    return [part for part in written if not getattr(material, HEIGHTS[part])]
+
+
+def shown_textures(material: PhongMaterial) -> list[str]:
+    """Fields with textures that change what the material looks like."""
+    flat, parts = flat_maps(material), ("color_texture", "normal_map", *HEIGHTS)
+    return [part for part in parts if getattr(material, part) is not None and part not in flat]
+
+
 Material = Annotated[Annotated[PhongMaterial, tag(PhongMaterial)], chosen_by({"phong": (PhongMaterial,)})]

@@ -1,5 +1,6 @@
 """What is built of a scene whatever its sampling: shapes in families, and textures; plans share it."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,14 +13,16 @@ from renderer.plan.strengths import effective
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family, displacement
 from renderer.shapes.displacement import Displaced
+from renderer.shapes.triangles import Triangles
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
 from schemas.api.plans import LeftOut
 from schemas.errors import Problem
+from schemas.materials import shown_textures
 from schemas.pointers import escaped
-from schemas.reading.advice import no_area
+from schemas.reading.advice import no_area, no_coordinates
 from schemas.scene import Scene
-from schemas.shapes import Triangle
+from schemas.shapes import MeshFile, Triangle
 from schemas.textures import Texture as Written
 
 
@@ -76,6 +79,8 @@ class SceneGeometry:
         Pointers to the displacement maps that moved shapes.
     left_out : tuple of LeftOut
         Shapes that nothing is built of.
+    warnings : tuple of Problem
+        What is valid but probably not meant in the files of shapes.
     degenerate, retried : int
         Triangles without area, and triangles so thin that exact arithmetic had to decide if they have one.
     """
@@ -84,6 +89,7 @@ class SceneGeometry:
     textures: Textures
     displaced: tuple[str, ...]
     left_out: tuple[LeftOut, ...]
+    warnings: tuple[Problem, ...]
     degenerate: int
     retried: int
 
@@ -106,6 +112,7 @@ def build_geometry(scene: LoadedScene) -> SceneGeometry:
         textures=making.textures,
         displaced=tuple(making.displaced),
         left_out=tuple(making.left_out),
+        warnings=tuple(_without_coordinates(making.document, families)),
         degenerate=making.degenerate + lacking,
         retried=making.retried,
     )
@@ -182,6 +189,21 @@ class _Making:
         if seen.all():
             return family
         return family.part(seen) if seen.any() else None
+
+
+def _without_coordinates(document: Scene, families: Iterable[Family]) -> Iterator[Problem]:
+    """Warnings of textured files without texture coordinates, one a material; the scene's own are known."""
+    bare: dict[str, list[int]] = {}
+    for family in families:
+        numbers = family.numbers[~family.mapped] if isinstance(family, Triangles) else family.numbers[:0]
+        for number in np.unique(numbers).tolist():
+            if isinstance(document.shapes[number], MeshFile):
+                bare.setdefault(document.shapes[number].material, []).append(number)
+    for name, shapes in bare.items():
+        if parts := shown_textures(document.materials[name]):
+            detail = no_coordinates("mesh", parts[0], len(shapes) - 1)
+            pointer = f"/shapes/{shapes[0]}/asset"
+            yield Problem(pointer=pointer, detail=detail, code="no_texture_coordinates")
 
 
 def _unusable(error: AssetError) -> SceneError:

@@ -14,6 +14,7 @@ from renderer.plan.geometry import SceneGeometry
 from renderer.plan.stages import Entry, Illumination, PointStage, ScatteringStage
 from renderer.scenes import LoadedScene
 from schemas.api.plans import LeftOut, PlanCost, PlanDocument, PlanStage
+from schemas.errors import Problem
 from schemas.quality import Antialiasing, Quality
 from schemas.scene import Scene
 from schemas.tiles import Pass
@@ -111,6 +112,11 @@ class RenderPlan:
     def document(self) -> Scene:
         """The scene as written."""
         return self.scene.document
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """What is valid but probably not meant, in the scene and in the files of its shapes."""
+        return (*self.scene.warnings, *self.geometry.warnings)
 
     @property
     def width(self) -> int:

@@ -2,12 +2,9 @@
 
 from renderer.plan.effects import TEXTURES, Color
 from schemas.api.plans import LeftOut
-from schemas.materials import PhongMaterial
+from schemas.materials import HEIGHTS, PhongMaterial, flat_maps
 from schemas.pointers import escaped
 from schemas.scene import Scene
-
-HEIGHTS = {"bump_map": "bump_height", "displacement_map": "displacement_height"}
-"""Maps of heights, and the field that says how high white is."""
 
 
 def effective(document: Scene) -> Scene:
@@ -30,7 +27,7 @@ def without_strength(document: Scene, names: list[str]) -> list[LeftOut]:
     found = []
     for name in names:
         material, pointer = document.materials[name], f"/materials/{escaped(name)}"
-        for part in _flat_maps(material):
+        for part in flat_maps(material):
             place = HEIGHTS[part] if HEIGHTS[part] in material.model_fields_set else part
             found.append(_left_out(f"materials.phong.{part}", f"{pointer}/{place}", "its height is 0"))
         if _single_color(material, document) is not None:
@@ -40,15 +37,9 @@ def without_strength(document: Scene, names: list[str]) -> list[LeftOut]:
 
 
 def _changes(material: PhongMaterial, document: Scene) -> dict[str, object]:
-    changes: dict[str, object] = dict.fromkeys(_flat_maps(material))
+    changes: dict[str, object] = dict.fromkeys(flat_maps(material))
     color = _single_color(material, document)
     return changes if color is None else {**changes, "color": color, "color_texture": None}
-
-
-def _flat_maps(material: PhongMaterial) -> list[str]:
-    """Maps of heights where white is no higher than black."""
-    written = [part for part in HEIGHTS if getattr(material, part) is not None]
-    return [part for part in written if not getattr(material, HEIGHTS[part])]
 
 
 def _single_color(material: PhongMaterial, document: Scene) -> Color | None:

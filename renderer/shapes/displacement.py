@@ -100,7 +100,8 @@ def build(parts: Sequence[Displaced], camera: Pinhole, assets: AssetSource) -> T
     lifts = [_lift(part, patch) for part, patch in zip(parts, patches, strict=True)]
     for group in together:
         join([lifts[i] for i in group])
-    return joined([_moved(*each) for each in zip(parts, patches, lifts, strict=True)])
+    mapped = [surface is None or surface.mapped for surface in surfaces]
+    return joined([_moved(*each) for each in zip(parts, patches, lifts, mapped, strict=True)])
 
 
 def _of_one_relief(parts: Sequence[Displaced]) -> list[list[int]]:
@@ -123,9 +124,9 @@ def _lift(part: Displaced, patch: Patch) -> Lift:
     )
 
 
-def _moved(part: Displaced, patch: Patch, lift: Lift) -> Triangles:
+def _moved(part: Displaced, patch: Patch, lift: Lift, mapped: bool) -> Triangles:
     moved = lift.moved()
-    surface = Surface(moved, patch.triangles, patch.coordinates)
+    surface = Surface(moved, patch.triangles, patch.coordinates, mapped)
     family = triangles_of(part.number, moved, surface, smooth=True)
     family.vertex_normals = _turned(patch, family.vertex_normals)
     return family
@@ -145,9 +146,8 @@ def _surface(number: int, shape: language.Shape, assets: AssetSource) -> Surface
         case language.Mesh() | language.MeshFile():
             return _mesh(number, shape, assets)
         case language.Triangle():
-            return Surface(
-                columns(shape.vertices), np.array([[0], [1], [2]]), np.array(shape.uvs or CORNERS).T
-            )
+            rows, texture = np.array([[0], [1], [2]]), np.array(shape.uvs or CORNERS).T
+            return Surface(columns(shape.vertices), rows, texture, shape.uvs is not None)
         case language.Rectangle() | language.Parallelogram():
             return _rectangle(shape)
         case _:
@@ -183,13 +183,15 @@ def _mesh(number: int, shape: language.Mesh | language.MeshFile, assets: AssetSo
     if texture is None:
         vertices, texture = vertices[:, rows.T.reshape(-1)], np.tile(CORNERS.T, rows.shape[1])
         rows = np.arange(rows.size).reshape(-1, 3).T
-    return Surface(vertices, rows[[0, 2, 1]] if mirrored(shape) else rows, texture)
+    rows = rows[[0, 2, 1]] if mirrored(shape) else rows
+    return Surface(vertices, rows, texture, surface.mapped)
 
 
 def _rectangle(shape: language.Rectangle | language.Parallelogram) -> Surface:
     corner, first, second = rectangles.edges(shape)
     vertices = np.hstack((corner, corner + first, corner + second, corner + first + second))
-    return Surface(vertices, np.array([[0, 1], [1, 3], [2, 2]]), np.array([[0.0, 1, 0, 1], [0.0, 0, 1, 1]]))
+    rows, texture = np.array([[0, 1], [1, 3], [2, 2]]), np.array([[0.0, 1, 0, 1], [0.0, 0, 1, 1]])
+    return Surface(vertices, rows, texture, mapped=True)
 
 
 def _subdivided(surface: Surface, normals: Floats, count: int, *, smooth: bool) -> Patch:

@@ -27,11 +27,14 @@ class Surface:
     triangles : (3, T) int64
         Vertex numbers.
     texture : (2, V) float64 or None
+    mapped : bool
+        Whether the texture coordinates are those of the scene or the file.
     """
 
     vertices: Floats
     triangles: Integers
     texture: Floats | None
+    mapped: bool
 
 
 def surface_of(number: int, shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
@@ -44,13 +47,15 @@ def surface_of(number: int, shape: language.Mesh | language.MeshFile, assets: As
     """
     if isinstance(shape, language.MeshFile):
         try:
-            return Surface(*read_mesh(shape.asset, assets))
+            vertices, triangles, texture = read_mesh(shape.asset, assets)
         except AssetError as error:
             raise AssetError(str(error), f"/shapes/{number}/asset") from error
+        return Surface(vertices, triangles, texture, texture is not None)
     return Surface(
         vertices=np.array(shape.vertices, dtype=np.float64).T.copy(),
         triangles=np.array(shape.triangles, dtype=np.int64).T.copy(),
         texture=None if shape.uvs is None else np.array(shape.uvs, dtype=np.float64).T.copy(),
+        mapped=shape.uvs is not None,
     )
 
 
@@ -172,6 +177,7 @@ def triangles_of(number: int, vertices: Floats, surface: Surface, *, smooth: boo
         smooth=np.full(count, smooth),
         retried=thin,
         texture=_texture(surface.texture, rows),
+        mapped=np.full(count, surface.mapped),
     )
 
 

@@ -33,6 +33,8 @@ class Triangles(FlatFamily):
         Whether exact arithmetic decided that it has an area.
     texture : (3, 2, K) float64
         Texture coordinates of the vertices; (0,0), (1,0), (0,1) unless given.
+    mapped : (K,) bool
+        Whether they were given.
     """
 
     primitives: Integers
@@ -41,6 +43,7 @@ class Triangles(FlatFamily):
     smooth: Masks
     retried: Masks
     texture: Floats
+    mapped: Masks
 
     def corners(self) -> Floats:
         """The vertices."""
@@ -169,6 +172,7 @@ def build(numbers: Sequence[int], shapes: Sequence[language.Triangle], assets: A
         smooth=np.array([shape.normals is not None for shape in shapes]),
         retried=needs_exact_area(vertices),
         texture=np.array(texture, dtype=np.float64).transpose(1, 2, 0).copy(),
+        mapped=np.array([shape.uvs is not None for shape in shapes]),
     )
 
 

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 from schemas.cameras import Camera
 from schemas.lights import Light, ParallelogramLight, PointLight, RectangleLight
+from schemas.materials import shown_textures
 from schemas.quantities import (
     Color,
     Vector,
@@ -146,6 +147,7 @@ def advise(scene: Scene) -> list[Finding]:
         *_unused(scene),
         *_poor_shapes(scene),
         *_lights_inside(scene),
+        *_without_coordinates(scene),
     ]
 
 
@@ -227,6 +229,27 @@ def _poor_shapes(scene: Scene) -> Iterator[Finding]:
         if isinstance(shape, Ellipsoid) and _flat(shape):
             detail = "One axis is more than 1e8 times as long as another: the picture may be inexact."
             yield Finding(("shapes", index, "axes"), "very_flat", detail)
+
+
+def _without_coordinates(scene: Scene) -> Iterator[Finding]:
+    """The first shape of each textured material that has no texture coordinates; files are not read here."""
+    bare: dict[str, list[int]] = {}
+    for index, shape in enumerate(scene.shapes):
+        if isinstance(shape, Triangle | Mesh) and shape.uvs is None:
+            bare.setdefault(shape.material, []).append(index)
+    for name, shapes in bare.items():
+        if parts := shown_textures(scene.materials[name]):
+            detail = no_coordinates(scene.shapes[shapes[0]].type, parts[0], len(shapes) - 1)
+            yield Finding(("shapes", shapes[0], "uvs"), "no_texture_coordinates", detail)
+
+
+def no_coordinates(kind: str, part: str, others: int) -> str:
+    """The warning about a shape of a kind whose material has a texture in some part."""
+    also = f" The same goes for {others} other shape{'s' * (others > 1)} of this material." if others else ""
+    return (
+        f"The material has a '{part}', and this {kind} has no texture coordinates: the corners of each "
+        f"triangle get (0, 0), (1, 0) and (0, 1). Give it texture coordinates.{also}"
+    )
 
 
 def _flat(shape: Ellipsoid) -> bool:

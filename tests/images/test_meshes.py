@@ -21,7 +21,7 @@ from accuracy.hard_cases.documents import (
 )
 from renderer.shapes import meshes
 from schemas.reading import read_scene
-from tests.images.parts import Files, image_of, plan_of
+from tests.images.parts import Files, image_of, plan_of, png
 
 ROOT = Path(__file__).parents[2]
 VERTICES, FACES = solids.outward([0.0, 1.0, 0.0], 1.0, 2)
@@ -174,3 +174,28 @@ def test_a_plan_of_a_mesh_speaks_of_meshes() -> None:
     names = [stage.name for stage in description.stages if stage.effect == "shapes.mesh"]
     assert names == ["hits of meshes", "points on meshes", "shadows of meshes"]
     assert description.cost.cpu_seconds < 1
+
+
+SQUARE = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"
+MAPPED = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n"
+
+
+@pytest.mark.parametrize(
+    "more", [{}, {"displacement_map": "heights", "displacement_height": 0.1}], ids=["still", "displaced"]
+)
+def test_a_textured_file_without_texture_coordinates_is_a_warning(more: Json) -> None:
+    files = {"bare": SQUARE, "mapped": MAPPED, "h.png": png(np.zeros((2, 2, 3), dtype=np.uint8))}
+    textures = {"board": {"type": "checker"}, "heights": {"type": "image", "asset": "h.png"}}
+    shapes = [mesh_file("mapped"), mesh_file("bare"), mesh_file("bare")]
+    textured = {"textures": textures, "materials": {"plain": phong(color_texture="board", **more)}}
+
+    def warned(*shapes: Json, **changes: Any) -> list[tuple[str, str]]:
+        found = plan_of(lit(*shapes, **changes), files=files).warnings
+        return [(each.pointer, each.detail) for each in found if each.code == "no_texture_coordinates"]
+
+    ((pointer, detail),) = warned(*shapes, **textured)
+    assert pointer == "/shapes/1/asset"
+    assert "'color_texture'" in detail
+    assert "1 other shape " in detail
+    assert not warned(*shapes)
+    assert not warned(shapes[0], **textured)

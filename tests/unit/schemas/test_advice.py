@@ -73,6 +73,41 @@ def test_a_triangle_without_area_is_a_warning(scene: dict[str, Any]) -> None:
     assert warnings(scene) == [("/shapes/0/vertices", "no_area")]
 
 
+BARE = {
+    "triangle": {"type": "triangle", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]},
+    "mesh": {"type": "mesh", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]]},
+}
+
+
+@pytest.mark.parametrize("kind", BARE)
+@pytest.mark.parametrize("part", ["color_texture", "normal_map", "bump_map", "displacement_map"])
+def test_a_textured_shape_without_texture_coordinates_is_a_warning(
+    scene: dict[str, Any], kind: str, part: str
+) -> None:
+    """Once a material, at its first such shape, with how many more there are."""
+    scene["textures"]["image"] = {"type": "image", "asset": "a.png"}
+    heights = {"bump_height": 0.1, "displacement_height": 0.1}
+    textured = {"type": "phong", part: "image"} | ({} if part == "color_texture" else {"color": [1, 1, 1]})
+    scene["materials"]["textured"] = textured | heights
+    bare = BARE[kind] | {"material": "textured"}
+    first = len(scene["shapes"])
+    scene["shapes"] += [bare | {"uvs": [[0, 0], [1, 0], [0, 1]]}, bare, bare, bare]
+    (warning,) = read_scene(scene)[1]
+    assert (warning.pointer, warning.code) == (f"/shapes/{first + 1}", "no_texture_coordinates")
+    assert part in warning.detail
+    assert "2 other shapes" in warning.detail
+    scene["shapes"][first + 1 :] = [bare | {"material": "plain"}]
+    assert warnings(scene) == []
+
+
+@pytest.mark.parametrize("kind", ["bump", "displacement"])
+def test_a_map_of_height_0_needs_no_texture_coordinates(scene: dict[str, Any], kind: str) -> None:
+    scene["textures"]["image"] = {"type": "image", "asset": "a.png"}
+    scene["materials"]["plain"] |= {f"{kind}_map": "image", f"{kind}_height": 0}
+    scene["shapes"].append(BARE["triangle"] | {"material": "plain"})
+    assert warnings(scene) == []
+
+
 FLAT_MESHES = {
     "on one line": [[0, 1, 2], [2, 1, 0]],
     "twice the same vertex": [[0, 0, 3], [1, 3, 3]],
