@@ -88,7 +88,9 @@ class Triangle(_Shape):
         default=None, description="A normal at each corner, of any length, for smooth shading."
     )
     uvs: tuple[TextureCoordinate, TextureCoordinate, TextureCoordinate] | None = Field(
-        default=None, description="Texture coordinates (u, v) at each corner, dimensionless."
+        default=None,
+        description="Texture coordinates (u, v) at each corner, dimensionless; by default (0, 0), (1, 0) and "
+        "(0, 1).",
     )
 
 
@@ -187,7 +189,9 @@ class Mesh(_Mesh):
         min_length=1, description="Three vertex indices each, from 0, counter-clockwise seen from outside."
     )
     uvs: tuple[TextureCoordinate, ...] | None = Field(
-        default=None, description="Texture coordinates (u, v) of each vertex, dimensionless."
+        default=None,
+        description="Texture coordinates (u, v) of each vertex, dimensionless; by default (0, 0), (1, 0) and "
+        "(0, 1) at the corners of each triangle.",
     )
 
     @field_validator("triangles")
@@ -217,7 +221,8 @@ class MeshFile(_Mesh):
     """A mesh in a file: OBJ, PLY or glTF 2.0.
 
     glTF is a GLB, or a `.gltf` file with its buffers inside or beside it. Triangles and texture coordinates
-    are read and placed by the nodes; materials, pictures, animations and skins are left out.
+    are read and placed by the nodes, and tangents follow from both; materials, pictures, animations and skins
+    are left out.
     """
 
     type: Literal["mesh"]

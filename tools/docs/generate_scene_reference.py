@@ -57,6 +57,7 @@ A valid scene whose picture is probably not what you meant is rendered with a wa
 - a light is inside an ellipsoid (`light_inside`);
 - no shape uses a material, or no material uses a texture (`unused`);
 - a triangle has no area and is left out, or no triangle of a mesh in the scene has any (`no_area`);
+- a triangle or mesh has a material with a texture, and no texture coordinates (`no_texture_coordinates`);
 - the view is so narrow that rounding moves rays by a hundredth of a pixel or more (`narrow_view`);
 - a channel of a material's colour is more than 1, as if on a scale of 0 to 255 (`bright_color`);
 - `up` is parallel to the view (`up_parallel_to_view`);

@@ -111,9 +111,10 @@ def test_the_picture_has_the_bytes_of_the_scene_without_the_lamp(
     assert lit.report["rays"] == bare.report["rays"]
 
 
-def test_the_camera_still_sees_a_visible_lamp_that_is_left_out() -> None:
+@pytest.mark.parametrize("eye", [5, 0.5], ids=["from its bright side", "from behind"])
+def test_the_camera_still_sees_a_visible_lamp_that_is_left_out(eye: float) -> None:
     color = [0.25, 0.5, 0.75]
-    view = {"position": [0, 5, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "width": 3, "height": 3}
+    view = {"position": [0, eye, 0], "look_at": [0, 2, 0], "up": [0, 0, -1], "width": 3, "height": 3}
     plan = drawn(FLOOR, lights=[above(2, visible=True, color=color)], camera=view)
     assert len(left_out(plan)) == 1
     assert renderer.render(plan).image[1, 1].tolist() == color
