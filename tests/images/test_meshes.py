@@ -100,8 +100,9 @@ def test_placing_scales_then_turns_then_moves() -> None:
     np.testing.assert_allclose(family.vertices[:, :, 0], expected, rtol=0, atol=4e-15)
 
 
-@pytest.mark.parametrize("scale", [-1.0, [-0.5, 1, 2], [-1, -2, 1]], ids=str)
-@pytest.mark.parametrize("smooth", [False, True])
+@pytest.mark.parametrize(
+    ("scale", "smooth"), [(-1.0, True), ([-0.5, 1, 2], False), ([-1, -2, 1], True)], ids=str
+)
 def test_a_negative_scale_mirrors_and_keeps_outside_outside(scale: Any, smooth: bool) -> None:
     """Glass with a board on it. By hand: vertices multiplied, and after one or three mirrors turned over."""
     factors = np.broadcast_to(scale, 3)

@@ -185,10 +185,11 @@ def test_a_normal_map_bends_towards_where_u_and_v_grow(name: str, behind: bool) 
     assert np.abs(found - expected).max() <= 1e-9
 
 
+MIRRORED = [name for name in SHAPES if "," in name]
 RAISED = {"displacement_map": "white", "displacement_height": 0.1}
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("name", MIRRORED)
 def test_a_normal_map_bends_alike_on_a_surface_that_is_raised(name: str) -> None:
     """A constant height moves a flat surface along its normal; fine triangles of a round one are near it."""
     shape, field, outward = SHAPES[name]
@@ -204,7 +205,7 @@ def test_a_normal_map_bends_alike_on_a_surface_that_is_raised(name: str) -> None
     assert np.abs(found - expected).max() <= (1e-9 if outward is not None else 0.02)
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("name", MIRRORED)
 def test_a_normal_map_looks_the_same_in_target_quality(name: str) -> None:
     """One texel: all samples of a flat surface agree, and detail is shaded apart from light in float32."""
     shape, field, outward = SHAPES[name]
