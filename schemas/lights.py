@@ -19,8 +19,8 @@ class _AreaLight(_Light):
     visible: bool = Field(
         default=True,
         strict=True,
-        description="Whether camera, reflected and refracted rays see the light: as its flat colour, from both "
-        "sides even where it shines to one, and in front of what lies behind it.",
+        description="Whether camera, reflected and refracted rays see the light: in its flat colour, from "
+        "both sides even if it shines to one. It hides what lies behind it.",
     )
     two_sided: bool = Field(
         default=True,
