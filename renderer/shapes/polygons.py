@@ -15,8 +15,8 @@ class Polygons:
 
     Attributes
     ----------
-    numbers : (K,) int64
-        Numbers of the shapes in the scene.
+    numbers, primitives : (K,) int64
+        Numbers of the shapes in the scene, and within each of these.
     sizes : (K,) float64
         Sum of magnitudes of the coordinates, scene units.
     normals, anchors : (3, K) float64
@@ -27,6 +27,7 @@ class Polygons:
     """
 
     numbers: Integers
+    primitives: Integers
     sizes: Floats
     normals: Floats
     anchors: Floats

@@ -152,6 +152,7 @@ class Rectangles(FlatFamily):
         opposite = self.anchors + self.first + self.second
         return Polygons(
             numbers=self.numbers,
+            primitives=np.zeros_like(self.numbers),
             sizes=self.sizes,
             normals=self.normals,
             anchors=self.anchors,

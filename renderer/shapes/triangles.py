@@ -116,6 +116,7 @@ class Triangles(FlatFamily):
         )
         return Polygons(
             numbers=self.numbers,
+            primitives=self.primitives,
             sizes=self.sizes,
             normals=self.normals,
             anchors=self.vertices[0],

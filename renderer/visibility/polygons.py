@@ -92,13 +92,15 @@ class PolygonShadows(ABC):
     def _distances(self, view: LightView, positions: Floats, candidates: Integers) -> Floats:
         """Signed distances (K, n) whose signs hold.
 
-        They are 0 for a shape's own points: a plane never shades itself.
+        They are 0 for a polygon's own points: a plane never shades itself, but another face of its mesh may.
         """
         occluders = self.occluders
         normals, anchors = occluders.normals[:, candidates], occluders.anchors[:, candidates]
         distances = signed(normals, anchors, positions, 1.0)
         sides = np.sign(signed(normals, anchors, view.origins, 1.0))
-        own = occluders.numbers[candidates][:, None] == view.of_points(view.points.shapes)[None, :]
+        own = (occluders.numbers[candidates][:, None] == view.of_points(view.points.shapes)) & (
+            occluders.primitives[candidates][:, None] == view.of_points(view.points.primitives)
+        )
         return settled(distances, self.rounding(view, candidates), sides, own)
 
     def rounding(self, view: LightView, candidates: Integers) -> Floats:

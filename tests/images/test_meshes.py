@@ -10,6 +10,7 @@ import renderer
 from accuracy.hard_cases import documents, solids
 from accuracy.hard_cases.documents import (
     Json,
+    bulb,
     camera,
     lamp,
     phong,
@@ -17,6 +18,7 @@ from accuracy.hard_cases.documents import (
     sampled,
     scene,
     sphere,
+    sun,
     triangle,
 )
 from renderer.shapes import meshes
@@ -50,6 +52,38 @@ def test_a_mesh_is_the_picture_of_its_triangles() -> None:
     np.testing.assert_array_equal(image_of(lit(FLOOR, mesh())), expected)
     halves = [mesh(triangles=FACES[:100]), mesh(triangles=FACES[100:])]
     np.testing.assert_array_equal(image_of(lit(halves[0], FLOOR, halves[1])), expected)
+
+
+CORNER = (
+    [[-2, 0, -2], [2, 0, -2], [2, 0, 2], [-2, 0, 2], [0, 0, -2], [0, 1, -2], [0, 1, 2], [0, 0, 2]],
+    [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]],
+)
+"""A floor and, across its middle, a wall of height 1."""
+FAR = mesh(VERTICES * 0.1 + [0, 500.0, 0])
+"""320 triangles out of every light's way."""
+WAYS = {
+    "sun": sun([1, -1, 0]),
+    "bulb": bulb([-4, 4, 0]),
+    "lamp": lamp([-4.05, 4.05, -0.1], [0.1, -0.1, 0], [0, 0, 0.2]),
+}
+
+
+@pytest.mark.parametrize("light", WAYS)
+@pytest.mark.parametrize("smooth", [False, True])
+@pytest.mark.parametrize("far", [(), (FAR,)], ids=["few triangles", "many"])
+def test_a_wall_shades_the_floor_of_its_own_mesh(light: str, smooth: bool, far: tuple[Json, ...]) -> None:
+    """From -x, 45 degrees high: the shadow ends one height behind the wall, behind bulb and lamp a third on.
+
+    The rays come from above, beside the wall; places next to an end of the shadow are left out.
+    """
+    x, z = np.meshgrid([*np.linspace(-1.8, -0.1, 9), *np.linspace(0.1, 1.8, 18)], np.linspace(-0.9, 0.9, 7))
+    origins = np.stack([x.ravel(), np.full(x.size, 5.0), z.ravel()], axis=1)
+    end = 1.0 if light == "sun" else 4 / 3
+    sure = np.abs(origins[:, 0] - end) > 0.05
+    plan = plan_of(scene(mesh(*CORNER, smooth=smooth), *far, lights=[WAYS[light]], sampling=sampled(1, 4)))
+    seen = renderer.trace(plan, origins[sure], np.tile([0.0, -1, 0], (sure.sum(), 1))).visibility[:, 0]
+    shaded = (origins[sure, 0] > 0) & (origins[sure, 0] < end)
+    np.testing.assert_array_equal(seen, np.where(shaded, 0.0, 1.0))
 
 
 def test_few_triangles_are_the_picture_of_the_same_in_a_tree() -> None:
