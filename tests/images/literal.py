@@ -1,158 +1,35 @@
 """The pictures of the scene language, drawn as literally as its document reads.
 
-One sample, one shape, one light point at a time, in Python's floats, with the formulas of text books: it
+One sample, one face, one light point at a time, in Python's floats, with the formulas of text books: it
 shares no line and no idea with the package that it checks. It knows the fixed patterns only.
 """
 
 import math
 import struct
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from schemas.scene import Scene
+from tests.images.literal_surfaces import (
+    V,
+    add,
+    cross,
+    dot,
+    edges,
+    faces_of,
+    handedness,
+    mul,
+    rectangle,
+    sub,
+    unit,
+)
 
-V = tuple[float, float, float]
 Codes = Sequence[Sequence[Sequence[int]]]
 """A picture file as rows of pixels of three codes 0..255, the top row first."""
 
 TOUCH = 1e-11
 """What lies this close to an end of a segment, in shares of it, touches the end and is not between."""
-
-
-def add(a: V, b: V) -> V:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-def sub(a: V, b: V) -> V:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def mul(a: V, s: float) -> V:
-    return a[0] * s, a[1] * s, a[2] * s
-
-
-def dot(a: V, b: V) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def cross(a: V, b: V) -> V:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def unit(a: V) -> V:
-    return mul(a, 1 / math.sqrt(dot(a, a)))
-
-
-@dataclass
-class Surface:
-    """What a hit needs: distances to it along a ray, then its outward normal, uv and tangent at a place."""
-
-    distances: Callable[[V, V], list[float]]
-    details: Callable[[V], tuple[V, V, V, float, float]]
-    """Place -> geometric normal, shading normal, tangent, u, v; all on the outward side."""
-    planar: bool
-
-
-def flat(corner: V, first: V, second: V, inside: Callable[[float, float], bool]) -> tuple[Any, Any]:
-    """The plane corner + u first + v second: distances of hits inside, and (u, v) of a place (Cramer)."""
-    normal = cross(first, second)
-
-    def weights(place: V) -> tuple[float, float]:
-        away = sub(place, corner)
-        area = dot(normal, normal)
-        return dot(cross(away, second), normal) / area, dot(cross(first, away), normal) / area
-
-    def distances(origin: V, direction: V) -> list[float]:
-        slope = dot(normal, direction)
-        if slope == 0:
-            return []
-        t = dot(normal, sub(corner, origin)) / slope
-        return [t] if inside(*weights(add(origin, mul(direction, t)))) else []
-
-    return distances, weights
-
-
-def rectangle(shape: Any) -> Surface:
-    corner, first, second = edges(shape)
-    distances, weights = flat(corner, first, second, lambda u, v: 0 <= u <= 1 and 0 <= v <= 1)
-    normal = unit(cross(first, second))
-    return Surface(distances, lambda place: (normal, normal, unit(first), *weights(place)), planar=True)
-
-
-def edges(shape: Any) -> tuple[V, V, V]:
-    if hasattr(shape, "corner"):
-        return shape.corner, shape.edges[0], shape.edges[1]
-    normal = unit(shape.normal)
-    tangent = unit(sub(shape.tangent, mul(normal, dot(shape.tangent, normal))))
-    first, second = mul(tangent, shape.size[0]), mul(cross(normal, tangent), shape.size[1])
-    return sub(shape.center, mul(add(first, second), 0.5)), first, second
-
-
-def triangle(shape: Any) -> Surface:
-    a, b, c = shape.vertices
-    ab, ac = sub(b, a), sub(c, a)
-    distances, weights = flat(a, ab, ac, lambda u, v: u >= 0 and v >= 0 and u + v <= 1)
-    normal = unit(cross(ab, ac))
-    uvs = shape.uvs or ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
-    du, dv = [[uvs[i][k] - uvs[0][k] for i in (1, 2)] for k in (0, 1)]
-    turn = du[0] * dv[1] - du[1] * dv[0]
-    tangent = unit(mul(sub(mul(ab, dv[1]), mul(ac, dv[0])), 1 / turn))
-
-    def details(place: V) -> tuple[V, V, V, float, float]:
-        second, third = weights(place)
-        parts = (1 - second - third, second, third)
-        u, v = (sum(w * uv[k] for w, uv in zip(parts, uvs, strict=True)) for k in (0, 1))
-        smooth = normal
-        if shape.normals:
-            corners = [unit(given) for given in shape.normals]
-            outward = dot(add(add(*corners[:2]), corners[2]), normal) >= 0
-            smooth = (0.0, 0.0, 0.0)
-            for weight, corner in zip(parts, corners, strict=True):
-                smooth = add(smooth, mul(corner, weight if outward else -weight))
-        return normal, unit(smooth), tangent, u, v
-
-    return Surface(distances, details, planar=True)
-
-
-def ellipsoid(shape: Any) -> Surface:
-    r = getattr(shape, "radius", 0.0)
-    axes = getattr(shape, "axes", ((r, 0.0, 0.0), (0.0, r, 0.0), (0.0, 0.0, r)))
-
-    def local(vector: V) -> V:
-        x, y, z = (dot(vector, axis) / dot(axis, axis) for axis in axes)
-        return x, y, z
-
-    def distances(origin: V, direction: V) -> list[float]:
-        o, d = local(sub(origin, shape.center)), local(direction)
-        a, b, c = dot(d, d), 2 * dot(o, d), dot(o, o) - 1
-        if b * b < 4 * a * c:
-            return []
-        root = math.sqrt(b * b - 4 * a * c)
-        return [(-b - root) / (2 * a), (-b + root) / (2 * a)]
-
-    def details(place: V) -> tuple[V, V, V, float, float]:
-        where = local(sub(place, shape.center))
-        normal = (0.0, 0.0, 0.0)
-        for x, axis in zip(where, axes, strict=True):
-            normal = add(normal, mul(axis, x / dot(axis, axis)))
-        angle = math.atan2(where[1], where[0])
-        tangent = add(mul(axes[0], -math.sin(angle)), mul(axes[1], math.cos(angle)))
-        u, v = (angle / (2 * math.pi)) % 1, math.acos(max(-1.0, min(1.0, -unit(where)[2]))) / math.pi
-        return unit(normal), unit(normal), unit(tangent), u, v
-
-    return Surface(distances, details, planar=False)
-
-
-def handedness(surface: Surface, place: V) -> float:
-    """1, or -1 where v grows against normal x tangent, as steps along both show."""
-    normal, _, tangent, u, v = surface.details(place)
-    steps = [surface.details(add(place, mul(way, 1e-6)))[3:] for way in (tangent, cross(normal, tangent))]
-    (a, b), (c, d) = [((s - u + 0.5) % 1 - 0.5, t - v) for s, t in steps]
-    return 1.0 if a * d >= b * c else -1.0
-
-
-SURFACES = {"triangle": triangle, "rectangle": rectangle, "ellipsoid": ellipsoid}
 
 
 def grid(samples: int) -> list[tuple[float, float]]:
@@ -170,45 +47,81 @@ def places(pattern: str, samples: int) -> list[tuple[float, float]]:
     turned = []
     for a, b in grid(samples):
         x, y = a - 0.5, b - 0.5
-        across = x * math.cos(angle) - y * math.sin(angle) + 0.5
-        turned.append((across % 1, (x * math.sin(angle) + y * math.cos(angle) + 0.5) % 1))
+        turned.append(
+            (
+                (x * math.cos(angle) - y * math.sin(angle) + 0.5) % 1,
+                (x * math.sin(angle) + y * math.cos(angle) + 0.5) % 1,
+            )
+        )
     return turned
 
 
 class Drawing:
-    """A scene, and the codes of the picture files that it names."""
+    """A scene, and the codes of the picture files that it names.
 
-    def __init__(self, scene: Scene, files: Mapping[str, Codes] | None = None) -> None:
-        self.scene = scene
-        self.surfaces = [SURFACES[shape.type](shape) for shape in scene.shapes]
+    `margin` makes all shapes larger, in scene units, and `horizon` raises the horizons of surfaces: what they
+    change lies next to a border.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        files: Mapping[str, Codes] | None = None,
+        *,
+        margin: float = 0.0,
+        horizon: float = 0.0,
+    ) -> None:
+        self.scene, self.files, self.horizon = scene, files or {}, horizon
+        self.sample = (0, 0)
+        """Number of the pixel and of the sample in it that is being drawn."""
+        self.surfaces = [
+            replace(face, shape=number)
+            for number, shape in enumerate(scene.shapes)
+            for face in faces_of(shape, self.height(shape), margin)
+        ]
         self.lamps = [rectangle(x) if x.type == "rectangle" else None for x in scene.lights]
         self.texels = {
-            name: decoded(texture, (files or {})[texture.asset])
+            name: decoded(texture, self.files[texture.asset])
             for name, texture in scene.textures.items()
             if texture.type == "image"
         }
 
+    def height(self, shape: Any) -> float:
+        """How far a displacement map of one colour moves a shape."""
+        material = self.scene.materials[shape.material]
+        if not material.displacement_map:
+            return 0.0
+        rows = self.files[self.scene.textures[material.displacement_map].asset]
+        (code,) = {code for row in rows for texel in row for code in texel}
+        return material.displacement_height * code / 255
+
+    def material(self, number: int) -> Any:
+        """Of a surface."""
+        return self.scene.materials[self.scene.shapes[self.surfaces[number].shape].material]
+
     def samples(self) -> list[list[list[V]]]:
         """Radiance of every camera sample: rows of pixels of samples."""
+        return [
+            [self.pixel(i, j) for i in range(self.scene.camera.width)]
+            for j in range(self.scene.camera.height)
+        ]
+
+    def pixel(self, i: int, j: int) -> list[V]:
+        """Radiance of the samples of the pixel in column i and row j."""
         camera, chosen = self.scene.camera, self.scene.sampling.antialiasing
         f = unit(sub(camera.look_at, camera.position))
         r = unit(cross(f, camera.up))
         u, h = cross(r, f), math.tan(math.radians(camera.vertical_fov) / 2)
-        rows = []
-        for j in range(camera.height):
-            row = []
-            for i in range(camera.width):
-                pixel = []
-                for a, b in places(chosen.pattern, chosen.samples):
-                    x = h * (camera.width / camera.height) * (2 * (i + a) / camera.width - 1)
-                    y = h * (1 - 2 * (j + b) / camera.height)
-                    pixel.append(self.seen(camera.position, add(f, add(mul(r, x), mul(u, y)))))
-                row.append(pixel)
-            rows.append(row)
-        return rows
+        values = []
+        for number, (a, b) in enumerate(places(chosen.pattern, chosen.samples)):
+            self.sample = (j * camera.width + i, number)
+            x = h * (camera.width / camera.height) * (2 * (i + a) / camera.width - 1)
+            y = h * (1 - 2 * (j + b) / camera.height)
+            values.append(self.seen(camera.position, add(f, add(mul(r, x), mul(u, y)))))
+        return values
 
     def seen(self, origin: V, direction: V, bounced: tuple[int, int] = (-1, 0)) -> V:
-        """Radiance along a ray: a shape's, a visible light's, or the background's.
+        """Radiance along a ray: a surface's, a visible light's, or the background's.
 
         `bounced` is what the ray leaves, and how many bounces came before. Every ray is followed to the end.
         """
@@ -230,7 +143,7 @@ class Drawing:
         return total
 
     def nearest(self, origin: V, direction: V, left: int) -> tuple[float, int]:
-        """Distance and number of the nearest shape; `left` is the shape that the ray leaves, or -1.
+        """Distance and number of the nearest surface; `left` is the one that the ray leaves, or -1.
 
         A plane is not hit by the rays that leave it, nor an ellipsoid where they do.
         """
@@ -246,7 +159,7 @@ class Drawing:
 
     def onward(self, number: int, place: V, viewer: V, bounces: int) -> Iterator[tuple[float, V]]:
         """Shares and directions of the rays that Whitted's model sends on: mirrored, reflected, refracted."""
-        material = self.scene.materials[self.scene.shapes[number].material]
+        material = self.material(number)
         if bounces >= material.max_depth:
             return
         outward, normal, side = self.turned(number, place, viewer)[:3]
@@ -281,7 +194,7 @@ class Drawing:
 
     def turned(self, number: int, place: V, viewer: V) -> tuple[V, V, float, tuple[float, float]]:
         """Outward normal, shading normal on the viewer's side, which side that is, and uv."""
-        material = self.scene.materials[self.scene.shapes[number].material]
+        material = self.material(number)
         outward, shading, tangent, u, v = self.surfaces[number].details(place)
         side = 1.0 if dot(outward, viewer) > 0 else -1.0
         if material.normal_map:
@@ -295,7 +208,7 @@ class Drawing:
 
     def shaded(self, number: int, place: V, viewer: V) -> V:
         """Ambient term plus, for each light, the mean over its points."""
-        material = self.scene.materials[self.scene.shapes[number].material]
+        material = self.material(number)
         outward, normal, side, (u, v) = self.turned(number, place, viewer)
         color = material.color or self.looked_up(material.color_texture or "", u, v)
         total = product(product(self.scene.ambient, color), mul((1.0, 1.0, 1.0), material.ambient))
@@ -303,7 +216,8 @@ class Drawing:
             points = list(self.light_points(light, place))
             for towards, reach in points:
                 l = unit(towards)
-                if dot(mul(outward, side), l) <= TOUCH or dot(normal, l) <= 0 or self.behind(light, l):
+                risen = dot(mul(outward, side), l) > TOUCH + self.horizon and dot(normal, l) > self.horizon
+                if not risen or self.behind(light, l):
                     continue
                 if self.blocked(number, place, towards, reach):
                     continue
@@ -329,10 +243,10 @@ class Drawing:
         if light.type != "rectangle" or light.two_sided:
             return False
         _, first, second = edges(light)
-        return dot(cross(first, second), l) >= 0
+        return dot(unit(cross(first, second)), l) >= -self.horizon
 
     def blocked(self, own: int, place: V, towards: V, reach: float) -> bool:
-        """Whether a shape lies strictly between. A plane does not block its own points; an ellipsoid may."""
+        """Whether a surface lies strictly between. A plane does not block its own points; a ball may."""
         for i, surface in enumerate(self.surfaces):
             if i == own and surface.planar:
                 continue
