@@ -247,7 +247,7 @@ def _light(chosen: Random, position: Floats, way: Floats) -> Json:
 def _with_more(chosen: Random, plain: Json) -> Json:
     """The same picture with more triangles: the faces of flat meshes cut, and others far from all rays."""
     parts = chosen.choice([1, 1, 1, 2, 2, 3, 3, 8, 8, 25])
-    shapes = [_cut(shape, parts) if _may_be_cut(plain, shape) else shape for shape in plain["shapes"]]
+    shapes = [_in_parts(shape, parts) if _may_be_cut(plain, shape) else shape for shape in plain["shapes"]]
     suns = [x["direction"] for x in plain["lights"] if x["type"] == "directional"]
     center = 500 * _unit(np.sum([_unit(np.array(way)) for way in suns] or [_direction(chosen)], axis=0))
     corners = [np.add(center, [0.001 * i, 0.002 * (i % 3), 0.003 * (i % 7)]) for i in range(42)]
@@ -262,20 +262,23 @@ def _may_be_cut(plain: Json, shape: Json) -> bool:
     return shape["type"] == "mesh" and not shape.get("smooth") and not moved
 
 
-def _cut(shape: Json, parts: int) -> Json:
-    """A mesh with every edge of its triangles cut into so many parts."""
-    shares = [(i / parts, j / parts) for i in range(parts + 1) for j in range(parts + 1 - i)]
-    number = {(round(i * parts), round(j * parts)): k for k, (i, j) in enumerate(shares)}
-    rows = [[number[i, j], number[i + 1, j], number[i, j + 1]] for i, j in number if i + j < parts]
+def _in_parts(shape: Json, parts: int) -> Json:
+    vertices, triangles = cut(shape["vertices"], shape["triangles"], parts)
+    return {**shape, "vertices": vertices.tolist(), "triangles": triangles.tolist()}
+
+
+def cut(vertices: Any, triangles: Any, parts: int) -> tuple[Floats, Floats]:
+    """The same surface with every edge of its triangles cut into so many parts."""
+    places = [(i, j) for i in range(parts + 1) for j in range(parts + 1 - i)]
+    number = {place: k for k, place in enumerate(places)}
+    rows = [[number[i, j], number[i + 1, j], number[i, j + 1]] for i, j in places if i + j < parts]
     rows += [
-        [number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]] for i, j in number if i + j < parts - 1
+        [number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]] for i, j in places if i + j < parts - 1
     ]
-    vertices, triangles = [], []
-    for row in shape["triangles"]:
-        a, b, c = (np.array(shape["vertices"][i]) for i in row)
-        triangles += [[len(vertices) + i for i in each] for each in rows]
-        vertices += [((1 - i - j) * a + i * b + j * c).tolist() for i, j in shares]
-    return {**shape, "vertices": vertices, "triangles": triangles}
+    shares = np.array([(parts - i - j, i, j) for i, j in places]) / parts
+    corners = np.asarray(vertices, dtype=float)[np.asarray(triangles)]
+    begins = len(places) * np.arange(len(corners))
+    return (shares @ corners).reshape(-1, 3), (np.array(rows) + begins[:, None, None]).reshape(-1, 3)
 
 
 def _vector(chosen: Random, reach: float) -> Floats:
