@@ -8,7 +8,7 @@ sides of such a choice, and knows nothing of where that lies. Other tests that d
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,7 @@ from accuracy.hard_cases.documents import (
     triangle,
 )
 from accuracy.hard_cases.solids import outward
+from schemas.quality import TargetQuality
 from tests.images import pictures
 from tests.images.paired_scenes import cut
 from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of, png, same, samples_of
@@ -63,9 +64,9 @@ FILES = {
 }
 
 
-def folded(*shapes: Json, lights: Sequence[Json] = (LAMP, SUN, BULB), **changes: Any) -> Json:
-    sampling = {"materials": MATERIALS, "sampling": sampled(1, 9)}
-    return scene(*shapes, lights=lights, **{**sampling, **changes})
+def folded(*shapes: Json, **changes: Any) -> Json:
+    usual = {"lights": [LAMP, SUN, BULB], "materials": MATERIALS, "sampling": sampled(1, 9)}
+    return scene(*shapes, **{**usual, **changes})
 
 
 def samples(document: Json, files: Any = FILES) -> NDArray[np.float64]:
@@ -213,6 +214,19 @@ def test_a_surface_looks_alike_however_it_is_written(name: str, pattern: str, vi
     for form, shapes in forms(vertices, triangles).items():
         found = samples(folded(FLOOR, *shapes, **more), files)
         assert np.abs(found - expected).max() <= ROUNDING, form
+
+
+@pytest.mark.parametrize("target", [4 / 255, 1 / 255])
+def test_a_surface_keeps_a_target_however_it_is_written(target: float) -> None:
+    """Many samples of one form are the truth for all. One form brings other pilot samples than another."""
+    more = {"textures": BLACK, "materials": MATERIALS | KEPT, "lights": [LAMP, SUN]}
+    true = image_of(folded(FLOOR, mesh(*FOLD), **more, sampling=sampled(256, 4, "sobol", "sobol")), DOUBLE)
+    files = FILES | {"surface.ply": ply(*FOLD), "fine.ply": ply(*cut(*FOLD, 25))}
+    aim = TargetQuality(mode="target", error=target)
+    for form, shapes in forms(*FOLD).items():
+        found = image_of(folded(FLOOR, *shapes, **more), aim, files=files)
+        errors = np.clip(found, 0, 1) - np.clip(true, 0, 1)
+        assert np.sqrt((errors**2).mean()) <= target, form
 
 
 def rays_at(document: Json, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
