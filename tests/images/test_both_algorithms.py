@@ -122,15 +122,20 @@ FAR: dict[str, Json] = {
     "a sharp highlight": _of(specular=0.4, shininess=900),
     "a normal map": _of(normal_map="relief"),
     "a bump map": _of(bump_map="relief", bump_height=0.2),
-    "a displacement": _of(displacement_map="relief", displacement_height=0.002),
+    "49 triangles that heights move": {
+        **_of(displacement_map="relief", displacement_height=0.002),
+        "shapes": [mesh(*NET, material="far")],
+    },
     "a texture that filters": _of(color_texture="filtered"),
     "a board that filters": _of(color_texture="board"),
     "a lamp that is seen": {
         "lights": [lamp(AWAY, [0.01, 0, 0], [0, 0.01, 0], color=[0, 0, 0], visible=True)]
     },
 }
+ROUGH: Json = {"type": "image", "asset": "picture.png", "encoding": "linear"}
 TEXTURES = {
     "relief": RELIEF,
+    "rough": ROUGH,
     "filtered": {"type": "image", "asset": "picture.png", "filter": "mipmap"},
     "board": {"type": "checker", "filter": "box"},
 }
@@ -144,6 +149,14 @@ NEAR: dict[str, Json] = {
         ellipsoid([0, 1, 0], [2, 0, 0.3], [0, 1.5, 0], [-0.3, 0, 2]),
         lights=[bulb([-0.4, 1.3, 0.5]), lamp([0.2, 1.9, -0.3], [0.5, 0.2, 0], [0, 0.9, 0.6])],
         camera=INSIDE,
+    ),
+    "a small relief": folded(
+        rectangle([-1.6, 0.3, -1.6], [0, 0, 3.2], [3.2, 0, 0], material="relief"),
+        materials=MATERIALS | {"relief": phong(displacement_map="rough", displacement_height=1.5)},
+        textures={"rough": ROUGH},
+        lights=[sun([-1, -0.3, -0.5]), lamp([2.4, 1.2, -0.4], [0, 0.8, 0], [0, 0, 0.9])],
+        camera=camera(width=9, height=6),
+        sampling=sampled(25, 9),
     ),
     "every kind": folded(
         FLOOR,
