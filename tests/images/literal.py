@@ -225,7 +225,8 @@ class Drawing:
                 gloss = max(0.0, dot(mirror, viewer))
                 high = material.specular * (gloss**material.shininess if gloss > 0 else 0.0)
                 matt = mul(color, material.diffuse * dot(normal, l))
-                total = add(total, mul(product(light.color, add(matt, (high, high, high))), 1 / len(points)))
+                share = self.falloff(light, towards) / len(points)
+                total = add(total, mul(product(light.color, add(matt, (high, high, high))), share))
         return total
 
     def light_points(self, light: Any, place: V) -> Iterator[tuple[V, float]]:
@@ -238,6 +239,16 @@ class Drawing:
             corner, first, second = edges(light)
             for u, v in grid(self.scene.sampling.light.samples):
                 yield sub(add(corner, add(mul(first, u), mul(second, v))), place), 1.0
+
+    def falloff(self, light: Any, towards: V) -> float:
+        """What distance and, of a rectangle, its slope leave of the light of one of its points."""
+        if getattr(light, "falloff", "none") == "none":
+            return 1.0
+        if light.type == "point":
+            return 1 / dot(towards, towards)
+        _, first, second = edges(light)
+        area = cross(first, second)
+        return abs(dot(area, unit(towards))) / (math.pi * dot(towards, towards))
 
     def behind(self, light: Any, l: V) -> bool:
         if light.type != "rectangle" or light.two_sided:

@@ -187,6 +187,9 @@ def paired_scene(seed: int) -> Paired:
     lights = [_light(chosen, place.center + way * far, way)]
     if chosen.random() < 0.25:
         lights.append(_light(chosen, _vector(chosen, 4), _direction(chosen)))
+    for light in lights:
+        if light["type"] != "directional":
+            light["falloff"] = chosen.choice(["none", "none", "physical"])
     view = camera(
         position=(place.center + _near(chosen, front) * chosen.uniform(2.5, 5)).tolist(),
         look_at=(place.center + _vector(chosen, 0.2)).tolist(),

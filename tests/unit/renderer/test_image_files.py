@@ -31,6 +31,13 @@ def test_a_npy_file_holds_the_linear_picture_bit_for_bit() -> None:
     assert (read.dtype, read.tobytes()) == (np.float32, image.tobytes())
 
 
+def test_a_large_picture_has_the_codes_of_its_rows() -> None:
+    """80,000 pixels are more than are encoded at once."""
+    image = np.random.default_rng(2).random((200, 400, 3), dtype=np.float32)
+    rows = [read_back(encode_png(row[None], SRGB)) for row in image]
+    np.testing.assert_array_equal(read_back(encode_png(image, SRGB)), np.concatenate(rows))
+
+
 @pytest.mark.parametrize("name", ["a.png", "a.npy"])
 def test_a_file_is_written_whole_and_replaces_the_old_one(name: str, tmp_path: Path) -> None:
     target = tmp_path / name
