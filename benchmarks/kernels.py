@@ -40,7 +40,7 @@ def kernel_of(stage: Any) -> str:
         case Intersector():
             return f"nearest hits of {stage.family.plural}"
         case Overlaps():
-            return "shapes in one plane"
+            return "shapes in one place"
         case Location():
             return f"points on {stage.family.plural}"
         case PolygonShadows() | FlatShadowRays():

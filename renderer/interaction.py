@@ -101,6 +101,37 @@ class Rays:
         for row, places in zip(self.coordinates, coordinates, strict=True):
             row[rays] = places[nearer]
 
+    def offer_several(
+        self,
+        candidates: Integers,
+        t: Floats,
+        coordinates: tuple[Floats, Floats],
+        items: Integers,
+        numbers: tuple[Integers, Integers],
+    ) -> None:
+        """Take the nearest of a ray's hits, of equal ones the first item, as `offer` does.
+
+        Parameters
+        ----------
+        candidates : (M,) int64
+            Rays, each as often as it hits something.
+        t : (M,) float64
+        coordinates : two of (M,) float64
+        items : (M,) int64
+            What they hit.
+        numbers : two of (K,) int64
+            Shape and primitive of each item.
+        """
+        best = first_of_each(candidates, np.lexsort((items, t, candidates)))
+        shapes, primitives = (number[items[best]] for number in numbers)
+        u, v = coordinates
+        self.offer(candidates[best], t[best], (u[best], v[best]), shapes, primitives)
+
+
+def first_of_each(owners: Integers, order: Integers) -> Integers:
+    """The first place in `order` (M,) of each owner, by whom it is sorted."""
+    return order[np.flatnonzero(np.diff(owners[order], prepend=-1))]
+
 
 class RayStage(Protocol):
     """Works on a block of rays."""

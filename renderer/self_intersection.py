@@ -89,6 +89,18 @@ class OriginSurfaces:
         near = magnitude(ways) <= NEAR * self.sizes[index]
         return np.where(near, self.previous_origins_at(index), origins)
 
+    def part(self, index: Integers) -> "OriginSurfaces":
+        """Those of some rays."""
+        return OriginSurfaces(
+            self.shapes[index],
+            self.primitives[index],
+            self.outside[index],
+            self.sizes[index],
+            self.previous_origins_at(index),
+            self.paths[index],
+            self.path_lengths[index],
+        )
+
     def are(self, rays: Integers, shapes: Integers, primitives: Integers) -> Masks:
         """Whether some rays leave these primitives, (M,)."""
         return (self.shapes[rays] == shapes) & (self.primitives[rays] == primitives)

@@ -171,8 +171,8 @@ class Scene(Closed):
     materials: dict[Name, Material] = Field(default_factory=dict, description="Materials by name.")
     shapes: tuple[Shape, ...] = Field(
         default=(),
-        description="What is seen, and what casts shadows. Where flat shapes overlap in one plane, the first "
-        "is seen.",
+        description="What is seen, and what casts shadows. Where flat shapes overlap in one plane, or "
+        "ellipsoids coincide, the first is seen.",
     )
     lights: tuple[Light, ...] = Field(default=(), description="The lights.")
     sampling: Sampling = Field(default_factory=Sampling, description="How many samples, and where.")

@@ -76,15 +76,5 @@ def offer_hits(family: Triangles, rays: Rays, owners: Integers, triangles: Integ
     vertices = np.take(family.vertices, triangles, axis=2, mode="clip")
     directions = taken(rays.directions, owners)
     found = woop.hits(vertices, rays.origins_at(owners), directions, start)
-    ray, triangle = owners[found.pairs], triangles[found.pairs]
-    # Of the hits of one ray the nearest, and of equal ones the first triangle, comes first.
-    order = np.lexsort((triangle, found.t, ray))
-    best = order[np.flatnonzero(np.diff(ray[order], prepend=-1))]
-    triangle = triangle[best]
-    rays.offer(
-        ray[best],
-        found.t[best],
-        (found.u[best], found.v[best]),
-        family.numbers[triangle],
-        family.primitives[triangle],
-    )
+    numbers = family.numbers, family.primitives
+    rays.offer_several(owners[found.pairs], found.t, (found.u, found.v), triangles[found.pairs], numbers)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from renderer.accelerators.coincidence import overlaps_of
 from renderer.assets import AssetError, AssetSource
 from renderer.cameras import build_pinhole
 from renderer.errors import SceneError
@@ -14,6 +15,7 @@ from renderer.scenes import LoadedScene
 from renderer.shapes import Family, displacement
 from renderer.shapes.displacement import Displaced
 from renderer.shapes.triangles import Triangles
+from renderer.shapes.overlaps import Overlaps
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
 from schemas.api.plans import LeftOut
@@ -81,6 +83,8 @@ class SceneGeometry:
         Shapes that nothing is built of.
     warnings : tuple of Problem
         What is valid but probably not meant in the files of shapes.
+    overlaps : Overlaps or None
+        What breaks ties between surfaces in one place.
     degenerate, retried : int
         Triangles without area, and triangles so thin that exact arithmetic had to decide if they have one.
     """
@@ -90,6 +94,7 @@ class SceneGeometry:
     displaced: tuple[str, ...]
     left_out: tuple[LeftOut, ...]
     warnings: tuple[Problem, ...]
+    overlaps: Overlaps | None
     degenerate: int
     retried: int
 
@@ -113,6 +118,7 @@ def build_geometry(scene: LoadedScene) -> SceneGeometry:
         displaced=tuple(making.displaced),
         left_out=tuple(making.left_out),
         warnings=tuple(_without_coordinates(making.document, families)),
+        overlaps=overlaps_of(families, len(scene.document.shapes)),
         degenerate=making.degenerate + lacking,
         retried=making.retried,
     )

@@ -1,7 +1,5 @@
 """How rays find the shapes of a scene, and which of two that overlap in one plane comes first."""
 
-from collections.abc import Iterator
-from functools import partial
 from typing import TypeGuard
 
 import numpy as np
@@ -11,14 +9,11 @@ from renderer.accelerators.raster import RasterIntersector
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.cameras import Pinhole
 from renderer.interaction import RayStage
-from renderer.math.arrays import Integers, Masks
 from renderer.plan import cost
 from renderer.plan.cost import COSTS
 from renderer.plan.request import Request
 from renderer.shapes import Family
 from renderer.shapes.family import Intersector, Location, Outline
-from renderer.shapes.overlaps import First, Overlaps, overlapping, places_of
-from renderer.shapes.polygons import FlatFamily
 from renderer.shapes.triangles import Triangles
 
 
@@ -74,42 +69,11 @@ def location(request: Request, family: Family, *, framed: bool, sloped: bool) ->
 
 
 def overlaps(request: Request) -> list[RayStage]:
-    """What comes first of flat shapes that overlap in one plane, unless all of these are in trees."""
-    flat = [family for family in request.families if isinstance(family, FlatFamily)]
-    firsts = [first for family in flat if not in_tree(family) for first in _firsts(family, flat)]
-    if not firsts:
+    """What breaks ties between surfaces in one place, if the scene has any."""
+    stage = request.geometry.overlaps
+    if stage is None:
         return []
     detail = "of those that overlap the first of the scene is hit"
-    each = COSTS.shape * cost.near_shapes(len(firsts))
-    request.list_stage("shapes in one plane", "shapes", detail, ("/shapes",), each)
-    return [Overlaps(places_of(flat, len(request.document.shapes)), tuple(firsts))]
-
-
-def _firsts(family: FlatFamily, flat: list[FlatFamily]) -> Iterator[First]:
-    """What the shapes of a family come before, and what in trees comes before them."""
-    begins = np.cumsum([0, *(other.numbers.size for other in flat)])
-    shapes, places = [], []
-    for begin, other in zip(begins, flat, strict=False):
-        some, others = overlapping(family, other)
-        after = family.numbers[some] < other.numbers[others]
-        shapes.append(some[after])
-        places.append(begin + others[after])
-        if in_tree(other):
-            own = begins[flat.index(family)] + some[~after]
-            yield from _trees_first(other, own, others[~after], begins[-1])
-    first, before = np.concatenate(shapes), np.concatenate(places)
-    for shape in np.unique(first):
-        yield First(partial(family.intersect, int(shape)), _marked(before[first == shape], begins[-1]))
-
-
-def _trees_first(tree: Triangles, shapes: Integers, triangles: Integers, count: int) -> Iterator[First]:
-    """Triangles in trees that come before shapes tested one by one, of pairs of both (P,)."""
-    for shape in np.unique(shapes):
-        part = tree.part(np.unique(triangles[shapes == shape]))
-        yield First(intersector_of(part).run, _marked(shape, count))
-
-
-def _marked(places: Integers, count: int) -> Masks:
-    marks = np.zeros(count + 1, dtype=bool)
-    marks[places] = True
-    return marks
+    each = COSTS.shape * cost.near_shapes(int(np.count_nonzero(stage.later)))
+    request.list_stage("shapes in one place", "shapes", detail, ("/shapes",), each)
+    return [stage]

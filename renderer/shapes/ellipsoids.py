@@ -21,7 +21,7 @@ from renderer.math.arrays import (
     taken,
     unit,
 )
-from renderer.math.numerics import gamma
+from renderer.math.numerics import SURFACE, gamma
 from renderer.self_intersection import OriginSurfaces, previous_sides, settled
 from renderer.shapes.family import MARGIN, WHOLE, Family
 
@@ -62,6 +62,32 @@ class Ellipsoids(Family):
         """By the support function c . d + |(a . d, b . d, c . d)|: the box is up to 1.7 times as wide."""
         along = np.stack([dot(axis, direction) for axis in self.axes])
         return dot(self.centers, direction) + lengths(along)
+
+    @property
+    def surface(self) -> str:
+        """An ellipsoid."""
+        return "ellipsoid"
+
+    def coincide(self, own: Integers, other: Family, others: Integers) -> Masks:
+        """Whether two are one ellipsoid: in the frame of the first, the axes of the second turn its sphere.
+
+        That is, their matrix B has an orthogonal inverse, B^T B = 1, and the centres are in one place.
+        """
+        assert isinstance(other, Ellipsoids), "only ellipsoids are compared with ellipsoids"
+        inverse = taken(self.inverse, own)
+        centers, axes = taken(other.centers, others), taken(other.axes, others)
+        offset = centers - taken(self.centers, own)
+        reach = np.abs(centers) + np.abs(taken(self.centers, own))
+        turned = np.stack([[dot(axis, row) for row in inverse] for axis in axes])
+        bound = SURFACE * np.stack([[dot(np.abs(axis), np.abs(row)) for row in inverse] for axis in axes])
+        together = np.ones(own.size, dtype=bool)
+        for i, row in enumerate(inverse):
+            together &= np.abs(dot(offset, row)) <= SURFACE * dot(reach, np.abs(row))
+            for j in range(i, 3):
+                error = dot(turned[i], turned[j]) - (i == j)
+                size, other_size = np.abs(turned[i]), np.abs(turned[j])
+                together &= np.abs(error) <= dot(size, bound[j]) + dot(bound[i], other_size)
+        return together
 
     def to_sphere(self, vectors: Floats, shape: int) -> Floats:
         """Vectors (3, N) in the frame of one ellipsoid's unit sphere."""

@@ -124,6 +124,22 @@ class Family(ABC):
         """Convex hulls of the shapes."""
         return Hulls(self.numbers, self.corners(), self.edges())
 
+    @property
+    @abstractmethod
+    def surface(self) -> str:
+        """What its shapes lie on: only those of families with the same word may coincide."""
+
+    @abstractmethod
+    def coincide(self, own: Integers, other: "Family", others: Integers) -> Masks:
+        """Whether primitives (P,) and others of a family of the same `surface` share an area.
+
+        There rays hit both, and which of them first is a matter of rounding.
+        """
+
+    def reaches(self) -> Floats:
+        """Magnitudes, at most `sizes`, whose roundings may move a surface off others, (K,)."""
+        return self.sizes
+
     @abstractmethod
     def shades_itself(self, viewer: Floats | None) -> bool:
         """Whether a shape alone in a scene can stand in its own light, where it is seen from `viewer`.

@@ -1,116 +1,160 @@
-"""Flat shapes that overlap in one plane: which of them is seen must not depend on a rounding.
+"""Surfaces in one place: which of them is seen must not depend on a rounding.
 
-Rays hit such shapes at distances that are equal but for rounding, each formed by another formula. The
-nearest would be the one in some pixels and the other in their neighbours. So the first of the scene is taken
-wherever a ray hits it and one that lies in its plane.
+Flat shapes may overlap in one plane, and ellipsoids may coincide. Rays hit them at distances that are equal
+but for rounding, so that the nearest would be the one in some pixels and the other in their neighbours.
+Such pairs of primitives are found beforehand, and rays that hit the later one look for the earlier one.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.interaction import Rays
-from renderer.math.arrays import Floats, Integers, Masks, dot
-from renderer.math.numerics import SURFACE
-from renderer.shapes.polygons import FlatFamily, Polygons
+from renderer.interaction import Rays, RayStage, first_of_each
+from renderer.math.arrays import Floats, Integers, Masks, taken
+from renderer.shapes.family import Family
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class First:
-    """Something flat that comes before others of its plane.
+class Earlier:
+    """Primitives of a small family that come before others, intersected one by one.
 
     Attributes
     ----------
-    intersect : callable
-        Offers rays their hits with it.
-    before : (P + 1,) bool
-        Which flat primitives of the scene it comes before; the last entry stands for all that is not flat.
+    family : Family
+    items, later : (P,) int64
+        Pairs: numbers within the family, and numbers among all primitives.
     """
 
-    intersect: Callable[[Rays], None]
-    before: Masks
+    family: Family
+    items: Integers
+    later: Integers
+
+    def run(self, rays: "Tied") -> None:
+        """Offer hits with those that come before something that a ray has hit."""
+        hit = np.zeros(rays.ties.later.size, dtype=bool)
+        hit[rays.known] = True
+        for item in np.unique(self.items[hit[self.later]]).tolist():
+            self.family.intersect(item, rays)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Overlaps:
-    """Stage: rays that have hit one of several shapes in one plane are given the first of them.
+    """Stage: rays that have hit one of several surfaces in one place are given the first of the scene.
 
     Attributes
     ----------
     places : (shapes of the scene + 1,) int64
-        Number of each shape's first primitive among the flat ones; P for others, and last for a miss.
-    firsts : tuple of First
+        Number of each shape's first primitive among all P; P for a miss, which is last.
+    pairs : (M,) int64
+        Sorted: P times the later primitive of a pair, plus the earlier one.
+    later : (P + 1,) bool
+        Which primitives come after another.
+    alone : tuple of Earlier
+    trees : tuple of RayStage
+        For primitives that come before others in trees of their own.
     """
 
     places: Integers
-    firsts: tuple[First, ...]
+    pairs: Integers
+    later: Masks
+    alone: tuple[Earlier, ...]
+    trees: tuple[RayStage, ...]
 
     def run(self, rays: Rays) -> None:
-        """Ask for hits with what comes first, where something is hit that it comes before."""
+        """Look for earlier hits, where something is hit that comes after another."""
         hit = self.places[rays.shapes] + rays.primitives
-        for first in self.firsts:
-            if not first.before[hit].any():
-                continue
-            again = rays.anew()
-            first.intersect(again)
-            taken = np.flatnonzero(np.isfinite(again.t) & first.before[hit])
-            rays.t[taken], rays.shapes[taken] = again.t[taken], again.shapes[taken]
-            rays.primitives[taken] = again.primitives[taken]
-            rays.coordinates[:, taken] = again.coordinates[:, taken]
-            hit[taken] = self.places[rays.shapes[taken]] + rays.primitives[taken]
+        chosen = np.flatnonzero(self.later[hit])
+        if not chosen.size:
+            return
+        tied = Tied.of(rays, chosen, self)
+        for earlier in self.alone:
+            earlier.run(tied)
+        for tree in self.trees:
+            tree.run(tied)
+        tied.write(rays, chosen)
+
+    def come_before(self, shapes: Integers, primitives: Integers, known: Integers) -> Masks:
+        """Whether primitives (N,) are the earlier ones of pairs with those of the numbers `known` (N,)."""
+        wanted = known * (self.later.size - 1) + self.places[shapes] + primitives
+        found = np.searchsorted(self.pairs, wanted)
+        return np.asarray(self.pairs[np.minimum(found, self.pairs.size - 1)] == wanted)
 
 
-def places_of(families: Sequence[FlatFamily], shapes: int) -> Integers:
-    """`Overlaps.places` for the flat families of a scene of so many shapes."""
-    count = sum(family.numbers.size for family in families)
-    places, begin = np.full(shapes + 1, count, dtype=np.int64), 0
-    for family in families:
-        numbers, first = np.unique(family.numbers, return_index=True)
-        places[numbers] = begin + first
-        begin += family.numbers.size
-    return places
+@dataclass(slots=True, eq=False)
+class Tied(Rays):
+    """Rays that have hit the later one of some pairs: of hits with the earlier ones they take the first.
 
+    `t` stays infinite: roundings put the earlier hit before the later one or behind it.
 
-def overlapping(some: FlatFamily, others: FlatFamily) -> tuple[Integers, Integers]:
-    """Pairs (P,) of primitives that lie in one plane and overlap by more than rounding.
-
-    What only shares an edge or a corner does not overlap: some edge of one of the two has all of the other on
-    its outside (Gottschalk, Lin and Manocha 1996, in the plane).
-
-    Parameters
+    Attributes
     ----------
-    some : FlatFamily
-        One after another is compared with all others: a few.
-    others : FlatFamily
+    ties : Overlaps
+    known : (N,) int64
+        Primitive that each ray has hit, of all.
+    distances : (N,) float64
+        Of the hits taken so far.
     """
-    low, high = (bound(others.corners(), axis=0) for bound in (np.min, np.max))
-    found = [_near(some, which, others, low, high) for which in range(some.numbers.size)]
-    first = np.arange(some.numbers.size).repeat([near.size for near in found])
-    second = np.concatenate(found)
-    if not second.size:
-        return first, second
-    a, b = some.part(first).occluders(), others.part(second).occluders()
-    room = SURFACE * (a.sizes + b.sizes)
-    together = np.flatnonzero(~(_beside(a, b, room) | _beside(b, a, room)))
-    return first[together], second[together]
 
+    ties: Overlaps = field(kw_only=True)
+    known: Integers = field(kw_only=True)
+    distances: Floats = field(kw_only=True)
 
-def _near(some: FlatFamily, which: int, others: FlatFamily, low: Floats, high: Floats) -> Integers:
-    """Other primitives whose bounds (3, K) overlap those of one, and that lie in its plane."""
-    corners = some.corners()[:, :, which]
-    room = SURFACE * (some.sizes[which] + others.sizes)
-    begin, end = corners.min(axis=0)[:, None] - room, corners.max(axis=0)[:, None] + room
-    near = np.flatnonzero(np.all((low <= end) & (high >= begin), axis=0))
-    normal, anchor = some.normals[:, which, None], corners[0][:, None]
-    heights = np.stack([dot(normal, corner - anchor) for corner in others.corners()[:, :, near]])
-    return near[(np.abs(heights) <= room[near]).all(axis=0)]
+    @classmethod
+    def of(cls, rays: Rays, chosen: Integers, ties: Overlaps) -> "Tied":
+        """Some rays of a block, with what they have hit."""
+        shapes, primitives = rays.shapes[chosen], rays.primitives[chosen]
+        start = rays.origin_surfaces
+        tied = cls(
+            rays.origins_at(chosen),
+            taken(rays.directions, chosen),
+            rays.pixels[chosen],
+            rays.samples[chosen],
+            origin_surfaces=None if start is None else start.part(chosen),
+            ties=ties,
+            known=ties.places[shapes] + primitives,
+            distances=rays.t[chosen],
+        )
+        tied.shapes, tied.primitives = shapes, primitives
+        tied.coordinates = taken(rays.coordinates, chosen)
+        return tied
 
+    def write(self, rays: Rays, chosen: Integers) -> None:
+        """Put the hits back into the block."""
+        rays.t[chosen] = self.distances
+        rays.shapes[chosen], rays.primitives[chosen] = self.shapes, self.primitives
+        rays.coordinates[:, chosen] = self.coordinates
 
-def _beside(a: Polygons, b: Polygons, room: Floats) -> Masks:
-    """Whether an edge of polygons a (P,) has all corners of b on its outside, or less than `room` inside."""
-    beside = np.zeros(room.size, dtype=bool)
-    for normals, anchors in zip(a.edge_normals, a.edge_anchors, strict=True):
-        depths = np.stack([dot(normals, corner - anchors) for corner in b.corners])
-        beside |= depths.max(axis=0) <= room
-    return beside
+    def offer(
+        self,
+        candidates: Integers,
+        t: Floats,
+        coordinates: tuple[Floats, Floats],
+        shapes: Integers,
+        primitives: Integers,
+    ) -> None:
+        """Take hits that come before the known one and any taken so far, whatever their distance."""
+        shapes, primitives = (np.broadcast_to(numbers, t.shape) for numbers in (shapes, primitives))
+        shape, primitive = self.shapes[candidates], self.primitives[candidates]
+        first = (shapes < shape) | ((shapes == shape) & (primitives < primitive))
+        taken_now = first & self.ties.come_before(shapes, primitives, self.known[candidates])
+        rays = candidates[taken_now]
+        self.distances[rays] = t[taken_now]
+        self.shapes[rays], self.primitives[rays] = shapes[taken_now], primitives[taken_now]
+        for row, places in zip(self.coordinates, coordinates, strict=True):
+            row[rays] = places[taken_now]
+
+    def offer_several(
+        self,
+        candidates: Integers,
+        t: Floats,
+        coordinates: tuple[Floats, Floats],
+        items: Integers,
+        numbers: tuple[Integers, Integers],
+    ) -> None:
+        """Take the first of a ray's hits that come before the known one."""
+        shapes, primitives = (number[items] for number in numbers)
+        before = np.flatnonzero(self.ties.come_before(shapes, primitives, self.known[candidates]))
+        order = before[np.lexsort((items[before], candidates[before]))]
+        best = first_of_each(candidates, order)
+        u, v = coordinates
+        self.offer(candidates[best], t[best], (u[best], v[best]), shapes[best], primitives[best])

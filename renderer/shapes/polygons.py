@@ -3,7 +3,10 @@
 from abc import abstractmethod
 from dataclasses import dataclass
 
-from renderer.math.arrays import Floats, Integers
+import numpy as np
+
+from renderer.math.arrays import Floats, Integers, Masks, dot, taken
+from renderer.math.numerics import SURFACE
 from renderer.shapes.family import Family
 
 
@@ -52,7 +55,61 @@ class FlatFamily(Family):
     def occluders(self) -> Polygons:
         """The same primitives as things that stand in the light."""
 
+    @property
+    def surface(self) -> str:
+        """A plane."""
+        return "plane"
+
+    def reaches(self) -> Floats:
+        """None where a coordinate is the same at all corners: no extent, however large, rounds that."""
+        return _reaches(self.corners(), self.sizes)
+
+    def coincide(self, own: Integers, other: Family, others: Integers) -> Masks:
+        """Whether they lie in one plane and overlap by more than rounding.
+
+        What only shares an edge or a corner does not overlap: some edge of one of the two has all of the
+        other on its outside (Gottschalk, Lin and Manocha 1996, in the plane).
+        """
+        assert isinstance(other, FlatFamily), "only what lies on a plane is compared with flat shapes"
+        together = np.flatnonzero(_in_plane(self, own, other, others) | _in_plane(other, others, self, own))
+        some, rest = self.part(own[together]), other.part(others[together])
+        a, b, room = some.occluders(), rest.occluders(), SURFACE * (some.sizes + rest.sizes)
+        result = np.zeros(own.size, dtype=bool)
+        result[together] = ~(_beside(a, b, room) | _beside(b, a, room))
+        return result
+
     def shades_itself(self, viewer: Floats | None) -> bool:
         """Never: what is flat shows light and viewer the same side of it, or is dark."""
         del viewer
         return False
+
+
+def _reaches(corners: Floats, sizes: Floats) -> Floats:
+    return np.where((corners == corners[0]).all(axis=0).any(axis=0), 0.0, sizes)
+
+
+def _in_plane(a: FlatFamily, own: Integers, b: FlatFamily, others: Integers) -> Masks:
+    """Whether primitives of b lie in the planes of primitives of a, (P,) each.
+
+    A plane is known to the rounding of its corners, but one along two axes, to that of what lies in it.
+    """
+    normal, corners, other_corners = (
+        taken(a.normals, own),
+        taken(a.corners(), own),
+        taken(b.corners(), others),
+    )
+    sizes, other_sizes = a.sizes[own], b.sizes[others]
+    least = np.minimum(sizes, other_sizes)
+    reach = np.maximum(_reaches(corners, sizes), least)
+    room = SURFACE * (reach + np.maximum(_reaches(other_corners, other_sizes), least))
+    heights = np.stack([dot(normal, corner - corners[0]) for corner in other_corners])
+    return np.asarray((np.abs(heights) <= room).all(axis=0))
+
+
+def _beside(a: Polygons, b: Polygons, room: Floats) -> Masks:
+    """Whether an edge of polygons a (P,) has all corners of b on its outside, or less than `room` inside."""
+    beside = np.zeros(room.size, dtype=bool)
+    for normals, anchors in zip(a.edge_normals, a.edge_anchors, strict=True):
+        depths = np.stack([dot(normals, corner - anchors) for corner in b.corners])
+        beside |= depths.max(axis=0) <= room
+    return beside

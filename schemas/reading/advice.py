@@ -25,7 +25,18 @@ from schemas.quantities import (
 )
 from schemas.reading.findings import Finding
 from schemas.scene import Scene, used_materials, used_textures
-from schemas.shapes import CenterForm, CornerForm, Ellipsoid, Mesh, MeshFile, Shape, Sphere, Triangle
+from schemas.shapes import (
+    CenterForm,
+    CornerForm,
+    Ellipsoid,
+    Mesh,
+    MeshFile,
+    Parallelogram,
+    Rectangle,
+    Shape,
+    Sphere,
+    Triangle,
+)
 
 CLEARLY_AN_AREA = 1e-12
 """Sine of the angle between two edges of a triangle that surely has an area."""
@@ -132,6 +143,12 @@ FLATTEST = 1e8
 NARROWEST = 2.0**-45
 """Angle from pixel to pixel, radians, of which the rounding of a ray's direction is a hundredth."""
 
+INEXACT = 100 * 2.0**-48
+"""A hundred times what sixteen roundings move a point by, in shares of its coordinates."""
+
+BOUNDLESS = 2.0**20
+"""Distances from the camera; what reaches less far is not at fault where rounding shows."""
+
 # A warning is a courtesy: it must not cost more than the reading.
 _MOST_PAIRS = 100_000
 
@@ -146,6 +163,7 @@ def advise(scene: Scene) -> list[Finding]:
         *_up(scene),
         *_unused(scene),
         *_poor_shapes(scene),
+        *_large_shapes(scene),
         *_lights_inside(scene),
         *_without_coordinates(scene),
     ]
@@ -250,6 +268,39 @@ def no_coordinates(kind: str, part: str, others: int) -> str:
         f"The material has a '{part}', and this {kind} has no texture coordinates: the corners of each "
         f"triangle get (0, 0), (1, 0) and (0, 1). Give it texture coordinates.{also}"
     )
+
+
+def _large_shapes(scene: Scene) -> Iterator[Finding]:
+    """Shapes of which rounding moves points by a hundredth of a pixel where the camera may be near."""
+    camera = scene.camera
+    pixel = 2 * math.tan(math.radians(camera.vertical_fov) / 2) / camera.height
+    view = length(difference(camera.look_at, camera.position))
+    for index, shape in enumerate(scene.shapes):
+        low, high = _box(shape)
+        largest = max(map(abs, (*low, *high)))
+        beyond = [max(a - x, x - b, 0.0) for x, a, b in zip(camera.position, low, high, strict=True)]
+        near = max(view, math.hypot(*beyond))
+        if largest > max(pixel / INEXACT, BOUNDLESS) * near:
+            detail = (
+                "This shape reaches so far that rounding moves points on it by a hundredth of a pixel or "
+                "more: its borders, shadows and textures may be inexact. Make it smaller."
+            )
+            yield Finding(("shapes", index), "very_large", detail)
+
+
+def _box(shape: Shape) -> tuple[Vector, Vector]:
+    """Least and greatest coordinates; of a mesh from a file those of its place, as no more is known here."""
+    if isinstance(shape, Triangle | Rectangle | Parallelogram):
+        points = shape.vertices if isinstance(shape, Triangle) else corners(shape)
+        x, y, z = zip(*points, strict=True)
+        return (min(x), min(y), min(z)), (max(x), max(y), max(z))
+    if isinstance(shape, Mesh | MeshFile):
+        vertices = shape.vertices if isinstance(shape, Mesh) else ()
+        farthest = max(map(abs, itertools.chain.from_iterable(vertices)), default=0.0)
+        center, radius = shape.translate, math.sqrt(3) * farthest * max(map(abs, shape.scale))
+    else:
+        center, radius = _ball(shape)
+    return difference(center, (radius,) * 3), add(center, (radius,) * 3)
 
 
 def _flat(shape: Ellipsoid) -> bool:

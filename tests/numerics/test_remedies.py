@@ -213,9 +213,7 @@ SWITCHED_OFF: dict[str, Patches] = {
         "renderer.accelerators.intersection.AHEAD": 1.0,
     },
     "H5: faces in one place": {"renderer.interaction.Rays.offer": shapes.first_come},
-    "H11: shapes that overlap in one plane": {
-        "renderer.plan.shapes.overlapping": lambda *_: (np.zeros(0, dtype=np.int64),) * 2
-    },
+    "H11: shapes that overlap in one plane": {"renderer.plan.geometry.overlaps_of": lambda *_: None},
     "H6: the critical angle": {
         "renderer.materials.optics.transmitted_cosine": light.plain_transmitted_cosine
     },

@@ -61,7 +61,9 @@ A valid scene whose picture is probably not what you meant is rendered with a wa
 - the view is so narrow that rounding moves rays by a hundredth of a pixel or more (`narrow_view`);
 - a channel of a material's colour is more than 1, as if on a scale of 0 to 255 (`bright_color`);
 - `up` is parallel to the view (`up_parallel_to_view`);
-- the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`).
+- the longest axis of an ellipsoid is more than 1e8 times as long as the shortest (`very_flat`);
+- a shape reaches so far that rounding moves points on it by a hundredth of a pixel or more (`very_large`);
+  meshes in files are not checked.
 """
 
 SECTIONS: dict[str, list[tuple[str, type[Closed]]]] = {

@@ -211,3 +211,31 @@ def test_a_colour_in_steps_of_255_is_a_warning(scene: dict[str, Any]) -> None:
     scene["materials"]["plain"]["color"] = [255, 128, 0]
     (warning,) = read_scene(scene)[1]
     assert (warning.pointer, warning.code) == ("/materials/plain/color", "bright_color")
+
+
+def _huge(half: float) -> list[dict[str, Any]]:
+    """Floors of a half side, and a ball of that radius that the camera stands on."""
+    corners = [[-half, 0, -half], [half, 0, -half], [half, 0, half]]
+    flat = {"type": "rectangle", "corner": corners[0], "edges": [[0, 0, 2 * half], [2 * half, 0, 0]]}
+    unit = {"type": "mesh", "vertices": [[-1, 0, -1], [1, 0, -1], [1, 0, 1]], "triangles": [[0, 1, 2]]}
+    return [
+        flat,
+        {"type": "triangle", "vertices": corners},
+        {**unit, "scale": half},
+        {"type": "ellipsoid", "center": [0, -half, 0], "radius": half},
+    ]
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_a_shape_that_rounding_shows_on_is_a_warning(scene: dict[str, Any], number: int) -> None:
+    """At 1e9 doubles are 1e-7 apart, at 1e13 0.002: a tenth of a pixel."""
+    count = len(scene["shapes"])
+    for half, warned in ((1e9, False), (1e13, True)):
+        shapes = [*scene["shapes"], {**_huge(half)[number], "material": "plain"}]
+        expected = [(f"/shapes/{count}", "very_large")] * warned
+        assert warnings({**scene, "shapes": shapes}) == expected
+
+
+def test_a_large_shape_far_away_is_no_warning(scene: dict[str, Any]) -> None:
+    star = {"type": "ellipsoid", "center": [0, 0, -1e14], "radius": 1e13, "material": "plain"}
+    assert warnings({**scene, "shapes": [*scene["shapes"], star]}) == []
