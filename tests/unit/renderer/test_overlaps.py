@@ -90,6 +90,14 @@ def hit_shapes(plan: Any) -> Any:
     return renderer.trace(plan, origins, np.tile([0.0, -1, 0], (400, 1))).shape
 
 
+@pytest.mark.parametrize("sizes", [(6, 7, 8), (3, 7, 8), (6, 2, 8)])
+def test_the_first_of_three_meshes_is_seen(sizes: tuple[int, ...]) -> None:
+    """Whichever of them is hit, and whichever of the others is nearer then."""
+    hit = hit_shapes(plan_of(scene(*map(rug, sizes), materials=MATERIALS)))
+    assert (hit == 0).sum() > 100
+    assert hit.max() == 0
+
+
 def test_shapes_that_share_an_edge_or_stand_on_another_do_not_overlap() -> None:
     """Tiles and triangles turned by an angle that no double is exact at, far from the origin."""
     across, up = np.array([np.cos(0.3), 0, np.sin(0.3)]), np.array([0.0, 1, 0])
