@@ -14,8 +14,8 @@ from renderer.plan.strengths import effective
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family, displacement
 from renderer.shapes.displacement import Displaced
-from renderer.shapes.triangles import Triangles
 from renderer.shapes.overlaps import Overlaps
+from renderer.shapes.triangles import Triangles
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
 from schemas.api.plans import LeftOut

@@ -257,6 +257,19 @@ def test_coplanar_shapes_of_all_kinds_show_the_first(first: str, second: str) ->
         np.testing.assert_array_equal(np.argmax(image, axis=1), np.where(seen < 0, 2, seen))
 
 
+@pytest.mark.parametrize("behind", [("large mesh", "many triangles"), ("rectangle", "large mesh")])
+def test_glass_shows_the_first_of_what_lies_in_its_plane(behind: tuple[str, str]) -> None:
+    """Rays that leave it touch both others, at no distance but a rounding."""
+    clear = phong([0, 0, 0], ambient=0, diffuse=0, transmission=1, ior=1)
+    document, _ = pair_of(*behind)
+    document["materials"] |= {"clear": clear}
+    document["shapes"] = [*netted(6)(((-1.1, 1.1), (-1.1, 1.1)), "clear"), *document["shapes"]]
+    places = shown(*pixel_places(24))
+    chosen = (places == 0).all(axis=2)
+    assert chosen.sum() > 20
+    assert (np.argmax(image_of(document, files=BLACK)[chosen], axis=1) == 0).all()
+
+
 @pytest.mark.parametrize("order", [1, -1])
 def test_equal_ellipsoids_show_the_first(order: int) -> None:
     """By radius and by axes, and by axes that are the same but for a turn in the plane of two equal ones."""
