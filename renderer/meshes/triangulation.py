@@ -1,0 +1,134 @@
+"""Faces of any number of corners as triangles.
+
+A face whose fan from its first corner is right stays that fan; any other, as most concave ones, is cut by ear
+clipping. All is decided in the coordinate plane that the face is most nearly parallel to: leaving out a
+coordinate rounds nothing.
+"""
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from renderer.assets import AssetError
+from renderer.math.arrays import Floats, Integers
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_ACROSS = np.array([[1, 2], [2, 0], [0, 1]])
+"""For each axis the other two, which it completes to a right-handed frame."""
+
+
+def triangulate(points: Floats, sizes: Integers) -> tuple[Integers, Integers]:
+    """Triangles of some faces, each of which is turned as its face is.
+
+    Parameters
+    ----------
+    points
+        Positions of all corners, face after face, (C, 3).
+    sizes
+        Corners of each face, (F,), whose sum is C. A face of fewer than three gives no triangle.
+
+    Returns
+    -------
+    triangles : ndarray of int64, shape (T, 3)
+        Which of the C corners are those of each triangle, in the order of the faces.
+    faces : ndarray of int64, shape (T,)
+        The face of each triangle.
+
+    Raises
+    ------
+    AssetError
+        A face is concave, and the package that cuts it is not installed.
+    """
+    fans, faces = _fans(sizes)
+    if (sizes <= 3).all():
+        return fans, faces
+    corners = points[fans]
+    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    # A face is as large as its fan, whose triangles count negative where they are turned the other way.
+    normals = np.stack([np.bincount(faces, weights, len(sizes)) for weights in areas.T], axis=1)
+    axes = np.abs(normals).argmax(axis=1)
+    ways = np.sign(normals[np.arange(len(sizes)), axes])
+    against = areas[np.arange(len(fans)), axes[faces]] * ways[faces] <= 0
+    odd = np.unique(faces[against])
+    # What has no area to either side has no inside: it stays as it is.
+    odd = odd[(sizes[odd] > 3) & (ways[odd] != 0)]
+    starts = np.cumsum(sizes) - sizes
+    clipped = [
+        starts[face]
+        + _clipped(points[starts[face] : starts[face] + sizes[face]], int(axes[face]), bool(ways[face] < 0))
+        for face in odd
+    ]
+    return _replaced(fans, faces, odd, clipped)
+
+
+def _fans(sizes: Integers) -> tuple[Integers, Integers]:
+    """The fan of each face from its first corner."""
+    counts = np.maximum(sizes - 2, 0)
+    faces = np.repeat(np.arange(len(sizes)), counts)
+    first = (np.cumsum(sizes) - sizes)[faces]
+    steps = np.arange(len(faces)) - (np.cumsum(counts) - counts)[faces]
+    return np.stack((first, first + steps + 1, first + steps + 2), axis=1), faces
+
+
+def _replaced(
+    fans: Integers, faces: Integers, odd: Integers, clipped: list[Integers]
+) -> tuple[Integers, Integers]:
+    """The same with other triangles for some of the faces."""
+    kept = ~np.isin(faces, odd)
+    triangles = np.concatenate([fans[kept], *clipped])
+    named = np.concatenate([faces[kept], np.repeat(odd, [len(some) for some in clipped])])
+    order = np.argsort(named, kind="stable")
+    return triangles[order], named[order]
+
+
+def _clipped(points: Floats, axis: int, turned: bool) -> Integers:
+    """Triangles (T, 3) of one face, cut as seen along an axis, from behind if it is turned."""
+    try:
+        # Meshes without such faces are rendered where it is not installed.
+        import mapbox_earcut  # noqa: PLC0415
+    except ImportError as error:
+        raise AssetError(
+            "Meshes with concave faces need the package mapbox-earcut. Install it with: "
+            "pip install 'penumbra-render[mesh]'"
+        ) from error
+    plane = points[:, _ACROSS[axis][::-1] if turned else _ACROSS[axis]]
+    ends = np.array([len(points)], dtype=np.uint32)
+    found: NDArray[np.uint32] = mapbox_earcut.triangulate_float64(np.ascontiguousarray(plane), ends)
+    return np.array(_with_straight(found.reshape(-1, 3).tolist(), plane), dtype=np.int64).reshape(-1, 3)
+
+
+def _with_straight(triangles: list[list[int]], plane: Floats) -> list[list[int]]:
+    """The same triangles with those corners that the library leaves out, which lie on straight edges.
+
+    The face beside may have its corner there: its edge and this one would differ by their rounding.
+    """
+    used = {corner for triangle in triangles for corner in triangle}
+    if len(used) == len(plane):
+        return triangles
+    done, points = [], plane.tolist()
+    while triangles:
+        triangle = triangles.pop()
+        split = _split(triangle, points, used)
+        triangles += split
+        done += [] if split else [triangle]
+    return done
+
+
+def _split(triangle: list[int], points: list[list[float]], used: set[int]) -> list[list[int]]:
+    """A triangle, cut at the corners that one of its edges leaves out; empty if none does."""
+    for a, b, c in (triangle[turn:] + triangle[:turn] for turn in range(3)):
+        edge, between = [a], (a + 1) % len(points)
+        while between not in used:
+            edge += [between] if _is_between(points[between], points[edge[-1]], points[b]) else []
+            between = (between + 1) % len(points)
+        if between == b and len(edge) > 1:
+            used.update(edge)
+            return [[first, second, c] for first, second in pairwise([*edge, b])]
+    return []
+
+
+def _is_between(point: list[float], first: list[float], last: list[float]) -> bool:
+    return sum((p - a) * (b - p) for p, a, b in zip(point, first, last, strict=True)) > 0
