@@ -1,4 +1,4 @@
-"""Reading mesh files: OBJ, PLY and glTF, through trimesh.
+"""Reading mesh files: OBJ, and PLY and glTF through trimesh.
 
 Nothing but the file itself is read, and the buffers beside a glTF file. What a file announces is counted
 before anything is allocated for it.
@@ -7,26 +7,20 @@ before anything is allocated for it.
 import io
 import posixpath
 import re
-import warnings
 from typing import Any
 
 import numpy as np
 
-from renderer.assets import MISSING, AssetError, AssetSource, changed_filters, content_of, limits_of
+from renderer.assets import MISSING, AssetError, AssetSource, content_of, limits_of
 from renderer.math.arrays import Floats, Integers
 from renderer.meshes import gltf, gltf_packing
+from renderer.meshes.obj import cut_into_triangles, read_obj
 from schemas.limits import how_to_raise, limits_in_force
 from schemas.quantities import LARGEST
 from schemas.reading.file_kinds import recognise
 
 # A number of more digits is too large, and too long for Python to read.
 _PLY_COUNTS = re.compile(rb"(?m)^element[ \t]+(?:face|vertex)[ \t]+(\d{1,18})")
-# Each begins at a line's end and never goes back, which is quick: a mesh has a million lines.
-_NO_GEOMETRY = re.compile(rb"\n(?: *+(?:mtllib|usemtl|o|g|s)(?: [^\n]*+)?+(?![^\n])| ++)")
-_ODD_NUMBER = re.compile(rb"\nf(?:[ /]*+[1-9]\d*+)*+[ /]*+[-0]")
-_TOO_FEW = re.compile(rb"\n(?:v(?: ++[^ \n]++){0,2}+|vt(?: ++[^ \n]++)?+) *+(?![^\n])")
-_WHOLE = re.compile(rb"-?\d{1,18}")
-_COMMENT = re.compile(rb"#.*")
 # No other mesh format is JSON.
 _JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
 _BEGINNING = 1 << 16
@@ -48,12 +42,15 @@ def read_mesh(name: str, assets: AssetSource) -> tuple[Floats, Integers, Floats 
     content = content_of(name, assets)
     kind = file_kind(content)
     most = limits_of(assets).max_mesh_triangles
-    content = _regular_obj(content) if kind == "obj" else content
     announced(content, most)
+    if kind == "obj":
+        obj = read_obj(name, content)
+        refuse_too_many(obj.triangle_count, most)
+        return cut_into_triangles(obj)
     if kind in _GLTF:
         kind, content = "glb", glb_of(name, content, assets)
     mesh = _arrays(_load(kind, content))
-    _refuse_too_many(mesh[1].shape[1], most)
+    refuse_too_many(mesh[1].shape[1], most)
     return mesh
 
 
@@ -107,62 +104,6 @@ _LONGEST_SHOWN = 100
 _BESIDE = "Put it beside the mesh, or save the mesh as GLB."
 
 
-def _regular_obj(content: bytes) -> bytes:
-    """An OBJ file of one mesh in the form that trimesh reads: it skips indented faces and those with tabs.
-
-    It may also complete a vertex that lacks a number from the line after it.
-
-    Triangles stay in the order in which they stand.
-
-    Raises
-    ------
-    AssetError
-        A vertex lacks a number, or a face has one that stands for nothing.
-    """
-    content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
-    # Names go before comments do: a '#' may be part of one.
-    content = _NO_GEOMETRY.sub(b"\n", b"\n" + content.replace(b"\t", b" "))
-    content = _COMMENT.sub(b"", content)
-    if _TOO_FEW.search(content):
-        raise AssetError(
-            "A vertex of the mesh has fewer than three numbers, or a texture coordinate fewer than two. Save "
-            "the mesh again."
-        )
-    return _counted_from_first(content) if _ODD_NUMBER.search(content) else content
-
-
-def _counted_from_first(content: bytes) -> bytes:
-    """The same OBJ file without relative numbers: -1 is the last so far, for trimesh the last of the file."""
-    counts = {b"v": 0, b"vt": 0, b"vn": 0}
-    lines = content.split(b"\n")
-    for place, (keyword, *words) in ((at, line.split()) for at, line in enumerate(lines) if line.strip()):
-        if keyword in counts:
-            counts[keyword] += 1
-        elif keyword == b"f":
-            lines[place] = b" ".join([b"f", *(_corner(word, [*counts.values()]) for word in words)])
-    return b"\n".join(lines)
-
-
-def _corner(word: bytes, counts: list[int]) -> bytes:
-    return b"/".join(
-        _from_first(number, count) for number, count in zip(word.split(b"/"), counts, strict=False)
-    )
-
-
-def _from_first(number: bytes, count: int) -> bytes:
-    if not _WHOLE.fullmatch(number):
-        return number
-    counted = int(number)
-    # -0 stands for nothing, as 0 does.
-    counted += count + 1 if counted < 0 else 0
-    if counted < 1:
-        raise AssetError(
-            f"A face of the mesh has the number {number.decode()}, and {count} of the kind precede it. "
-            "Numbers count from 1, or backwards from -1. Save the mesh again."
-        )
-    return b"%d" % counted
-
-
 def file_kind(content: bytes) -> str:
     """Kind of a mesh file, by its first bytes: names of uploaded files are arbitrary.
 
@@ -209,11 +150,12 @@ def announced(content: bytes, most: int | None = None) -> int:
         count = max((int(found) for found in _PLY_COUNTS.findall(header)), default=0)
     else:
         count = content.count(b"\nf ")
-    _refuse_too_many(count, most)
+    refuse_too_many(count, most)
     return count
 
 
-def _refuse_too_many(count: int, most: int) -> None:
+def refuse_too_many(count: int, most: int) -> None:
+    """Raise AssetError if a mesh has more triangles than are allowed."""
     if count > most:
         raise AssetError(
             f"The mesh has {count} triangles, more than the {most} allowed. Simplify it. "
@@ -230,10 +172,7 @@ def _load(kind: str, content: bytes) -> Any:
             "Mesh files need the package trimesh. Install it with: pip install 'penumbra-render[mesh]'"
         ) from error
     try:
-        with changed_filters():
-            # NumPy reports by this that an OBJ has words where it should have numbers.
-            warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
-            loaded: Any = trimesh.load(io.BytesIO(content), file_type=kind, process=False)
+        loaded: Any = trimesh.load(io.BytesIO(content), file_type=kind, process=False)
         return loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded
     except Exception as error:
         raise AssetError(f"The mesh cannot be read as {kind.upper()}: it is damaged.") from error

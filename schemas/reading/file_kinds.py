@@ -56,7 +56,8 @@ _WEBP = FileKind("webp", "a WebP picture", "picture")
 _PAGE = FileKind("html", "a web page (HTML)", "page")
 
 _HTML = re.compile(rb"\s*<(?:!doctype\s+html|html|head|body)\b", re.IGNORECASE)
-_OBJ_VERTEX = re.compile(rb"(?m)^[ \t]*v[ \t]+[-+.\d]")
+# Lines may end as on old Macintoshes, the first may have a UTF-8 mark, and faces may come first.
+_OBJ_LINE = re.compile(rb"(?:\A(?:\xef\xbb\xbf)?|[\r\n])[ \t]*(?:v[ \t]+[-+.\d]|f[ \t]+[-+]?\d)")
 BEGINNING = 1 << 16
 """Bytes in which a mesh file is expected to have its first vertex."""
 
@@ -81,8 +82,8 @@ def recognise(content: bytes) -> FileKind | None:
     beginning = content[:BEGINNING]
     if _HTML.match(beginning):
         return _PAGE
-    # JSON has no line that begins with a bare "v 1.0".
-    return OBJ if _OBJ_VERTEX.search(beginning) else None
+    # JSON has no line that begins with a bare "v 1.0" or "f 1".
+    return OBJ if _OBJ_LINE.search(beginning) else None
 
 
 def mistaken(content: bytes, wanted: str) -> str | None:

@@ -12,7 +12,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import AliasChoices, Field
 
-from renderer.assets import AssetError
+from renderer.meshes.files import file_kind
+from renderer.meshes.obj import read_obj
 from schemas.cameras import FieldOfView
 from schemas.errors import Problem
 from schemas.limits import limits_in_force
@@ -20,10 +21,9 @@ from schemas.quantities import Asset, Color, Count, Direction, Index, Name, Poin
 from schemas.reading.translation import nearest
 from schemas.shapes import Scale
 from service.converting.errors import ConversionError
-from service.converting.obj import bent
+from service.converting.obj import bent_faces, note_left_out
 from service.converting.reading import Foreign, read_known
 from service.converting.task import UNUSABLE, Notes, Task, check_mesh
-from service.converting.wavefront import read_obj
 
 
 class CourseCamera(Foreign):
@@ -272,7 +272,7 @@ def _shapes(task: Task, course: CourseDocument, text: str) -> list[dict[str, Any
 
 def _shape(task: Task, written: CourseObject, pointer: str) -> dict[str, Any]:
     path, content = task.found.read(task.folder, written.obj_file_path)
-    check_mesh(content)
+    check_mesh(path.name, content)
     shape: dict[str, Any] = {
         "type": "mesh",
         "name": Path(written.obj_file_path.replace("\\", "/")).stem,
@@ -287,14 +287,11 @@ def _shape(task: Task, written: CourseObject, pointer: str) -> dict[str, Any]:
 
 
 def _smooth(task: Task, path: Path, content: bytes, pointer: str) -> bool:
-    if path.suffix.lower() != ".obj":
+    if file_kind(content) != "obj":
         return False
-    try:
-        smooth = bent(read_obj(path.name, content, task.notes))
-    except ConversionError as error:
-        raise AssetError(
-            f"Line {error.problems[0].line} of {path.name}: {error.problems[0].detail}"
-        ) from error
+    obj = read_obj(path.name, content)
+    note_left_out(task.notes, path.name, obj)
+    smooth = bool(bent_faces(obj).any())
     if smooth:
         detail = "Its normals are not those of its faces: it is smoothed, with newly computed normals."
         task.notes.assume(pointer, detail)

@@ -9,6 +9,7 @@ import numpy as np
 
 from renderer.assets import AssetError
 from renderer.meshes.gltf_containers import DAMAGED, split_glb
+from renderer.meshes.obj import NONE
 from schemas.errors import SceneError
 from schemas.limits import how_to_raise, limits_in_force
 from schemas.reading.documents import read_text
@@ -17,11 +18,10 @@ from service.converting.gltf_document import Document
 from service.converting.gltf_geometry import Buffers, Part, parts_by_material
 from service.converting.gltf_materials import GltfMaterials
 from service.converting.gltf_nodes import camera_of, exposure, lights_of, placed_nodes
-from service.converting.obj import write_part
+from service.converting.obj import write_obj
 from service.converting.reading import read_known
 from service.converting.surroundings import GREY, bounding_sphere, scene_around
 from service.converting.task import Task
-from service.converting.wavefront import Face, ObjText
 
 KNOWN_EXTENSIONS = frozenset({"KHR_lights_punctual", "KHR_materials_ior", "KHR_materials_transmission"})
 
@@ -136,15 +136,16 @@ def _name(converter: GltfMaterials, number: int | None, taken: Mapping[str, Any]
 
 def written_part(parts: Sequence[Part]) -> bytes:
     """An OBJ file of some parts, in the world's coordinates, without a lost digit."""
-    obj = ObjText()
+    corners, first, first_texture = [], 0, 0
     for part in parts:
-        first, first_texture = len(obj.vertices), len(obj.texture)
-        obj.vertices += map(tuple, part.vertices.tolist())
-        texture = [] if part.texture is None else part.texture.tolist()
-        obj.texture += map(tuple, texture)
-        for triangle in part.triangles.tolist():
-            corners = tuple(
-                (first + corner, first_texture + corner if texture else None, None) for corner in triangle
-            )
-            obj.faces.append(Face(corners, None, 0))
-    return write_part(obj, obj.faces)
+        vertex = part.triangles.ravel()
+        texture = np.full_like(vertex, NONE) if part.texture is None else vertex + first_texture
+        corners.append(np.stack([vertex + first, texture], axis=1))
+        first += len(part.vertices)
+        first_texture += 0 if part.texture is None else len(part.texture)
+    return write_obj(
+        np.concatenate([part.vertices for part in parts]),
+        np.concatenate([np.empty((0, 2)), *(part.texture for part in parts if part.texture is not None)]),
+        np.concatenate(corners),
+        np.full(sum(len(part.triangles) for part in parts), 3),
+    )

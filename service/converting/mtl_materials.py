@@ -5,14 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from schemas.quantities import BRIGHTEST
+from service.converting.errors import FileAwayError
+from service.converting.mtl import Map, MtlMaterial, number_in, without_comment
 from service.converting.surroundings import GREY
 from service.converting.task import UNUSABLE, Task, named_texture, picture_file
-from service.converting.wavefront import Map, MtlMaterial
 
 SHARPEST = 1e15
 """Largest shininess of a scene."""
 BUMP_SHARE = 0.01
 """Height of a bump map's white with -bm 1, as a share of the mesh's diagonal: MTL files name no unit."""
+
+STRONGEST = 1e6
+"""Largest factor of a bump map's height."""
 
 MIRRORS = frozenset({3, 5})
 GLASSES = frozenset({4, 6, 7, 9})
@@ -55,14 +60,8 @@ class MtlConverter:
         self.textures = textures
 
     def convert(self, written: MtlMaterial) -> dict[str, Any]:
-        """One material.
-
-        Raises
-        ------
-        ConversionError
-            A number in it is none.
-        """
-        model = int((written.numbers("illum", 1) or (2,))[0])
+        """One material; lines that cannot be used are noted and left out."""
+        model = int(self._number(written, "illum", 2))
         made: dict[str, Any] = {"type": "phong"}
         self._color(written, made)
         self._highlight(written, made, model)
@@ -72,12 +71,12 @@ class MtlConverter:
         return made
 
     def _color(self, written: MtlMaterial, made: dict[str, Any]) -> None:
-        color = written.numbers("kd", 3)
+        color = self._numbers(written, "kd", 3)
         texture = self._texture(written, COLOR_MAP, "srgb")
         if texture is None:
             made["color"] = list(color or (GREY,) * 3)
             if color is None:
-                self._assume(written, "Kd", f"Kd is missing: the material is grey, {GREY}.")
+                self._assume(written, "Kd", f"Without Kd, the material is grey, {GREY}.")
             return
         made["color_texture"] = texture
         if color is not None and color != (1, 1, 1):
@@ -89,8 +88,8 @@ class MtlConverter:
                 self._assume(written, "Kd", detail)
 
     def _highlight(self, written: MtlMaterial, made: dict[str, Any], model: int) -> None:
-        color = written.numbers("ks", 3) or (0.0,)
-        sharpness = (written.numbers("ns", 1) or (20.0,))[0]
+        color = self._numbers(written, "ks", 3) or (0.0,)
+        sharpness = self._number(written, "ns", 20)
         if model in NO_HIGHLIGHT or not any(color):
             return
         made["specular"] = sum(color) / len(color)
@@ -100,15 +99,16 @@ class MtlConverter:
             self._assume(written, "Ks", detail)
 
     def _bounces(self, written: MtlMaterial, made: dict[str, Any], model: int) -> None:
-        reflected = written.numbers("kr", 3) or ((written.numbers("ks", 3) or ()) if model in MIRRORS else ())
+        shine = self._numbers(written, "ks", 3) if model in MIRRORS else None
+        reflected = self._numbers(written, "kr", 3) or shine or ()
         if any(reflected):
             made["mirror"] = min(1.0, sum(reflected) / len(reflected))
             detail = f"It reflects with one share for all colours: {made['mirror']:.6g}."
             self._assume(written, "Kr" if "kr" in written.statements else "illum", detail)
-        clear = 1 - (written.numbers("d", 1) or (1.0,))[0] or (written.numbers("tr", 1) or (0.0,))[0]
+        clear = 1 - self._number(written, "d", 1) or self._number(written, "tr", 0)
         if clear > 0 and model in GLASSES:
             made["transmission"] = min(1.0, clear)
-            made["ior"] = (written.numbers("ni", 1) or (1.5,))[0] or 1.5
+            made["ior"] = self._number(written, "ni", 1.5) or 1.5
             detail = (
                 f"It is glass: transmission {made['transmission']:.6g}, refractive index {made['ior']:.6g}."
             )
@@ -140,12 +140,41 @@ class MtlConverter:
     def _strength(self, written: MtlMaterial) -> float:
         keyword = _first(written, BUMP_MAPS)
         named = written.map(keyword)
-        words = named.options.get("-bm", ("1",)) if named else ("1",)
-        try:
-            return float(words[0])
-        except (ValueError, IndexError):
-            self._assume(written, keyword, "What follows -bm is not a number: 1 is used.")
+        given = named.options.get("-bm", ("1",)) if named else ("1",)
+        strength = number_in(given[0]) if given else None
+        if strength is None or not abs(strength) <= STRONGEST:
+            self._assume(written, keyword, "What follows -bm is not a number that can be used: 1 is used.")
             return 1.0
+        return strength
+
+    def _number(self, written: MtlMaterial, keyword: str, default: float) -> float:
+        numbers = self._numbers(written, keyword, 1)
+        return default if numbers is None else numbers[0]
+
+    def _numbers(self, written: MtlMaterial, keyword: str, count: int) -> tuple[float, ...] | None:
+        """Numbers of a statement; None if they are missing or cannot be used, which is noted.
+
+        One number may stand for three equal ones.
+        """
+        statement = written.statements.get(keyword)
+        if statement is None:
+            return None
+        words = statement.text.split()
+        if words[:1] == ["-halo"]:
+            words = words[1:]
+            self._leave_out(written, keyword, "-halo is left out: transparency is the same from all sides.")
+        numbers = [number for number in map(number_in, words) if number is not None and _is_usable(number)]
+        if len(numbers) == 1:
+            numbers *= count
+        if len(numbers) < max(count, len(words)):
+            things = "a number" if count == 1 else f"{count} numbers"
+            detail = f"This line is left out: '{keyword}' needs {things} of 0 or more, no other words."
+            self._leave_out(written, keyword, detail)
+            return None
+        if len(numbers) > count:
+            used = "number is" if count == 1 else f"{count} numbers are"
+            self._leave_out(written, keyword, f"Of these {len(numbers)} numbers only the first {used} used.")
+        return tuple(numbers[:count])
 
     def _texture(self, written: MtlMaterial, keywords: tuple[str, ...], encoding: str) -> str | None:
         keyword = _first(written, keywords)
@@ -154,7 +183,7 @@ class MtlConverter:
 
     def _picture(self, written: MtlMaterial, keyword: str, named: Map, encoding: str) -> str | None:
         try:
-            asset = picture_file(self.task, self.folder, named.name)
+            asset = self._asset(named.name)
         except UNUSABLE as error:
             self._leave_out(written, keyword, str(error))
             return None
@@ -166,9 +195,19 @@ class MtlConverter:
         texture = {"type": "image", "asset": asset, "encoding": encoding, "wrap": wrap}
         return named_texture(self.textures, texture)
 
+    def _asset(self, name: str) -> str:
+        if not name:
+            raise FileAwayError("It names no picture. Write the file's name after it.")
+        try:
+            return picture_file(self.task, self.folder, name)
+        except FileAwayError:
+            if without_comment(name) in {name, ""}:
+                raise
+            return picture_file(self.task, self.folder, without_comment(name))
+
     def _others(self, written: MtlMaterial) -> None:
         for keyword, statement in written.statements.items():
-            if keyword not in _TAKEN and not all(_is_zero(word) for word in statement.words):
+            if keyword not in _TAKEN and not all(number_in(word) == 0 for word in statement.text.split()):
                 self._leave_out(
                     written, keyword, _REASONS.get(keyword, f"'{keyword}' has no counterpart here.")
                 )
@@ -194,8 +233,5 @@ def _first(written: MtlMaterial, keywords: tuple[str, ...]) -> str:
     return next((keyword for keyword in keywords if keyword in written.statements), keywords[0])
 
 
-def _is_zero(word: str) -> bool:
-    try:
-        return float(word) == 0
-    except ValueError:
-        return False
+def _is_usable(number: float) -> bool:
+    return 0 <= number <= BRIGHTEST

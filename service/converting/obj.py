@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import chain, count
+from collections.abc import Iterator, Mapping
+from itertools import chain, count, islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from renderer.assets import AssetError
-from renderer.math.arrays import Floats
+from renderer.math.arrays import Floats, Integers, Masks
+from renderer.meshes.files import file_kind, refuse_too_many
+from renderer.meshes.obj import NONE, ObjError, ObjFile, has_all, read_obj
+from schemas.limits import limits_in_force
+from schemas.quantities import LONGEST_NAME
 from service.converting.errors import FileAwayError, wrong_at_line
+from service.converting.mtl import MtlMaterial, read_mtl, without_comment
 from service.converting.mtl_materials import MtlConverter
 from service.converting.surroundings import GREY, bounding_sphere, scene_around
-from service.converting.task import Task, check_mesh
-from service.converting.wavefront import Corner, Face, MtlMaterial, ObjText, read_mtl, read_obj
+from service.converting.task import Notes, Task
 
 UNNAMED = "default"
 """Name of the grey material of faces without one."""
+Parts = Mapping[str | None, Integers]
+"""Numbers of the faces of each material."""
 
 
 def convert_obj(task: Task) -> dict[str, Any]:
@@ -28,113 +34,154 @@ def convert_obj(task: Task) -> dict[str, Any]:
     Raises
     ------
     ConversionError
-        A line of the file, or of an MTL file, is malformed.
+        A line of the file is malformed.
     """
-    obj = read_obj(task.path.name, task.content, task.notes)
+    obj = _read(task)
+    note_left_out(task.notes, task.path.name, obj)
+    parts = by_material(obj)
+    names = _scene_names(parts)
     textures: dict[str, Any] = {}
-    names = _scene_names(obj)
-    materials = _materials(task, obj, names, textures)
-    _note_missing_texture(task, obj, names, materials)
-    vertices = np.array([obj.vertices[corner[0]] for face in obj.faces for corner in face.corners])
-    return scene_around(
-        task, vertices, textures=textures, materials=materials, shapes=_shapes(task, obj, names)
-    )
+    materials = _materials(task, obj, parts, names, textures)
+    _note_missing_texture(task, obj, parts, names, materials)
+    shapes = _shapes(task, obj, parts, names)
+    vertices = obj.vertices[obj.corners[:, 0]]
+    return scene_around(task, vertices, textures=textures, materials=materials, shapes=shapes)
 
 
-def _scene_names(obj: ObjText) -> dict[str | None, str]:
-    """Names in the scene of the materials that faces use; those without one get a name that is free."""
-    used = by_material(obj)
-    names = chain([UNNAMED], (f"{UNNAMED}-{number}" for number in count(2)))
-    free = next(name for name in names if name not in used)
-    return {name: free if name is None else name for name in used}
+def _read(task: Task) -> ObjFile:
+    name = task.path.name
+    try:
+        # Its name says what it is, and the renderer goes by its content.
+        file_kind(task.content)
+        obj = read_obj(name, task.content)
+        refuse_too_many(obj.triangle_count, limits_in_force().max_mesh_triangles)
+    except ObjError as error:
+        raise wrong_at_line(name, task.content, error.line, error.detail) from error
+    except AssetError as error:
+        raise wrong_at_line(name, task.content, 1, str(error)) from error
+    return obj
+
+
+def note_left_out(notes: Notes, name: str, obj: ObjFile) -> None:
+    """Note which statements of an OBJ file are left out."""
+    for keyword, lines in obj.left_out.items():
+        detail = f"Statements '{keyword}' are left out: only triangles and polygons are read."
+        if keyword == "v":
+            detail = "Vertex colours are left out: a colour belongs to a material."
+        for line in lines.tolist():
+            notes.leave_out(keyword, detail, line=line, file=name)
+
+
+def by_material(obj: ObjFile) -> Parts:
+    """Faces of each material in the order of the file, materials in the order of their first face."""
+    used = [*obj.used]
+    numbers, first = np.unique(obj.materials, return_index=True)
+    return {
+        None if number == NONE else used[number]: np.flatnonzero(obj.materials == number)
+        for number in numbers[np.argsort(first)].tolist()
+    }
+
+
+def _scene_names(parts: Parts) -> dict[str | None, str]:
+    """Names in the scene of the materials that faces use; without one, or with one too long, a free one."""
+    fitting = {name for name in parts if name is not None and len(name) <= LONGEST_NAME}
+    names: dict[str | None, str] = {}
+    for used in parts:
+        taken = fitting.union(names.values())
+        free = (name for name in _spellings(used or UNNAMED) if name not in taken)
+        names[used] = used if used is not None and used in fitting else next(free)
+    return names
+
+
+def _spellings(name: str) -> Iterator[str]:
+    return chain([name[:LONGEST_NAME]], (f"{name[: LONGEST_NAME - 10]}-{number}" for number in count(2)))
 
 
 def _materials(
-    task: Task, obj: ObjText, names: Mapping[str | None, str], textures: dict[str, Any]
+    task: Task, obj: ObjFile, parts: Parts, names: Mapping[str | None, str], textures: dict[str, Any]
 ) -> dict[str, Any]:
     written = _libraries(task, obj)
-    diagonal = 2 * bounding_sphere(np.array(obj.vertices))[1]
+    diagonal = 2 * bounding_sphere(obj.vertices)[1]
     made: dict[str, Any] = {}
     for used, name in names.items():
-        if used in written:
-            folder, material = written[used]
-            made[name] = MtlConverter(task, folder, diagonal, textures).convert(material)
+        found = None if used is None else written.get(used) or written.get(without_comment(used))
+        if found is None:
+            made[name] = _grey(task, obj, parts, used)
         else:
-            made[name] = _grey(task, obj, used)
+            folder, material = found
+            made[name] = MtlConverter(task, folder, diagonal, textures).convert(material)
     return made
 
 
-def _grey(task: Task, obj: ObjText, name: str | None) -> dict[str, Any]:
+def _grey(task: Task, obj: ObjFile, parts: Parts, name: str | None) -> dict[str, Any]:
     if name is None:
         detail = f"Faces without a material are grey, {GREY}."
-        task.notes.assume("f", detail, line=next(face.line for face in obj.faces if face.material is None))
+        task.notes.assume("f", detail, line=int(obj.lines[parts[None][0]]))
     else:
         detail = f"No MTL file that could be read has this material: it is grey, {GREY}."
         task.notes.assume(f"usemtl {name}", detail, line=obj.used[name])
     return {"type": "phong", "color": [GREY] * 3}
 
 
-def _libraries(task: Task, obj: ObjText) -> dict[str | None, tuple[Path, MtlMaterial]]:
+def _libraries(task: Task, obj: ObjFile) -> dict[str, tuple[Path, MtlMaterial]]:
     """Materials of all MTL files, with the folders from which their pictures are named."""
-    found: dict[str | None, tuple[Path, MtlMaterial]] = {}
-    for name, line in obj.libraries:
-        try:
-            path, content = task.found.read(task.folder, name)
-        except FileAwayError as error:
-            task.notes.leave_out(f"mtllib {name}", str(error), line=line)
-            continue
-        for material in read_mtl(path.name, content).values():
-            found.setdefault(material.name, (path.parent, material))
-    return found
+    found: dict[str, tuple[Path, MtlMaterial]] = {}
+    for text, line in obj.libraries:
+        for name in _library_names(text):
+            try:
+                path, content = task.found.read(task.folder, name)
+            except FileAwayError as error:
+                task.notes.leave_out(f"mtllib {name}", str(error), line=line)
+                continue
+            for material in read_mtl(path.name, content, task.notes):
+                found.setdefault(material.name, (path.parent, material))
+    return {without_comment(name): material for name, material in found.items()} | found
 
 
-def _shapes(task: Task, obj: ObjText, names: Mapping[str | None, str]) -> list[dict[str, Any]]:
-    assets = _assets(task, obj, names)
-    smooth = bent(obj)
-    if smooth:
-        detail = "Normals are not those of the faces: the mesh is smoothed, with newly computed normals."
-        task.notes.assume("vn", detail)
-    return [
-        {"type": "mesh", "name": name, "asset": asset, "material": name}
-        | ({"smooth": True} if smooth else {})
-        for name, asset in zip(names.values(), assets, strict=True)
-    ]
+def _library_names(text: str) -> list[str]:
+    """Files of one statement: several, or one whose name has spaces."""
+    words = without_comment(text).split()
+    return words if sum(word.lower().endswith(".mtl") for word in words) > 1 else [without_comment(text)]
 
 
-def _assets(task: Task, obj: ObjText, names: Mapping[str | None, str]) -> list[str]:
+def _shapes(task: Task, obj: ObjFile, parts: Parts, names: Mapping[str | None, str]) -> list[dict[str, Any]]:
+    assets = _assets(task, obj, parts, names)
+    is_bent = bent_faces(obj)
+    shapes = []
+    for (used, faces), asset in zip(parts.items(), assets, strict=True):
+        shape: dict[str, Any] = {"type": "mesh", "name": names[used], "asset": asset, "material": names[used]}
+        if is_bent[faces].any():
+            shape["smooth"] = True
+            place = "vn" if used is None else f"usemtl {used}"
+            detail = "Normals are not those of the faces: the mesh is smoothed, with newly computed normals."
+            task.notes.assume(place, detail, line=int(obj.lines[faces[is_bent[faces]][0]]))
+        shapes.append(shape)
+    return shapes
+
+
+def _assets(task: Task, obj: ObjFile, parts: Parts, names: Mapping[str | None, str]) -> list[str]:
     """Files of the parts, in the order of their materials: the file itself where it is all of one."""
-    parts = by_material(obj)
-    if len(parts) == 1 and not half_textured(obj.faces):
-        _check(task, task.content)
+    if len(parts) == 1:
         return [task.placed.keep(task.path.resolve(), task.content)]
-    if len(parts) > 1:
-        task.notes.assume("usemtl", f"The mesh is split into {len(parts)} files, one for each material.")
+    task.notes.assume("usemtl", f"The mesh is split into {len(parts)} files, one for each material.")
     assets = []
     for used, faces in parts.items():
-        content = write_part(obj, faces)
-        _check(task, content)
+        of_part = np.repeat(np.isin(np.arange(len(obj.sizes)), faces), obj.sizes)
+        content = write_obj(obj.vertices, obj.texture, obj.corners[of_part, :2], obj.sizes[faces])
         assets.append(task.placed.make(f"{task.path.stem}-{names[used]}", ".obj", content))
     return assets
 
 
-def _check(task: Task, content: bytes) -> None:
-    try:
-        check_mesh(content)
-    except AssetError as error:
-        raise wrong_at_line(task.path.name, task.content, 1, str(error)) from error
-
-
 def _note_missing_texture(
-    task: Task, obj: ObjText, names: Mapping[str | None, str], materials: Mapping[str, Any]
+    task: Task, obj: ObjFile, parts: Parts, names: Mapping[str | None, str], materials: Mapping[str, Any]
 ) -> None:
-    for face in obj.faces:
-        textured = "color_texture" in materials[names[face.material]]
-        if textured and any(corner[1] is None for corner in face.corners):
+    bare = ~has_all(obj, obj.corners[:, 1])
+    for used, faces in parts.items():
+        if "color_texture" in materials[names[used]] and bare[faces].any():
             detail = (
                 "Faces with a texture have no texture coordinates (vt): add them, or their colour is wrong."
             )
-            task.notes.assume("f", detail, line=face.line)
-            return
+            task.notes.assume("f", detail, line=int(obj.lines[faces[bare[faces]][0]]))
 
 
 BENT = math.cos(math.radians(1.0))
@@ -142,19 +189,19 @@ BENT = math.cos(math.radians(1.0))
 with three decimals or more, which turns them by less than 0.1 degrees; a sphere of 180 sides bends by 2."""
 
 
-def bent(obj: ObjText) -> bool:
-    """Whether some normal in the file is not that of its face, so that the mesh is meant to look smooth."""
-    with_normals = [face for face in obj.faces if all(corner[2] is not None for corner in face.corners)]
-    if not with_normals:
-        return False
-    vertices, normals = np.array(obj.vertices), np.array(obj.normals)
-    first, second, third = (
-        vertices[[face.corners[corner][0] for face in with_normals]] for corner in range(3)
-    )
-    of_faces = np.cross(second - first, third - first)
-    counts = [len(face.corners) for face in with_normals]
-    own = normals[[corner[2] for face in with_normals for corner in face.corners if corner[2] is not None]]
-    return bool((cosines(np.repeat(of_faces, counts, axis=0), own) < BENT).any())
+def bent_faces(obj: ObjFile) -> Masks:
+    """Faces (F,) that are meant to look smooth: some normal in the file is not that of the face."""
+    starts, places = np.cumsum(obj.sizes) - obj.sizes, obj.vertices[obj.corners[:, 0]]
+    owners = np.repeat(np.arange(len(starts)), obj.sizes)
+    following = np.arange(len(owners)) + 1
+    following[starts + obj.sizes - 1] = starts
+    arms = places - places[starts][owners]
+    # The sum over all corners is right for concave faces too.
+    of_faces = np.add.reduceat(np.cross(arms, arms[following]), starts)
+    chosen = has_all(obj, obj.corners[:, 2])[owners]
+    own = obj.normals[obj.corners[chosen, 2]]
+    is_bent = cosines(of_faces[owners[chosen]], own) < BENT
+    return np.bincount(owners[chosen], is_bent, len(starts)) > 0
 
 
 def cosines(a: Floats, b: Floats) -> Floats:
@@ -165,46 +212,35 @@ def cosines(a: Floats, b: Floats) -> Floats:
     return quotients
 
 
-def by_material(obj: ObjText) -> dict[str | None, list[Face]]:
-    """Faces of each material, materials in the order of their first face."""
-    parts: dict[str | None, list[Face]] = {}
-    for face in obj.faces:
-        parts.setdefault(face.material, []).append(face)
-    return parts
+def write_obj(vertices: Floats, texture: Floats, corners: Integers, sizes: Integers) -> bytes:
+    """An OBJ file of some faces with the vertices that they need; no digit of a number is lost.
 
-
-def half_textured(faces: Iterable[Face]) -> bool:
-    """Whether some corners have texture coordinates and others have none."""
-    return len({corner[1] is None for face in faces for corner in face.corners}) > 1
-
-
-def write_part(obj: ObjText, faces: Sequence[Face]) -> bytes:
-    """An OBJ file of some faces and the vertices that they need; no digit of a number is lost.
-
-    Where some corners have texture coordinates, those without get (0, 0).
+    Parameters
+    ----------
+    vertices, texture
+        Coordinates, (V, 3) and (U, 2).
+    corners
+        Numbers of the vertex and the texture coordinates of each corner, (C, 2); `NONE` where it has none.
+    sizes
+        Corners of each face, (F,).
     """
-    corners = [corner for face in faces for corner in face.corners]
-    places = _renumbered(corner[0] for corner in corners)
-    texture = _renumbered(corner[1] for corner in corners)
-    lines = [_numbers("v", obj.vertices[number]) for number in places if number is not None]
-    lines += [_numbers("vt", obj.texture[number]) for number in texture if number is not None]
-    if half_textured(faces):
-        texture[None] = len(texture) + 1
-        lines.append("vt 0 0")
-    lines += ["f " + " ".join(_corner(corner, places, texture) for corner in face.corners) for face in faces]
+    places, vertex = _renumbered(corners[:, 0])
+    pairs, coordinate = _renumbered(corners[:, 1])
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices[places].tolist()]
+    lines += [f"vt {u!r} {v!r}" for u, v in texture[pairs].tolist()]
+    written = iter(
+        f"{place}/{number}" if number else f"{place}"
+        for place, number in zip(vertex.tolist(), coordinate.tolist(), strict=True)
+    )
+    lines += [" ".join(["f", *islice(written, size)]) for size in sizes.tolist()]
     return ("\n".join(lines) + "\n").encode()
 
 
-def _renumbered(numbers: Iterable[int | None]) -> dict[int | None, int]:
-    """New numbers, from 1, of those that are used, in the order of their first use."""
-    used = dict.fromkeys(number for number in numbers if number is not None)
-    return {number: place for place, number in enumerate(used, 1)}
-
-
-def _numbers(statement: str, numbers: Sequence[float]) -> str:
-    return " ".join([statement, *map(repr, numbers)])
-
-
-def _corner(corner: Corner, places: dict[int | None, int], texture: dict[int | None, int]) -> str:
-    place = str(places[corner[0]])
-    return f"{place}/{texture[corner[1]]}" if corner[1] in texture else place
+def _renumbered(numbers: Integers) -> tuple[Integers, Integers]:
+    """Numbers that are used, in the order of their first use, and new ones from 1 for all; 0 for `NONE`."""
+    known, first, places = np.unique(numbers, return_index=True, return_inverse=True)
+    order = np.argsort(np.where(known == NONE, -1, first))
+    ranks = np.empty_like(order)
+    ranks[order] = np.arange(len(order))
+    has_none = NONE in known
+    return known[order][has_none:], ranks[places] + (not has_none)

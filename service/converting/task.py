@@ -141,15 +141,15 @@ class One:
         return self.content
 
 
-def check_mesh(content: bytes) -> None:
-    """Read a mesh as the renderer will.
+def check_mesh(name: str, content: bytes) -> None:
+    """Read a mesh as the renderer will; messages name it so.
 
     Raises
     ------
     AssetError
         The renderer cannot use it.
     """
-    read_mesh("", One(content))
+    read_mesh(name, One(content))
 
 
 def picture_file(task: Task, folder: Path, name: str) -> str:

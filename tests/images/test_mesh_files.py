@@ -13,7 +13,6 @@ from trimesh.visual import TextureVisuals
 
 import renderer
 from accuracy.hard_cases.documents import Json, scene
-from renderer.assets import AssetError
 from renderer.meshes import files as mesh_files
 from renderer.meshes.files import announced, read_mesh
 from renderer.shapes import meshes
@@ -90,57 +89,6 @@ def test_quadrilaterals_are_cut_in_two() -> None:
     for content in (obj(square, [[0, 1, 2, 3]]), ascii_ply(square, [[0, 1, 2, 3]])):
         _, triangles, _ = read_mesh("m", Files(m=content))
         assert triangles.shape == (3, 2)
-
-
-def test_parts_of_a_file_are_one_mesh_in_the_order_of_the_file() -> None:
-    parts = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
-    faces = b"o a\nusemtl x\nf 1 2 3\no b\nusemtl y\nf 1 2 4\nusemtl x\nf 2 3 4\n"
-    _, triangles, _ = read_mesh("m", Files(m=parts + faces))
-    assert triangles.T.tolist() == [[0, 1, 2], [0, 1, 3], [1, 2, 3]]
-
-
-PLACES = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
-
-
-@pytest.mark.parametrize(
-    "faces",
-    [
-        b"f 1 2 3\nf 2 3 4\n",
-        b"f -4 -3 -2\nf -3 -2 -1\nv 9 9 9\n",
-        b"vn 0 0 1\nf 1//-1 2//-1 3//-1\nvn 1 0 0\nf 2//1 3//1 -1//1\n",
-        b"f 1 2 3 # the first\n  f 2 3 4\n",
-        b"\tf 1 2 3\nf\t2\t3\t4 #\n",
-        b"usemtl red #1\nf 1 \\\n 2 3\ng\nf 2 3 \\\r\n 4\r\n",
-        b"f 1 2 3\rf 2 3 4\r",
-    ],
-)
-def test_the_same_faces_are_read_however_an_obj_file_writes_them(faces: bytes) -> None:
-    vertices, triangles, _ = read_mesh("m", Files(m=PLACES.replace(b"v 1", b"v\t1") + faces))
-    np.testing.assert_array_equal(
-        vertices[:, triangles].T,
-        np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])[[[0, 1, 2], [1, 2, 3]]],
-    )
-
-
-@pytest.mark.parametrize("line", [b"v 1 0", b"v", b"vt 1", b"v 1 # 0 0"])
-def test_a_vertex_that_lacks_a_number_is_refused(line: bytes) -> None:
-    # The numbers of all vertices are a multiple of three.
-    content = b"v 0 0 0\n" + line + b"\nv 0 1 0\nv 3 3 3\nv 4 4 4 4\nf 1 2 3\n"
-    with pytest.raises(AssetError, match="three numbers"):
-        read_mesh("m", Files(m=content))
-
-
-def test_relative_numbers_of_texture_coordinates_count_those_before_the_face() -> None:
-    faces = b"vt 0 0\nf -4/-1 -3/-1 -2/-1\nvt 1 1\nf -4/-1 -3/-1 -2/-1\n"
-    _, triangles, texture = read_mesh("m", Files(m=PLACES + faces))
-    assert texture is not None
-    assert texture[:, triangles[0]].T.tolist() == [[0, 0], [1, 1]]
-
-
-@pytest.mark.parametrize("number", ["0", "-0", "-5", "1/0"])
-def test_a_number_of_a_face_that_stands_for_nothing_is_refused(number: str) -> None:
-    with pytest.raises(AssetError, match=number.rpartition("/")[2]):
-        read_mesh("m", Files(m=PLACES + b"vt 0 0\n" + f"f {number} 2/1 3/1\n".encode()))
 
 
 def test_one_file_may_be_placed_many_times() -> None:
@@ -300,34 +248,3 @@ def test_meshes_have_a_limit_together() -> None:
     with pytest.raises(renderer.SceneError) as caught:
         plan_of(document.model_dump(mode="json", exclude_none=True), files={"m": content})
     assert [problem.pointer for problem in caught.value.errors] == ["/shapes/2/asset"]
-
-
-SQUARE = [(-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)]
-CORNERS_OF_PICTURE = [(0, 0), (1, 0), (1, 1), (0, 1)]
-
-
-def corners_of(*faces: str) -> list[list[tuple[Any, Any]]]:
-    """Place and texture coordinates of every corner of the triangles that an OBJ file has."""
-    lines = [f"v {x} {y} {z}" for x, y, z in SQUARE] + [f"vt {u} {v}" for u, v in CORNERS_OF_PICTURE]
-    content = "\n".join([*lines, *(f"f {face}" for face in faces)]).encode() + b"\n"
-    vertices, triangles, texture = read_mesh("square.obj", Files({"square.obj": content}))
-    assert texture is not None
-    return [
-        [(tuple(vertices[:, corner]), tuple(texture[:, corner])) for corner in triangle]
-        for triangle in triangles.T
-    ]
-
-
-def test_a_vertex_on_a_seam_has_in_each_triangle_the_texture_coordinates_written_there() -> None:
-    first, second = corners_of("1/1 2/2 3/3", "1/4 3/2 4/1")
-    assert first == [(SQUARE[0], (0, 0)), (SQUARE[1], (1, 0)), (SQUARE[2], (1, 1))]
-    assert second == [(SQUARE[0], (0, 1)), (SQUARE[2], (1, 0)), (SQUARE[3], (0, 0))]
-
-
-@pytest.mark.parametrize("face", ["1/1 2/2 3/3 4/4", "4/4 3/3 2/2 1/1", "3/3 4/4 1/1 2/2"])
-def test_a_face_of_four_corners_keeps_its_texture_coordinates(face: str) -> None:
-    triangles = corners_of(face)
-    assert len(triangles) == 2
-    assert {corner for triangle in triangles for corner in triangle} == set(
-        zip(SQUARE, CORNERS_OF_PICTURE, strict=True)
-    )

@@ -15,8 +15,7 @@ from renderer.meshes.files import read_mesh
 from schemas.reading import read_scene
 from service.converting.errors import ConversionError
 from service.converting.formats import convert
-from service.converting.obj import by_material, write_part
-from service.converting.wavefront import Face, ObjText
+from service.converting.obj import write_obj
 from tests.unit.converting.conftest import TRIANGLE, Convert, noted
 
 EPS = float(np.finfo(float).eps)
@@ -89,29 +88,24 @@ def test_a_mesh_of_two_materials_is_cut_without_losing_a_digit(converted: Conver
 
 @settings(max_examples=60, deadline=None)
 @given(
-    corners=st.lists(
-        st.tuples(st.integers(0, 5), st.one_of(st.none(), st.integers(0, 3))), min_size=3, max_size=12
+    faces=st.lists(
+        st.lists(st.tuples(st.integers(0, 5), st.integers(-1, 3)), min_size=3, max_size=3), min_size=1
     )
 )
 def test_a_written_part_is_read_by_the_renderer_with_the_same_corners(
-    corners: list[tuple[int, int | None]],
+    faces: list[list[tuple[int, int]]],
 ) -> None:
-    # The six places are in general position, so that no triangle is without area.
-    obj = ObjText(
-        vertices=[(0.0, 0, 0), (1.0, 0, 0), (0.0, 1, 0), (0.0, 0, 1), (2.0, 3, 5), (7.0, 1, 4)],
-        texture=[(0.0, 0.0), (1.0, 0.0), (0.25, 0.5), (0.125, 1.0)],
-    )
-    triples = [tuple((v, t, None) for v, t in corners[i : i + 3]) for i in range(0, len(corners) - 2, 3)]
-    faces = [Face(triple, None, 1) for triple in triples if len({v for v, _, _ in triple}) == 3]
-    if not faces:
-        return
-    vertices, triangles, texture = read_mesh("", One(write_part(obj, faces)))
+    places = np.array([(0.1, 0, 0), (1, 0, 0), (0, 1e-17, 0), (0, 0, 1), (2, 3, 5), (7, 1, 4)])
+    pairs = np.array([(0, 0), (1, 0), (0.25, 0.5), (0.125, 1 / 3)])
+    corners = np.array([corner for face in faces for corner in face])
+    content = write_obj(places, pairs, corners, np.full(len(faces), 3))
+    vertices, triangles, texture = read_mesh("", One(content))
+    np.testing.assert_array_equal(vertices[:, triangles].T, places[corners[:, 0]].reshape(-1, 3, 3))
+    textured = [all(number >= 0 for _, number in face) for face in faces]
+    assert (texture is not None) == any(textured)
     for face, triangle in zip(faces, triangles.T, strict=True):
-        for (place, uv, _), corner in zip(face.corners, triangle, strict=True):
-            assert tuple(vertices[:, corner]) == obj.vertices[place]
-            if texture is not None:
-                assert tuple(texture[:, corner]) == (obj.texture[uv] if uv is not None else (0, 0))
-    assert (texture is None) == all(uv is None for face in faces for _, uv, _ in face.corners)
+        if texture is not None and all(number >= 0 for _, number in face):
+            np.testing.assert_array_equal(texture[:, triangle].T, pairs[[number for _, number in face]])
 
 
 class One:
@@ -122,10 +116,14 @@ class One:
         return self.content
 
 
-def test_faces_keep_their_order_within_a_material() -> None:
-    faces = [Face(((0, None, None),) * 3, name, line) for line, name in enumerate("abab")]
-    parts = by_material(ObjText(faces=faces))
-    assert {name: [face.line for face in some] for name, some in parts.items()} == {"a": [0, 2], "b": [1, 3]}
+def test_faces_keep_their_order_within_a_material(converted: Convert) -> None:
+    square = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\n"
+    faces = b"usemtl a\nf 1 2 3\nusemtl b\nf 1 3 2\nusemtl a\nf 2 3 4\nusemtl b\nf 4 3 2\n"
+    files = converted("m.obj", square + faces).files
+    assert [files[name].split(b"\nf ")[1:] for name in ("m-a.obj", "m-b.obj")] == [
+        [b"1 2 3", b"2 3 4\n"],
+        [b"1 2 3", b"4 2 3\n"],
+    ]
 
 
 @pytest.mark.parametrize(("degrees", "smooth"), [(0.5, False), (2, True)])
@@ -224,6 +222,7 @@ def test_missing_pictures_and_libraries_leave_colours_and_are_noted(converted: C
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -1 -2 -4\n", 4),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/1 3/1\n", 4),
         (b"v 0 0 0\nv 1 0 0 \\\n\nv 0 1 0\nf /1 2 3\n", 5),
+        (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//2\n", 5),
         (b"v 0 0 0\n", 1),
     ],
 )
@@ -233,22 +232,121 @@ def test_a_malformed_line_is_reported_by_its_number(converted: Convert, content:
     assert [problem.line for problem in caught.value.problems] == [line]
 
 
+GREY_PHONG = {"type": "phong", "color": [0.75] * 3}
+
+
 @pytest.mark.parametrize(
-    ("content", "line"),
+    ("line", "made"),
     [
-        (b"Kd 1 1 1\nnewmtl a\n", 1),
-        (b"newmtl a\nKd 1 1\n", 2),
-        (b"newmtl a\n\nKd 1 -1 1\n", 3),
-        (b"newmtl a\nmap_Kd -s 1 1 1\n", 2),
-        (b"newmtl\n", 1),
+        ("Kd spectral file.rfl", GREY_PHONG),
+        ("Kd xyz 0.2 0.3 0.4", GREY_PHONG),
+        ("Kd 1 1", GREY_PHONG),
+        ("Kd 1 -1 1", GREY_PHONG),
+        ("Kd 1 1.#QNAN 1", GREY_PHONG),
+        ("Kd", GREY_PHONG),
+        ("Kd 0.1 0.2 0.3 0.4", {"type": "phong", "color": [0.1, 0.2, 0.3]}),
+        ("Ks 1 1 1\nNs -5", GREY_PHONG | {"specular": 1, "shininess": 20}),
+        ("Ns 10 # sharp\nKs 1 nan 1", GREY_PHONG),
+        ("illum 4\nd -halo 0.5", GREY_PHONG | {"transmission": 0.5, "ior": 1.5}),
+        ("illum 4\nd -halo", GREY_PHONG),
+        ("illum 4\nTr 0 0 0", GREY_PHONG),
+        ("illum 4\nTr 0.25 0 0", GREY_PHONG | {"transmission": 0.25, "ior": 1.5}),
+        ("illum glass", GREY_PHONG),
+        ("map_Kd", GREY_PHONG),
+        ("map_Kd -s 1 1 1", GREY_PHONG),
+        ("map_Kd -clamp", GREY_PHONG),
+        ("map_Kd m.mtl", GREY_PHONG),
+        ("bump -bm", GREY_PHONG),
+        ("newmtl", GREY_PHONG),
+        ("Kd \xff", GREY_PHONG),
     ],
 )
-def test_a_wrong_line_of_an_mtl_file_is_reported_by_file_and_number(
-    converted: Convert, content: bytes, line: int
+def test_a_line_of_a_material_that_cannot_be_used_is_noted_and_left_out(
+    converted: Convert, line: str, made: dict[str, Any]
 ) -> None:
-    with pytest.raises(ConversionError) as caught:
-        converted("w.obj", b"mtllib m.mtl\nusemtl a\n" + TRIANGLE, **{"m.mtl": content})
-    assert (caught.value.name, caught.value.problems[0].line) == ("m.mtl", line)
+    mtl = f"newmtl paint\n{line}\n".encode("latin-1")
+    conversion = converted("a.obj", b"mtllib m.mtl\nusemtl paint\n" + TRIANGLE, **{"m.mtl": mtl})
+    assert conversion.document["materials"] == {"paint": made}
+    last = 1 + len(line.splitlines())
+    noted_lines = {(note.kind, note.file, note.line) for note in conversion.assumptions}
+    assert ("left_out", "m.mtl", last) in noted_lines
+
+
+def test_lines_that_belong_to_no_material_are_noted(converted: Convert) -> None:
+    mtl = b"Kd 1 1 1\nnewmtl a\nKd 1 0 0\nnewmtl\nKd 0 1 0\nnewmtl a\nKd 0 0 1\n"
+    conversion = converted("a.obj", b"mtllib m.mtl\nusemtl a\n" + TRIANGLE, **{"m.mtl": mtl})
+    assert conversion.document["materials"] == {"a": {"type": "phong", "color": [0, 0, 1]}}
+    assert {note.line for note in conversion.assumptions if note.file == "m.mtl"} == {1, 4, 5, 6}
+
+
+@pytest.mark.parametrize(
+    ("line", "name", "wrap"),
+    [
+        ("map_Kd -s 1 1 1 -o 0.5 -clamp on oak  wood 2.png", "oak  wood 2.png", "clamp"),
+        ("map_Kd -mm 0 1 -t 0 0 0 -bm 2 oak.png", "oak.png", "repeat"),
+        ("map_Kd -O 1 2 oak.png", "oak.png", "repeat"),
+        ("map_Kd -blendu on -imfchan r\toak.png", "oak.png", "repeat"),
+        ("map_Kd oak#2.png", "oak#2.png", "repeat"),
+        ("map_Kd oak #2.png", "oak #2.png", "repeat"),
+        ("map_Kd oak.png # a comment", "oak.png", "repeat"),
+        ("map_Kd caf\xe9.png", "caf\xe9.png", "repeat"),
+    ],
+)
+def test_options_come_before_the_name_of_a_picture(
+    converted: Convert, line: str, name: str, wrap: str
+) -> None:
+    for encoding in ("latin-1", "utf-8"):
+        mtl = f"newmtl paint\n{line}\n".encode(encoding)
+        mesh = b"mtllib m.mtl\nusemtl paint\n" + SQUARE + b"f 1/1 2/2 3/3\n"
+        conversion = converted("a.obj", mesh, **{"m.mtl": mtl, name: picture()})
+        (texture,) = conversion.document["textures"].values()
+        assert (texture["asset"], texture["wrap"]) == (f"input/{name}", wrap)
+
+
+@pytest.mark.parametrize("names", [("oak#1", "oak#2"), ("oak #1", "oak #2"), ("oak \xe9", "oak \xe8")])
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-8"])
+def test_materials_of_different_names_stay_apart(
+    converted: Convert, names: tuple[str, str], encoding: str
+) -> None:
+    one, two = names
+    mesh = f"mtllib m.mtl\nusemtl {one}\n{TRIANGLE.decode()}usemtl {two}\nf 1 3 2\n"
+    mtl = f"newmtl {one}\nKd 1 0 0\nnewmtl {two}\nKd 0 1 0\n"
+    conversion = converted("a.obj", mesh.encode(encoding), **{"m.mtl": mtl.encode(encoding)})
+    materials = conversion.document["materials"]
+    assert {name: made["color"] for name, made in materials.items()} == {one: [1, 0, 0], two: [0, 1, 0]}
+
+
+@pytest.mark.parametrize(("used", "made"), [("oak # wood", "oak"), ("oak", "oak # wood")])
+def test_a_comment_after_a_name_is_no_part_of_it_where_the_name_is_known_without(
+    converted: Convert, used: str, made: str
+) -> None:
+    mesh = f"mtllib m.mtl # materials\nusemtl {used}\n".encode() + TRIANGLE
+    conversion = converted("a.obj", mesh, **{"m.mtl": f"newmtl {made}\nKd 1 0 0\n".encode()})
+    (material,) = conversion.document["materials"].values()
+    assert material["color"] == [1, 0, 0]
+
+
+def test_names_longer_than_those_of_scenes_stay_apart(converted: Convert) -> None:
+    long = "n" * 250
+    mesh = f"usemtl {long}1\n{TRIANGLE.decode()}usemtl {long}2\nf 1 3 2\nusemtl\nf 3 2 1\n"
+    names = [*converted("a.obj", mesh.encode()).document["materials"]]
+    assert len(set(names)) == 3
+
+
+def test_each_material_is_smooth_by_its_own_normals(converted: Convert) -> None:
+    flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 1 0 1\nusemtl flat\nf 1//1 2//1 3//1\n"
+    conversion = converted("a.obj", (flat + "usemtl round\nf 1//1 2//2 3//1\n").encode())
+    assert [shape.get("smooth", False) for shape in conversion.document["shapes"]] == [False, True]
+    assert [
+        note.line for note in conversion.assumptions if note.place == "usemtl round" and "Norm" in note.detail
+    ] == [9]
+
+
+def test_normals_of_a_flat_concave_face_ask_for_no_smoothness(converted: Convert) -> None:
+    dart = b"v 0 0 0\nv 3 -1 0\nv 0 3 0\nv -3 -1 0\nvn 0 0 1\nf 1//1 2//1 3//1 4//1\n"
+    straight = b"v 0 0 0\nv 1 0 0\nv 2 0 0\nv 2 2 1\nv 0 2 1\nvn 0 1 1\nf 1//1 2//1 3//1 4//1 5//1\n"
+    assert "smooth" not in converted("a.obj", dart).document["shapes"][0]
+    assert "smooth" in converted("b.obj", straight).document["shapes"][0]
 
 
 def test_backward_numbers_and_long_lines_mean_the_same(converted: Convert) -> None:
