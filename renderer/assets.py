@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from renderer.similar_files import did_you_mean
 from schemas.limits import Limits, how_to_raise, limits_in_force
 from schemas.reading.file_kinds import recognise
 
@@ -50,19 +51,21 @@ class AssetSource(Protocol):
         ...
 
 
-class NoAssets:
-    """The source of a scene that came without files."""
-
-    def read(self, name: str) -> bytes:
-        """Raise KeyError: there are no files."""
-        raise KeyError(name)
-
-
 class NoSuchAssetError(KeyError):
     """A source has no file of a name; the text says why and what to do."""
 
     def __str__(self) -> str:
         return str(self.args[0])
+
+
+class NoAssets:
+    """The source of a scene that came without files."""
+
+    def read(self, name: str) -> bytes:
+        """Raise NoSuchAssetError: there are no files."""
+        raise NoSuchAssetError(
+            f"This scene has no folder, so there is no file {name!r}. Give one as 'assets'."
+        )
 
 
 class FolderAssets:
@@ -82,20 +85,20 @@ class FolderAssets:
         try:
             path = (self.folder / name).resolve()
             if not path.is_relative_to(self.folder):
-                raise NoSuchAssetError(_outside(name))
+                raise NoSuchAssetError(_outside(name) + did_you_mean(self.folder, name))
             if path.is_file():
                 return path.read_bytes()
-            raise NoSuchAssetError(_not_a_file(name, path))
+            raise NoSuchAssetError(_not_a_file(self.folder, name, path))
         except PermissionError as error:
             raise NoSuchAssetError("This file cannot be read. Change its permissions.") from error
         except (OSError, RuntimeError, ValueError) as error:
             # A loop of links, a name too long or one that no file can have.
-            raise NoSuchAssetError(MISSING) from error
+            raise NoSuchAssetError(NOT_THERE) from error
 
 
-MISSING = (
-    "There is no such file. Name one in the scene's folder, or upload it first and name it by its sha256."
-)
+MISSING = "There is no such file. Upload it first and name it by its sha256."
+"""Where files have no folder."""
+NOT_THERE = "There is no such file. Name one in the scene's folder or below it."
 _INSIDE = "Files are read only in the scene's folder and below it: copy this one there."
 
 
@@ -107,14 +110,16 @@ def _outside(name: str) -> str:
     return f"A symbolic link on this path leads outside the scene's folder. {_INSIDE}"
 
 
-def _not_a_file(name: str, path: Path) -> str:
+def _not_a_file(folder: Path, name: str, path: Path) -> str:
     if path.is_dir():
         return "This is a folder. Name a file in it."
     if "://" in name:
         return "Nothing is fetched from an address. Download the file into the scene's folder and name it."
-    if "\\" in name:
-        return f"{MISSING} Folders are separated by '/', not by '\\'."
-    return MISSING
+    if name.startswith("sha256:"):
+        return "This names an uploaded file, and here files are read. Name the file in the scene's folder."
+    meant = did_you_mean(folder, name)
+    missing = f"There is no such file.{meant}" if meant else NOT_THERE
+    return f"{missing} Folders are separated by '/', not by '\\'." if "\\" in name else missing
 
 
 def content_of(name: str, assets: AssetSource) -> bytes:

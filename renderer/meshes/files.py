@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from renderer.assets import MISSING, AssetError, AssetSource, content_of, limits_of
+from renderer.assets import MISSING, NOT_THERE, AssetError, AssetSource, content_of, limits_of
 from renderer.math.arrays import Floats, Integers
 from renderer.meshes import gltf, gltf_packing
 from renderer.meshes.obj import cut_into_triangles, read_obj
@@ -76,7 +76,8 @@ def glb_of(name: str, content: bytes, assets: AssetSource) -> bytes:
         try:
             return content_of(posixpath.join(posixpath.dirname(name), uri), assets)
         except AssetError as error:
-            why = f". {error}" if str(error) != MISSING else f", which is not there. {_BESIDE}"
+            is_gone = str(error) in {MISSING, NOT_THERE}
+            why = f", which is not there. {_BESIDE}" if is_gone else f". {error}"
             raise AssetError(f"The mesh needs the file {uri[:_LONGEST_SHOWN]!r}{why}") from error
 
     return gltf_packing.packed(gltf.opened(content, limits_of(assets).max_mesh_triangles), read)

@@ -117,10 +117,10 @@ def read_obj(name: str, content: bytes) -> ObjFile:
         The file has no faces.
     """
     reader = _Reader(name)
-    take = reader.takers
+    take, leave_out = reader.takers, reader.leave_out
     for line, text in statements(content):
         words = text.split()
-        take.get(words[0], reader.leave_out)(line, words, text)
+        take.get(words[0], leave_out)(line, words, text)
     return reader.finish()
 
 

@@ -7,9 +7,12 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from renderer.similar_files import did_you_mean
 from service.converting.errors import FileAwayError
 
 _UNFIT = re.compile(r"[^A-Za-z0-9._-]+")
+FARTHEST_ROOT = 2
+"""Folders above the root up to which a wider one is offered: projects keep models beside their scenes."""
 LONGEST_NAME = 100
 """Characters of a file name that is made from a name inside an input; file systems allow 255 bytes."""
 
@@ -41,14 +44,20 @@ class InputFiles:
         except (OSError, RuntimeError, ValueError):
             inside, there = True, False
         if not inside:
-            wider = os.path.relpath(os.path.commonpath([path.parent, self.root.resolve()]))
-            raise FileAwayError(
-                f"The file {name!r} lies outside of {self.root}, where files are read. Allow it with --root "
-                f"{wider}, or move the file."
-            )
+            where = f"The file {name!r} lies outside of {self.root}, where files are read."
+            raise FileAwayError(f"{where}{did_you_mean(folder, name)} {self._cure(path)}")
         if not there:
-            raise FileAwayError(f"There is no file {name!r} beside the file that names it. Put it there.")
+            meant = did_you_mean(folder, name) or " Put it there."
+            raise FileAwayError(f"There is no file {name!r} beside the file that names it.{meant}")
         return path
+
+    def _cure(self, path: Path) -> str:
+        """How to have a file outside of the root read, without opening all of the disk or home for it."""
+        wider = Path(os.path.commonpath([path.parent, self.root.resolve()]))
+        shown = min(os.path.relpath(wider), str(wider), key=len)
+        if len(self.root.resolve().relative_to(wider).parts) > FARTHEST_ROOT or wider == Path(wider.anchor):
+            return "Copy it beside the file that names it."
+        return f"Allow it with --root {shown}, or move the file."
 
     def read(self, folder: Path, name: str) -> tuple[Path, bytes]:
         """The file and its content; raises FileAwayError as `find` does, and where it may not be read."""

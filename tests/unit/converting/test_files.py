@@ -34,6 +34,34 @@ def test_the_cure_names_a_root_that_works(outside: Path, monkeypatch: pytest.Mon
     assert InputFiles(Path("..")).read(Path(), "../secret.obj")[1] == TRIANGLE
 
 
+@pytest.mark.parametrize("far", ["/etc/hostname", "../../../../secret.obj"])
+def test_no_root_is_offered_that_opens_most_of_the_disk(tmp_path: Path, far: str) -> None:
+    folder = tmp_path / "a" / "b" / "c" / "d"
+    folder.mkdir(parents=True)
+    with pytest.raises(FileAwayError, match="Copy it beside the file that names it") as caught:
+        InputFiles(folder).read(folder, far)
+    assert "--root" not in str(caught.value)
+
+
+def test_the_root_that_is_offered_is_written_the_shorter_way(
+    outside: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (outside / "a" / "b" / "c" / "d" / "e" / "f" / "g").mkdir(parents=True)
+    monkeypatch.chdir(outside / "a" / "b" / "c" / "d" / "e" / "f" / "g")
+    with pytest.raises(FileAwayError) as caught:
+        InputFiles(outside).read(outside, "../secret.obj")
+    root = str(caught.value).partition("--root ")[2].partition(",")[0]
+    assert len(root) <= len(str(outside.parent))
+    assert InputFiles(Path(root)).read(outside, "../secret.obj")[1] == TRIANGLE
+
+
+@pytest.mark.parametrize("name", ["Near.OBJ", "C:\\models\\near.obj", "models/near.obj", "/home/me/near.obj"])
+def test_a_file_that_lies_beside_is_offered(outside: Path, name: str) -> None:
+    (outside / "near.obj").write_bytes(TRIANGLE)
+    with pytest.raises(FileAwayError, match=r"Did you mean 'near\.obj'\?"):
+        InputFiles(outside).read(outside, name)
+
+
 @pytest.mark.parametrize("name", ["gone.obj", "x" * 5000, "a\0b", "."])
 def test_a_file_that_is_not_there_is_reported(outside: Path, name: str) -> None:
     with pytest.raises(FileAwayError, match="There is no file"):

@@ -187,7 +187,13 @@ def test_all_else_is_not_there(folder: Path, name: str) -> None:
         ("below", "This is a folder."),
         ("http://localhost/a.png", "Nothing is fetched from an address."),
         ("below\\b.png", "There is no such file."),
-        ("nowhere.png", "There is no such file."),
+        ("nowhere.png", "There is no such file. Name one in the scene's folder"),
+        ("A.PNG", "There is no such file. Did you mean 'a.png'?"),
+        ("Below/B.png", "There is no such file. Did you mean 'below/b.png'?"),
+        ("C:\\scenes\\below\\b.png", "There is no such file. Did you mean 'below/b.png'?"),
+        ("C:\\scenes\\A.png", "There is no such file. Did you mean 'a.png'?"),
+        ("textures/a.png", "There is no such file. Did you mean 'a.png'?"),
+        ("sha256:" + "0" * 64, "This names an uploaded file"),
     ],
 )
 def test_why_a_file_is_not_read_is_a_problem_of_the_scene(folder: Path, name: str, reason: str) -> None:
@@ -198,6 +204,21 @@ def test_why_a_file_is_not_read_is_a_problem_of_the_scene(folder: Path, name: st
     assert problem.pointer == "/textures/a~1b/asset"
     assert problem.detail.startswith(reason)
     assert "\\" not in name or "separated by '/'" in problem.detail
+    # Nothing is uploaded where files are read.
+    assert "upload it" not in problem.detail.lower()
+
+
+@pytest.mark.parametrize("name", ["/home/me/a.png", "../A.PNG"])
+def test_a_file_that_lies_beside_is_offered_for_one_outside(folder: Path, name: str) -> None:
+    with pytest.raises(KeyError, match=r"outside the scene's folder.*Did you mean 'a\.png'\?"):
+        FolderAssets(folder).read(name)
+
+
+@pytest.mark.parametrize("name", ["SECRET.png", "Out.png", "AWAY/secret.png", "../Secret.png"])
+def test_no_file_outside_of_the_folder_is_offered(folder: Path, name: str) -> None:
+    with pytest.raises(KeyError) as caught:
+        FolderAssets(folder).read(name)
+    assert "Did you mean" not in str(caught.value)
 
 
 def test_a_picture_of_a_format_that_is_not_read_is_called_what_it_is() -> None:
