@@ -15,16 +15,14 @@ from renderer.assets import MISSING, NOT_THERE, AssetError, AssetSource, content
 from renderer.math.arrays import Floats, Integers
 from renderer.meshes import gltf, gltf_packing
 from renderer.meshes.obj import cut_into_triangles, read_obj
+from renderer.meshes.ply import read_ply
+from renderer.meshes.ply_header import header_of
 from schemas.limits import how_to_raise, limits_in_force
 from schemas.quantities import LARGEST
 from schemas.reading.file_kinds import recognise
 
-# A number of more digits is too large, and too long for Python to read.
-_PLY_COUNTS = re.compile(rb"(?m)^element[ \t]+(?:face|vertex)[ \t]+(\d{1,18})")
 # No other mesh format is JSON.
 _JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
-_BEGINNING = 1 << 16
-"""Bytes in which the header of a PLY file states its counts: ordinary ones have a few hundred."""
 _FORMATS = "Use OBJ, PLY or glTF (GLB, or .gltf with its buffers)."
 _GLTF = frozenset({"glb", "gltf"})
 
@@ -49,7 +47,9 @@ def read_mesh(name: str, assets: AssetSource) -> tuple[Floats, Integers, Floats 
         return cut_into_triangles(obj)
     if kind in _GLTF:
         kind, content = "glb", glb_of(name, content, assets)
-    mesh = _arrays(_load(kind, content))
+    mesh = read_ply(content, most) if kind == "ply" else _arrays(_load(kind, content))
+    if not mesh[1].size:
+        raise AssetError("The mesh has no triangles.")
     refuse_too_many(mesh[1].shape[1], most)
     return mesh
 
@@ -147,8 +147,7 @@ def announced(content: bytes, most: int | None = None) -> int:
     if kind in _GLTF:
         count = gltf.triangle_count(gltf.opened(content, most))
     elif kind == "ply":
-        header = content[: content.find(b"end_header")][:_BEGINNING]
-        count = max((int(found) for found in _PLY_COUNTS.findall(header)), default=0)
+        count = header_of(content).count
     else:
         count = content.count(b"\nf ")
     refuse_too_many(count, most)
@@ -183,9 +182,7 @@ def _arrays(mesh: Any) -> tuple[Floats, Integers, Floats | None]:
     triangles = np.asarray(getattr(mesh, "faces", ()), dtype=np.int64).reshape(-1, 3)
     vertices = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
     texture = getattr(getattr(mesh, "visual", None), "uv", None)
-    if not len(triangles):
-        raise AssetError("The mesh has no triangles.")
-    if triangles.min() < 0 or triangles.max() >= len(vertices):
+    if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(vertices)):
         raise AssetError(f"A triangle names a vertex that is not among the {len(vertices)} of the mesh.")
     _refuse_odd_numbers("vertices", vertices)
     if texture is not None:

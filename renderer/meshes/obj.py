@@ -12,7 +12,7 @@ import numpy as np
 
 from renderer.assets import AssetError
 from renderer.math.arrays import Floats, Integers, Masks
-from renderer.meshes.triangulation import triangulate
+from renderer.meshes.triangulation import CORNERS, triangulate
 from renderer.meshes.wavefront import name_in, statements
 from schemas.quantities import LARGEST
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 NONE = -1
 """Number of the texture coordinates, the normal or the material of what has none."""
-CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-"""Texture coordinates of a triangle's vertices that has none."""
 
 _COMPONENTS = {"v": 3, "vt": 2, "vn": 3}
 """Numbers of each kind, in the order in which corners name them."""

@@ -16,6 +16,8 @@ from renderer.math.arrays import Floats, Integers
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+"""Texture coordinates of a triangle's vertices that has none."""
 _ACROSS = np.array([[1, 2], [2, 0], [0, 1]])
 """For each axis the other two, which it completes to a right-handed frame."""
 

@@ -16,7 +16,7 @@ import schemas.shapes as language
 from renderer.assets import AssetSource
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, Integers, Masks, columns, dot, lengths, unit
-from renderer.meshes.obj import CORNERS
+from renderer.meshes.triangulation import CORNERS
 from renderer.shapes import ellipsoids, rectangles, triangles
 from renderer.shapes.borders import Lift, join, neighbours, open_edges
 from renderer.shapes.meshes import (

@@ -9,7 +9,7 @@ import schemas.shapes as language
 from renderer.assets import AssetError, AssetSource, limits_of
 from renderer.math.arrays import Floats, Integers, Masks, column, cross, dot, lengths, magnitude, unit
 from renderer.meshes.files import read_mesh
-from renderer.meshes.obj import CORNERS
+from renderer.meshes.triangulation import CORNERS
 from renderer.shapes.triangles import Triangles, needs_exact_area, unit_normals
 from schemas.limits import how_to_raise
 from schemas.reading.advice import on_one_line
