@@ -102,5 +102,8 @@ class SceneFiles:
     def _free(self, name: str, content: bytes) -> bool:
         if name in self.written:
             return self.written[name] == content
+        # Some file systems take names that differ in case alone for one.
+        if name.casefold() in map(str.casefold, self.written):
+            return False
         path = self.folder / name
         return not path.exists() or (path.is_file() and path.read_bytes() == content)

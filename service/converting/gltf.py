@@ -21,7 +21,7 @@ from service.converting.gltf_nodes import camera_of, exposure, lights_of, placed
 from service.converting.obj import write_obj
 from service.converting.reading import read_known
 from service.converting.surroundings import GREY, bounding_sphere, scene_around
-from service.converting.task import Task
+from service.converting.task import Task, free_name
 
 KNOWN_EXTENSIONS = frozenset({"KHR_lights_punctual", "KHR_materials_ior", "KHR_materials_transmission"})
 
@@ -130,8 +130,7 @@ def _name(converter: GltfMaterials, number: int | None, taken: Mapping[str, Any]
     """A name for a material that no other one has."""
     known = converter.buffers.document.materials
     own = known[number].name if number is not None and number < len(known) else "default"
-    name = own or f"material-{number}"
-    return name if name not in taken else f"{name}-{number}"
+    return free_name(own or f"material-{number}", taken)
 
 
 def written_part(parts: Sequence[Part]) -> bytes:

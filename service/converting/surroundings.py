@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,9 @@ import numpy as np
 from renderer.assets import AssetError
 from renderer.math.arrays import Floats
 from renderer.meshes.files import read_mesh
+from renderer.meshes.ply_header import header_of
 from service.converting.errors import wrong_at
-from service.converting.task import One, Task
+from service.converting.task import UNUSABLE, One, Task, picture_file
 
 GREY = 0.75
 """Colour of faces without a material, and of materials without a colour."""
@@ -112,7 +114,9 @@ def scene_around(
 
 
 def convert_ply(task: Task) -> dict[str, Any]:
-    """The scene of a PLY file: grey, with a camera that sees all of it, and a light.
+    """The scene of a PLY file, with a camera that sees all of it, and a light.
+
+    It is grey, or has the picture that a comment `TextureFile` names.
 
     Raises
     ------
@@ -120,15 +124,42 @@ def convert_ply(task: Task) -> dict[str, Any]:
         The renderer could not read it.
     """
     try:
-        vertices = read_mesh(task.path.name, One(task.content))[0].T
+        vertices, _, coordinates = read_mesh(task.path.name, One(task.content))
+        pictures = header_of(task.content).pictures
     except AssetError as error:
         raise wrong_at(task.path.name, "", str(error)) from error
-    task.notes.assume("", f"The mesh is grey, {GREY}: colours of its vertices are not read.")
+    picture = _picture_of(task, pictures, is_textured=coordinates is not None)
     asset = task.placed.keep(task.path.resolve(), task.content)
+    if picture is None:
+        task.notes.assume("", f"The mesh is grey, {GREY}: colours of its vertices are not read.")
+        textures, name = {}, "grey"
+        color: dict[str, Any] = {"color": [GREY] * 3}
+    else:
+        texture = {"type": "image", "asset": picture, "encoding": "srgb", "wrap": "repeat"}
+        textures, name, color = {"picture": texture}, "textured", {"color_texture": "picture"}
     return scene_around(
         task,
-        vertices,
-        textures={},
-        materials={"grey": {"type": "phong", "color": [GREY] * 3}},
-        shapes=[{"type": "mesh", "name": task.path.stem, "asset": asset, "material": "grey"}],
+        vertices.T,
+        textures=textures,
+        materials={name: {"type": "phong"} | color},
+        shapes=[{"type": "mesh", "name": task.path.stem, "asset": asset, "material": name}],
     )
+
+
+def _picture_of(task: Task, pictures: Sequence[str], *, is_textured: bool) -> str | None:
+    """The scene's name of the picture on a PLY mesh; None, with a note, where it cannot be used."""
+    used = None
+    for number, name in enumerate(pictures):
+        place = f"TextureFile {name}"
+        if number:
+            detail = "The picture is left out: a mesh has one material, which shows the first picture."
+            task.notes.leave_out(place, detail)
+        elif not is_textured:
+            detail = "The picture is left out: the mesh has no texture coordinates. Save it with them."
+            task.notes.leave_out(place, detail)
+        else:
+            try:
+                used = picture_file(task, task.folder, name)
+            except UNUSABLE as error:
+                task.notes.leave_out(place, f"The picture is left out. {error}")
+    return used

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from itertools import chain, count
 from pathlib import Path
 from typing import Any, Literal
 
 from renderer.assets import AssetError, image_size
 from renderer.meshes.files import read_mesh
 from schemas.errors import Problem
+from schemas.quantities import LONGEST_NAME
 from schemas.reading.findings import located
 from service.converting.errors import FileAwayError
 from service.converting.files import InputFiles, SceneFiles
@@ -172,11 +174,21 @@ UNUSABLE = (FileAwayError, AssetError)
 
 
 def named_texture(textures: dict[str, Any], texture: dict[str, Any]) -> str:
-    """The name of a texture in a scene, after its file; it is added to the scene's textures if it is new."""
+    """The name of a texture in a scene, after its file; it is added to the scene's textures if it is new.
+
+    Where the file has a texture already, the name also holds everything else that a texture says.
+    """
     for name, known in textures.items():
         if known == texture:
             return name
     asset: str = texture["asset"]
-    name = asset if asset not in textures else f"{asset} ({texture['encoding']}, {texture['wrap']})"
+    others = ", ".join(f"{value}" for field, value in texture.items() if field not in {"type", "asset"})
+    name = free_name(asset if asset not in textures else f"{asset} ({others})", textures)
     textures[name] = texture
     return name
+
+
+def free_name(name: str, taken: Container[str]) -> str:
+    """A name like this one that is not taken, and that a scene may have."""
+    spellings = chain([name[:LONGEST_NAME]], (f"{name[: LONGEST_NAME - 10]}-{number}" for number in count(2)))
+    return next(spelling for spelling in spellings if spelling not in taken)

@@ -8,7 +8,8 @@ import pytest
 from service.converting.errors import ConversionError, FileAwayError
 from service.converting.files import InputFiles, SceneFiles
 from service.converting.formats import convert
-from tests.unit.converting.conftest import TRIANGLE, Convert, course
+from tests.unit.converting.conftest import TRIANGLE, Convert, course, noted
+from tests.unit.converting.test_obj import picture
 
 
 @pytest.fixture
@@ -128,6 +129,44 @@ def test_a_ply_mesh_is_grey_and_named_where_it_lies(converted: Convert) -> None:
     )
     scene = converted("a.ply", content).document
     assert [(shape["asset"], shape["material"]) for shape in scene["shapes"]] == [("input/a.ply", "grey")]
+
+
+def test_a_ply_mesh_has_the_picture_that_its_comment_names_or_a_note(converted: Convert) -> None:
+    def content(coordinates: bool, *pictures: str) -> bytes:
+        lines = ["ply", "format ascii 1.0", *(f"comment TextureFile {name}" for name in pictures)]
+        lines += [
+            "element vertex 3",
+            *(f"property float {name}" for name in "xyzst"[: 5 if coordinates else 3]),
+        ]
+        lines += ["element face 1", "property list uchar int vertex_indices", "end_header"]
+        places = ["0 0 0 0 0", "1 0 0 1 0", "0 1 0 0 1"]
+        lines += [place[: 9 if coordinates else 5] for place in places]
+        return "\n".join([*lines, "3 0 1 2"]).encode()
+
+    made = converted("a.ply", content(True, "the red.png", "b.png"), **{"the red.png": picture()})
+    (material,), (texture,) = made.document["materials"].values(), made.document["textures"].values()
+    assert (texture["asset"], texture["encoding"]) == ("input/the red.png", "srgb")
+    assert material["color_texture"] in made.document["textures"]
+    assert noted(made, "left_out").keys() == {"TextureFile b.png"}
+    for input_, word in (
+        (content(True, "gone.png"), "no file"),
+        (content(False, "the red.png"), "coordinates"),
+    ):
+        grey = converted("a.ply", input_)
+        assert "textures" not in grey.document
+        (note,) = noted(grey, "left_out").values()
+        assert word in note
+
+
+def test_names_that_differ_in_case_alone_make_files_of_their_own(tmp_path: Path) -> None:
+    files = SceneFiles(tmp_path)
+    names = {
+        files.make("Red", ".obj", b"1"),
+        files.make("red", ".obj", b"2"),
+        files.make("grün", ".obj", b"3"),
+    }
+    names |= {files.make("gran", ".obj", b"4"), files.make("gr-n", ".obj", b"5")}
+    assert len({name.casefold() for name in names}) == 5
 
 
 def test_the_layout_of_the_course_is_converted_from_the_folder_above(tmp_path: Path) -> None:

@@ -199,6 +199,42 @@ def test_materials_and_their_pictures_are_taken_over(converted: Convert) -> None
     read_scene(conversion.document)
 
 
+def test_textures_and_materials_keep_apart_whatever_differs_in_them(converted: Convert) -> None:
+    made = Made()
+    samplers = [{"wrapS": 33071, "wrapT": 33071}, {"magFilter": 9728}, {"magFilter": 9729}]
+    # All names but the first have to give way, the last because it is too long.
+    names = ["a", "a-2", "a", None, "default", "x" * 300]
+    color = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": number}}} for number in range(3)]
+    others = [{"normalTexture": {"index": 0}}, {"normalTexture": {"index": 1}}, color[0]]
+    made.document |= {
+        "images": [{"bufferView": made.view(picture()), "mimeType": "image/png", "name": "red"}],
+        "samplers": samplers,
+        "textures": [{"source": 0, "sampler": number} for number in range(3)],
+        "materials": [
+            content | ({"name": name} if name else {})
+            for name, content in zip(names, [*color, *others], strict=True)
+        ],
+    }
+    for number in range(len(names)):
+        made.node(mesh=made.mesh(material=number), translation=[number, 0, 0])
+    made.node(mesh=made.mesh(), translation=[9, 0, 0])
+    scene = converted("m.glb", made.glb()).document
+    used = [scene["materials"][shape["material"]] for shape in scene["shapes"]]
+    named = [each.get("color_texture", each.get("normal_map")) for each in used]
+    found = [scene["textures"][name] for name in named[:-1]]
+    assert [(each["encoding"], each["wrap"], each.get("filter")) for each in found] == [
+        ("srgb", "clamp", None),
+        ("srgb", "repeat", "nearest"),
+        ("srgb", "repeat", None),
+        ("linear", "clamp", None),
+        ("linear", "repeat", "nearest"),
+        ("srgb", "clamp", None),
+    ]
+    assert len({shape["material"] for shape in scene["shapes"]}) == len(scene["materials"]) == 7
+    assert len({shape["asset"] for shape in scene["shapes"]}) == 7
+    assert len(scene["textures"]) == 5
+
+
 def test_smoother_surfaces_have_smaller_and_brighter_highlights() -> None:
     lobes = [highlight(roughness) for roughness in np.linspace(0.1, 1, 10)]
     sharpness = [lobe["shininess"] for lobe in lobes]
