@@ -1,24 +1,20 @@
-"""Reading mesh files: OBJ, and PLY and glTF through trimesh.
+"""Reading mesh files: OBJ, PLY and glTF.
 
 Nothing but the file itself is read, and the buffers beside a glTF file. What a file announces is counted
 before anything is allocated for it.
 """
 
-import io
 import posixpath
 import re
-from typing import Any
-
-import numpy as np
 
 from renderer.assets import MISSING, NOT_THERE, AssetError, AssetSource, content_of, limits_of
 from renderer.math.arrays import Floats, Integers
 from renderer.meshes import gltf, gltf_packing
+from renderer.meshes.gltf_geometry import read_glb
 from renderer.meshes.obj import cut_into_triangles, read_obj
 from renderer.meshes.ply import read_ply
 from renderer.meshes.ply_header import header_of
 from schemas.limits import how_to_raise, limits_in_force
-from schemas.quantities import LARGEST
 from schemas.reading.file_kinds import recognise
 
 # No other mesh format is JSON.
@@ -45,9 +41,7 @@ def read_mesh(name: str, assets: AssetSource) -> tuple[Floats, Integers, Floats 
         obj = read_obj(name, content)
         refuse_too_many(obj.triangle_count, most)
         return cut_into_triangles(obj)
-    if kind in _GLTF:
-        kind, content = "glb", glb_of(name, content, assets)
-    mesh = read_ply(content, most) if kind == "ply" else _arrays(_load(kind, content))
+    mesh = read_glb(glb_of(name, content, assets)) if kind in _GLTF else read_ply(content, most)
     if not mesh[1].size:
         raise AssetError("The mesh has no triangles.")
     refuse_too_many(mesh[1].shape[1], most)
@@ -161,39 +155,3 @@ def refuse_too_many(count: int, most: int) -> None:
             f"The mesh has {count} triangles, more than the {most} allowed. Simplify it. "
             f"{how_to_raise('max_mesh_triangles')}"
         )
-
-
-def _load(kind: str, content: bytes) -> Any:
-    try:
-        # Scenes without mesh files are rendered where it is not installed.
-        import trimesh  # noqa: PLC0415
-    except ImportError as error:
-        raise AssetError(
-            "Mesh files need the package trimesh. Install it with: pip install 'penumbra-render[mesh]'"
-        ) from error
-    try:
-        loaded: Any = trimesh.load(io.BytesIO(content), file_type=kind, process=False)
-        return loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded
-    except Exception as error:
-        raise AssetError(f"The mesh cannot be read as {kind.upper()}: it is damaged.") from error
-
-
-def _arrays(mesh: Any) -> tuple[Floats, Integers, Floats | None]:
-    triangles = np.asarray(getattr(mesh, "faces", ()), dtype=np.int64).reshape(-1, 3)
-    vertices = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
-    texture = getattr(getattr(mesh, "visual", None), "uv", None)
-    if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(vertices)):
-        raise AssetError(f"A triangle names a vertex that is not among the {len(vertices)} of the mesh.")
-    _refuse_odd_numbers("vertices", vertices)
-    if texture is not None:
-        texture = np.asarray(texture, dtype=np.float64)
-        if texture.shape != (len(vertices), 2):
-            raise AssetError("The mesh does not have one pair of texture coordinates for each vertex.")
-        _refuse_odd_numbers("texture coordinates", texture)
-        texture = np.ascontiguousarray(texture.T)
-    return np.ascontiguousarray(vertices.T), np.ascontiguousarray(triangles.T), texture
-
-
-def _refuse_odd_numbers(things: str, numbers: Floats) -> None:
-    if not (np.abs(numbers) <= LARGEST).all():
-        raise AssetError(f"Some {things} of the mesh are not finite, or larger than {LARGEST:g}.")

@@ -25,8 +25,12 @@ PARTS = 2000
 _TRIANGLE_BYTES = 256
 """Bytes of all bufferViews in use, for each triangle that is allowed: many may be views of the same bytes.
 Interleaved with normals, tangents and colours, the vertices of a separate triangle take some 150."""
-_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+STRIP, FAN = 5, 6
+TRIANGLE_MODES = frozenset({4, STRIP, FAN})
+"""Modes of primitives that have triangles: others are points and lines, which are left out."""
 _FLOAT, _UNSIGNED = 5126, {5121, 5123, 5125}
+_NORMALISED = frozenset({5121, 5123})
+"""Whole numbers that may stand for texture coordinates."""
 ATTRIBUTES = {"POSITION": "vertices", "TEXCOORD_0": "texture coordinates"}
 """What is read of a primitive, with its name for people."""
 _UNREAD = {
@@ -181,11 +185,9 @@ def _refuse_large(document: Json, used: list[int], most: int) -> None:
 
 
 def _refuse_odd_primitive(part: Json, accessors: list[Json]) -> None:
-    if part.get("mode", _TRIANGLES) == _FAN:
-        raise AssetError("The mesh has triangle fans. Save it as plain triangles.")
     for name, things in ATTRIBUTES.items():
         number = part["attributes"].get(name)
-        if number is not None and accessors[number]["componentType"] != _FLOAT:
+        if number is not None and not _is_read(name, accessors[number]):
             raise AssetError(
                 f"Its {things} are quantised: whole numbers. Save the mesh with float32 numbers."
             )
@@ -193,10 +195,16 @@ def _refuse_odd_primitive(part: Json, accessors: list[Json]) -> None:
         raise AssetError(DAMAGED)
 
 
+def _is_read(name: str, accessor: Json) -> bool:
+    kind = accessor["componentType"]
+    is_share = kind in _NORMALISED and accessor.get("normalized", False)
+    return kind == _FLOAT or (name == "TEXCOORD_0" and is_share)
+
+
 def _triangles(primitive: Json, accessors: list[Json]) -> int:
     place = primitive.get("indices", primitive["attributes"]["POSITION"])
     count = int(accessors[place]["count"])
-    mode = primitive.get("mode", _TRIANGLES)
-    if mode == _STRIP:
+    mode = primitive.get("mode", 4)
+    if mode in {STRIP, FAN}:
         return max(0, count - 2)
-    return count // 3 if mode == _TRIANGLES else 0
+    return count // 3 if mode in TRIANGLE_MODES else 0

@@ -8,17 +8,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from renderer.assets import AssetError
 from renderer.meshes.gltf import ATTRIBUTES, GltfFile, Json, damage_reported, used_accessors
 from renderer.meshes.gltf_containers import embedded, file_name, is_embedded, join_glb
+from renderer.meshes.gltf_geometry import COMPONENTS, WIDTHS
 
 ReadFile = Callable[[str], bytes]
 """Gives the content of a file that is named relative to the mesh; AssetError where it cannot be read."""
 
 _NODE = ("children", "matrix", "mesh", "rotation", "scale", "translation")
 _ACCESSOR = ("byteOffset", "componentType", "count", "normalized", "type")
-_SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
 def packed(file: GltfFile, read: ReadFile) -> bytes:
@@ -134,7 +135,7 @@ class _Gathered:
 
 def _end(accessor: Json, stride: int | None) -> int:
     """Where the last item of an accessor ends in its bufferView, bytes."""
-    item = _SIZES[accessor["componentType"]] * _WIDTHS[accessor["type"]]
+    item = np.dtype(COMPONENTS[accessor["componentType"]]).itemsize * WIDTHS[accessor["type"]]
     if accessor["count"] == 0:
         return 0
     return int(accessor.get("byteOffset", 0) + (accessor["count"] - 1) * (stride or item) + item)

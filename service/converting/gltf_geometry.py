@@ -9,16 +9,15 @@ from pathlib import PurePosixPath
 import numpy as np
 
 from renderer.math.arrays import Floats, Integers
+from renderer.meshes.gltf import TRIANGLE_MODES
 from renderer.meshes.gltf_containers import embedded, file_name, is_embedded
+from renderer.meshes.gltf_geometry import COMPONENTS, WIDTHS, primitive_triangles, seen_from_outside
 from service.converting.errors import FileAwayError, wrong_at
 from service.converting.gltf_document import Accessor, Document, Image, Primitive, pick
 from service.converting.gltf_nodes import PlacedNode
 from service.converting.obj import BENT, cosines
 from service.converting.task import Notes, Task
 
-_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-_TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _ATTRIBUTES = {"POSITION", "NORMAL", "TEXCOORD_0", "TANGENT"}
 _ENDINGS = {"image/png": ".png", "image/jpeg": ".jpg", "image/webp": ".webp"}
 
@@ -57,11 +56,11 @@ class Buffers:
             raise wrong_at(
                 self.name, place, "Sparse accessors are not supported. Save the file without them."
             )
-        if _WIDTHS.get(accessor.type) != width or accessor.component_type not in _COMPONENTS:
-            detail = f"This must have {width} components, and a componentType of {sorted(_COMPONENTS)}."
+        if WIDTHS.get(accessor.type) != width or accessor.component_type not in COMPONENTS:
+            detail = f"This must have {width} components, and a componentType of {sorted(COMPONENTS)}."
             raise wrong_at(self.name, place, detail)
         values = self._values(accessor, accessor.buffer_view, width, place).astype(np.float64)
-        kind = np.dtype(_COMPONENTS[accessor.component_type])
+        kind = np.dtype(COMPONENTS[accessor.component_type])
         if accessor.normalized and kind.kind in "iu":
             values = np.maximum(values / np.iinfo(kind).max, -1.0)
         if not np.isfinite(values).all():
@@ -70,7 +69,7 @@ class Buffers:
 
     def _values(self, accessor: Accessor, view: int, width: int, place: str) -> np.ndarray:
         content = self.view(view, f"{place}/bufferView")
-        kind = np.dtype(_COMPONENTS[accessor.component_type])
+        kind = np.dtype(COMPONENTS[accessor.component_type])
         stride = self.document.buffer_views[view].byte_stride or kind.itemsize * width
         needed = accessor.byte_offset + (accessor.count - 1) * stride + kind.itemsize * width
         if accessor.count < 1 or needed > len(content) or stride < kind.itemsize * width:
@@ -174,7 +173,7 @@ def parts_by_material(buffers: Buffers, nodes: Sequence[PlacedNode]) -> dict[int
 
 def _is_read(notes: Notes, primitive: Primitive, pointer: str) -> bool:
     """Whether a primitive has triangles; what is not read of it is noted."""
-    if primitive.mode not in {_TRIANGLES, _STRIP, _FAN}:
+    if primitive.mode not in TRIANGLE_MODES:
         notes.leave_out(f"{pointer}/mode", "Points and lines are left out.")
         return False
     for name in sorted(primitive.attributes.keys() - _ATTRIBUTES):
@@ -195,10 +194,41 @@ def _part(buffers: Buffers, placed: PlacedNode, primitive: Primitive, pointer: s
     if texture is not None:
         # v counts from the top of the picture in glTF, from the bottom in scenes.
         texture = np.stack([texture[:, 0], 1 - texture[:, 1]], axis=1)
+    _note_tangents(buffers, primitive, positions[triangles], texture, triangles, pointer)
     bent = normals is not None and _bent(positions, normals, triangles)
-    if np.linalg.det(matrix[:3, :3]) < 0:
-        triangles = triangles[:, ::-1]
-    return Part(vertices, triangles, texture, bent)
+    return Part(vertices, seen_from_outside(triangles, matrix[:3, :3]), texture, bent)
+
+
+def _note_tangents(
+    buffers: Buffers,
+    primitive: Primitive,
+    corners: Floats,
+    texture: Floats | None,
+    triangles: Integers,
+    pointer: str,
+) -> None:
+    """Note tangents (T, 3 corners) that are not those of the texture coordinates, which the renderer uses."""
+    tangents = _attribute(buffers, primitive, "TANGENT", 4, pointer)
+    if tangents is None or texture is None:
+        return
+    own, (first, second) = tangents[triangles], _arms(corners)
+    (u1, v1), (u2, v2) = (arm.T for arm in _arms(texture[triangles]))
+    sign = np.sign(u1 * v2 - u2 * v1)
+    along = (first * v2[:, None] - second * v1[:, None]) * sign[:, None]
+    # Triangles without area in the picture have no direction of their own.
+    turned = (np.einsum("tk,tck->tc", along, own[:, :, :3]) < 0) | (own[:, :, 3] * sign[:, None] < 0)
+    if turned.any():
+        detail = (
+            "Tangents are left out: those of the texture coordinates are used, which here point elsewhere. "
+            "A normal map looks raised where it should be sunken: export texture coordinates and tangents "
+            "together."
+        )
+        buffers.task.notes.leave_out(f"{pointer}/attributes/TANGENT", detail)
+
+
+def _arms(corners: Floats) -> tuple[Floats, Floats]:
+    """From the first corner of each triangle to the others."""
+    return corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
 
 
 def _attribute(buffers: Buffers, primitive: Primitive, name: str, width: int, pointer: str) -> Floats | None:
@@ -221,17 +251,9 @@ def _triangles(buffers: Buffers, primitive: Primitive, count: int, pointer: str)
     if len(order) < 3 or order.min() < 0 or order.max() >= count:
         detail = f"Its triangles name vertices that are not among the {count}, or there is none."
         raise wrong_at(buffers.name, pointer, detail)
-    if primitive.mode == _STRIP:
-        strip = np.stack([order[:-2], order[1:-1], order[2:]], axis=1)
-        # Every other triangle of a strip goes round the other way.
-        strip[1::2] = strip[1::2, [1, 0, 2]]
-        return strip
-    if primitive.mode == _FAN:
-        return np.stack([np.full(len(order) - 2, order[0]), order[1:-1], order[2:]], axis=1)
-    return order[: len(order) // 3 * 3].reshape(-1, 3)
+    return primitive_triangles(order, primitive.mode)
 
 
 def _bent(vertices: Floats, normals: Floats, triangles: Integers) -> bool:
-    first, second, third = (vertices[triangles[:, corner]] for corner in range(3))
-    of_faces = np.cross(second - first, third - first)
+    of_faces = np.cross(*_arms(vertices[triangles]))
     return any(bool((cosines(of_faces, normals[triangles[:, corner]]) < BENT).any()) for corner in range(3))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from renderer.math.arrays import Floats
+from renderer.meshes.gltf_geometry import local_matrix
 from service.converting.errors import wrong_at
 from service.converting.gltf_document import Document, Node, PunctualLight, pick
 from service.converting.task import Task
@@ -76,27 +77,7 @@ def _roots(name: str, document: Document) -> Iterator[tuple[int, str]]:
 
 
 def _local(node: Node) -> Floats:
-    if node.matrix is not None:
-        return np.array(node.matrix).reshape(4, 4).T
-    matrix = np.eye(4)
-    matrix[:3, :3] = _turn(np.array(node.rotation)) * np.array(node.scale)
-    matrix[:3, 3] = node.translation
-    return matrix
-
-
-def _turn(quaternion: Floats) -> Floats:
-    """Rotation matrix of a quaternion x, y, z, w of any length but 0, which turns nothing."""
-    square = float(quaternion @ quaternion)
-    if square == 0:
-        return np.eye(3)
-    x, y, z, w = quaternion / np.sqrt(square)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return local_matrix(node.matrix, node.translation, node.rotation, node.scale)
 
 
 HEIGHT = 512

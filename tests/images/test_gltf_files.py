@@ -17,6 +17,7 @@ from accuracy.hard_cases.documents import Json, scene
 from renderer.assets import AssetError, FolderAssets
 from renderer.meshes.files import announced, needs_other_files, read_mesh, self_contained
 from renderer.meshes.gltf import MOST_VALUES
+from service.converting.formats import convert
 from tests.images.parts import Files
 from tests.images.test_mesh_files import FACES, FILES, FLOOR, VERTICES, mesh_file, solid, textured
 from tests.unit.converting.test_gltf import TRIANGLE, Made
@@ -133,13 +134,27 @@ def added(**fields: Any) -> Callable[[Made], None]:
     return lambda made: made.document.update(fields)
 
 
-def fan(made: Made) -> None:
-    made.document["meshes"][0]["primitives"][0]["mode"] = 6
-
-
 def quantised(made: Made) -> None:
-    number = made.accessor([(0, 0), (65535, 0), (0, 65535)], np.uint16, normalized=True)
+    number = made.accessor([(0, 0), (65535, 0), (0, 65535)], np.uint16)
     made.document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = number
+
+
+def indexed(*numbers: int) -> Callable[[Made], None]:
+    def change(made: Made) -> None:
+        made.document["meshes"][0]["primitives"][0]["indices"] = made.accessor(numbers, np.uint16)
+
+    return change
+
+
+def at_place(x: float) -> Callable[[Made], None]:
+    return changed("nodes", 0, translation=[x, 0, 0])
+
+
+def coordinates(rows: Any) -> Callable[[Made], None]:
+    def change(made: Made) -> None:
+        made.document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = made.accessor(rows)
+
+    return change
 
 
 SPARSE = {"count": 1, "indices": {"bufferView": 0, "componentType": 5123}, "values": {"bufferView": 0}}
@@ -153,7 +168,6 @@ WRONG: dict[str, tuple[Callable[[Made], None], str]] = {
     "sparse": (changed("accessors", 0, sparse=SPARSE), "sparse"),
     "morph targets": (changed("meshes", 0, weights=[0, 0.5]), "morph targets"),
     "morphed node": (changed("nodes", 0, weights=[1]), "morph targets"),
-    "fan": (fan, "triangle fans"),
     "version 1": (added(asset={"version": "1.0"}), "not glTF 2.0"),
     "short view": (changed("bufferViews", 0, byteLength=35), "do not fit into its bufferView of 35 bytes"),
     "view beyond": (changed("bufferViews", 0, byteOffset=40), "ends beyond its buffer of 44 bytes"),
@@ -164,6 +178,14 @@ WRONG: dict[str, tuple[Callable[[Made], None], str]] = {
     "no vertices": (changed("meshes", 0, primitives=[{"attributes": {}}]), "damaged"),
     "no such node": (changed("nodes", 0, mesh=7), "damaged"),
     "asset": (added(asset="wood.png"), "not glTF"),
+    "vertex beyond": (indexed(0, 1, 3), "Primitive 0 of mesh 0 names the vertex 3"),
+    "no number": (at_place(float("nan")), "Primitive 0 of mesh 0 has vertices that are not finite"),
+    "fewer coordinates": (coordinates([(0, 0), (1, 0)]), "2 pairs of texture coordinates for 3 vertices"),
+    "odd coordinates": (coordinates([(0, 0), (1, 0), (0, 1e30)]), "first at its vertex 2"),
+    "its own child": (
+        added(scenes=[{"nodes": [0]}], nodes=[{"mesh": 0, "children": [0]}]),
+        "damaged",
+    ),
 }
 
 
@@ -177,6 +199,58 @@ def test_geometry_that_is_not_read_is_refused_with_its_reason(
         with pytest.raises(AssetError) as caught:
             read_mesh("m", Files({"m": content, "m.bin": made.binary}))
         assert detail in str(caught.value)
+
+
+PENTAGON = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0)]
+ZIGZAG = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 2, 0)]
+MODES = {
+    "triangles, and two vertices of no triangle": (4, PENTAGON, (0, 1, 2, 2, 3), [1.0]),
+    "strip": (5, ZIGZAG, (0, 1, 2, 3, 4), [0.5, 0.5, 0.5]),
+    "fan": (6, PENTAGON, (0, 1, 2, 3, 4), [1.0, 1.5, 0.5]),
+}
+
+
+@pytest.mark.parametrize("case", MODES.values(), ids=MODES)
+@pytest.mark.parametrize("scale", [[1, 1, 1], [-1, 1, 1], [2, -1, 1], [-1, -1, 1], [1, -1, -1]])
+def test_triangles_of_every_mode_keep_their_outside(case: Any, scale: list[int], tmp_path: Path) -> None:
+    mode, places, order, areas = case
+    made = Made()
+    made.node(mesh=made.mesh(places, order, mode=mode, attributes={"NORMAL": made.accessor([(0, 0, 1)] * 5)}))
+    made.node(children=[0], scale=scale)
+    # Points and lines beside them are no part of the surface.
+    lines = [{"attributes": {"POSITION": made.accessor(places)}, "mode": other} for other in range(4)]
+    made.document["meshes"][0]["primitives"] += lines
+    file = tmp_path / "m.glb"
+    file.write_bytes(made.glb())
+    conversion = convert(file, root=tmp_path, folder=tmp_path)
+    (written,) = conversion.files.values()
+    for content in (made.glb(), written):
+        vertices, triangles, texture = read_mesh("m", Files(m=content))
+        a, b, c = (vertices[:, row].T for row in triangles)
+        # An outside towards z is towards -z where z is mirrored.
+        found = np.cross(b - a, c - a) / 2
+        expected = np.array(areas) * abs(np.prod(scale)) * np.sign(scale[2])
+        np.testing.assert_array_equal(found, [(0, 0, area) for area in expected])
+        assert texture is None
+    assert "smooth" not in conversion.document["shapes"][0]
+
+
+@pytest.mark.parametrize(("kind", "largest"), [(np.uint8, 255), (np.uint16, 65535)])
+def test_a_primitive_without_texture_coordinates_is_read_as_alone(kind: type, largest: int) -> None:
+    made = Made()
+    shares = made.accessor([(0, largest), (largest, 0), (0, 0)], kind, normalized=True)
+    for number, attributes in enumerate(({}, {"TEXCOORD_0": shares}, {})):
+        made.node(mesh=made.mesh(attributes=attributes), translation=[number, 0, 0])
+    vertices, triangles, texture = read_mesh("m", Files(m=made.glb()))
+    assert texture is not None
+    by_place = {
+        int(vertices[0, row[0]]): [tuple(texture[:, corner].tolist()) for corner in row]
+        for row in triangles.T
+    }
+    bare = [(0, 0), (1, 0), (0, 1)]
+    assert by_place == {0: bare, 1: [(0, 0), (1, 1), (0, 1)], 2: bare}
+    del made.document["nodes"][1]
+    assert read_mesh("m", Files(m=made.glb()))[2] is None
 
 
 def test_a_buffer_shorter_than_it_says_is_cut_short() -> None:
