@@ -41,7 +41,8 @@ def read_glb(content: bytes) -> tuple[Floats, Integers, Floats | None]:
     AssetError
         It is damaged, or a primitive has numbers that cannot be used.
     """
-    with damage_reported():
+    # What leaves the range is found by its vertices.
+    with damage_reported(), np.errstate(over="ignore", invalid="ignore"):
         text, binary = split_glb(content)
         document = json.loads(text)
         parts = [*_parts(document, binary or b"")]
@@ -123,9 +124,12 @@ def local_matrix(
 
 
 def _turn(quaternion: Floats) -> Floats:
-    square = float(quaternion @ quaternion)
-    if square == 0:
+    largest = np.abs(quaternion).max()
+    if largest == 0:
         return np.eye(3)
+    # Squares of very large or small numbers leave the range; a power of two rounds nothing.
+    quaternion = np.ldexp(quaternion, -np.frexp(largest)[1])
+    square = float(quaternion @ quaternion)
     x, y, z, w = quaternion / np.sqrt(square)
     return np.array(
         [

@@ -180,6 +180,11 @@ WRONG: dict[str, tuple[Callable[[Made], None], str]] = {
     "asset": (added(asset="wood.png"), "not glTF"),
     "vertex beyond": (indexed(0, 1, 3), "Primitive 0 of mesh 0 names the vertex 3"),
     "no number": (at_place(float("nan")), "Primitive 0 of mesh 0 has vertices that are not finite"),
+    "too far": (
+        changed("nodes", 0, scale=[1e308] * 3, children=[]),
+        "Primitive 0 of mesh 0 has vertices that",
+    ),
+    "nowhere": (changed("nodes", 0, matrix=[10**400] * 16), "not finite"),
     "fewer coordinates": (coordinates([(0, 0), (1, 0)]), "2 pairs of texture coordinates for 3 vertices"),
     "odd coordinates": (coordinates([(0, 0), (1, 0), (0, 1e30)]), "first at its vertex 2"),
     "its own child": (
@@ -233,6 +238,15 @@ def test_triangles_of_every_mode_keep_their_outside(case: Any, scale: list[int],
         np.testing.assert_array_equal(found, [(0, 0, area) for area in expected])
         assert texture is None
     assert "smooth" not in conversion.document["shapes"][0]
+
+
+@pytest.mark.parametrize("length", [1e-200, 0.5, 1e200])
+def test_a_quaternion_of_any_length_turns_alike(length: float) -> None:
+    made = placed()
+    made.document["nodes"][0]["rotation"] = [0, 0, length, length]
+    # A quarter turn about z takes x to y and y to -x.
+    found = read_mesh("m", Files(m=made.glb()))[0].T
+    np.testing.assert_allclose(found, [(0, 0, 0), (0, 1, 0), (-1, 0, 0)], rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize(("kind", "largest"), [(np.uint8, 255), (np.uint16, 65535)])
