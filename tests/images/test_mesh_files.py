@@ -218,7 +218,8 @@ def test_too_many_triangles_are_refused_before_they_are_read(
     def unread(*_: Any) -> None:
         raise AssertionError("the file was read")
 
-    monkeypatch.setattr(mesh_files, "_load", unread)
+    for reader in ("read_obj", "read_ply", "read_glb"):
+        monkeypatch.setattr(mesh_files, reader, unread)
     assert "Simplify it." in refusal(content)
 
 
