@@ -110,7 +110,7 @@ def header_of(content: bytes) -> Header:
     if first is None:
         raise AssetError("The mesh cannot be read as PLY: its first line has more than 'ply'. Save it again.")
     # A binary body may begin with the byte of a line's end.
-    ending = re.compile(first[1] + (rb"end_header[ \t]*(?:%s|\Z)" % first[1].replace(b"\n", b"\r?\n", 1)))
+    ending = re.compile(rb"%bend_header[ \t]*(?:%b|\Z)" % (first[1], first[1]))
     end = ending.search(content, first.end() - len(first[1]), _BEGINNING)
     if end is None:
         raise AssetError(

@@ -5,7 +5,6 @@ clipping. All is decided in the coordinate plane that the face is most nearly pa
 coordinate rounds nothing.
 """
 
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -99,38 +98,4 @@ def _clipped(points: Floats, axis: int, turned: bool) -> Integers:
     plane = points[:, _ACROSS[axis][::-1] if turned else _ACROSS[axis]]
     ends = np.array([len(points)], dtype=np.uint32)
     found: NDArray[np.uint32] = mapbox_earcut.triangulate_float64(np.ascontiguousarray(plane), ends)
-    return np.array(_with_straight(found.reshape(-1, 3).tolist(), plane), dtype=np.int64).reshape(-1, 3)
-
-
-def _with_straight(triangles: list[list[int]], plane: Floats) -> list[list[int]]:
-    """The same triangles with those corners that the library leaves out, which lie on straight edges.
-
-    The face beside may have its corner there: its edge and this one would differ by their rounding.
-    """
-    used = {corner for triangle in triangles for corner in triangle}
-    if len(used) == len(plane):
-        return triangles
-    done, points = [], plane.tolist()
-    while triangles:
-        triangle = triangles.pop()
-        split = _split(triangle, points, used)
-        triangles += split
-        done += [] if split else [triangle]
-    return done
-
-
-def _split(triangle: list[int], points: list[list[float]], used: set[int]) -> list[list[int]]:
-    """A triangle, cut at the corners that one of its edges leaves out; empty if none does."""
-    for a, b, c in (triangle[turn:] + triangle[:turn] for turn in range(3)):
-        edge, between = [a], (a + 1) % len(points)
-        while between not in used:
-            edge += [between] if _is_between(points[between], points[edge[-1]], points[b]) else []
-            between = (between + 1) % len(points)
-        if between == b and len(edge) > 1:
-            used.update(edge)
-            return [[first, second, c] for first, second in pairwise([*edge, b])]
-    return []
-
-
-def _is_between(point: list[float], first: list[float], last: list[float]) -> bool:
-    return sum((p - a) * (b - p) for p, a, b in zip(point, first, last, strict=True)) > 0
+    return found.astype(np.int64).reshape(-1, 3)
