@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 """Texture coordinates of a triangle's vertices that has none."""
+MOST_CORNERS = 10_000
+"""Of a face that is clipped, which takes time by the square of them: a tenth of a second for this many."""
 _ACROSS = np.array([[1, 2], [2, 0], [0, 1]])
 """For each axis the other two, which it completes to a right-handed frame."""
 
@@ -41,7 +43,7 @@ def triangulate(points: Floats, sizes: Integers) -> tuple[Integers, Integers]:
     Raises
     ------
     AssetError
-        A face is concave, and the package that cuts it is not installed.
+        A face is concave and has more than `MOST_CORNERS`, or the package that cuts it is not installed.
     """
     fans, faces = _fans(sizes)
     if (sizes <= 3).all():
@@ -56,6 +58,11 @@ def triangulate(points: Floats, sizes: Integers) -> tuple[Integers, Integers]:
     odd = np.unique(faces[against])
     # What has no area to either side has no inside: it stays as it is.
     odd = odd[(sizes[odd] > 3) & (ways[odd] != 0)]
+    if (sizes[odd] > MOST_CORNERS).any():
+        raise AssetError(
+            f"A concave face of the mesh has {sizes[odd].max()} corners; at most {MOST_CORNERS} are allowed. "
+            "Divide it."
+        )
     starts = np.cumsum(sizes) - sizes
     clipped = [
         starts[face]

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from renderer.meshes.triangulation import triangulate
+from renderer.assets import AssetError
+from renderer.meshes.triangulation import MOST_CORNERS, triangulate
 
 Ring = list[tuple[int, int]]
 
@@ -91,3 +92,13 @@ def test_a_fan_stays_where_it_is_right_and_odd_faces_lose_nothing() -> None:
     areas = np.cross(*(points[triangles[:, i]] - points[triangles[:, 0]] for i in (1, 2)))[:, 2] / 2
     assert np.bincount(numbers, areas, 6).tolist() == [4, 1, 0, 12, 0, 1]
     assert (areas[numbers != 4] > 0).all()
+
+
+def test_a_face_that_would_take_long_to_cut_is_refused() -> None:
+    turns = np.linspace(0, 2 * np.pi, MOST_CORNERS + 2, endpoint=False)
+    disc = np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1)
+    gear = disc * np.where(np.arange(len(turns)) % 2, 1.0, 0.9)[:, None]
+    triangles, _ = triangulate(disc, np.array([len(disc)]))
+    assert len(triangles) == MOST_CORNERS
+    with pytest.raises(AssetError, match=f"{len(gear)} corners"):
+        triangulate(gear, np.array([len(gear)]))
