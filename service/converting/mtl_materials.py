@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from schemas.quantities import BRIGHTEST
+from schemas.quantities import BRIGHTEST, LARGEST
 from service.converting.errors import FileAwayError
 from service.converting.mtl import Map, MtlMaterial, number_in, without_comment
 from service.converting.surroundings import GREY
@@ -15,9 +15,6 @@ SHARPEST = 1e15
 """Largest shininess of a scene."""
 BUMP_SHARE = 0.01
 """Height of a bump map's white with -bm 1, as a share of the mesh's diagonal: MTL files name no unit."""
-
-STRONGEST = 1e6
-"""Largest factor of a bump map's height."""
 
 MIRRORS = frozenset({3, 5})
 GLASSES = frozenset({4, 6, 7, 9})
@@ -128,12 +125,12 @@ class MtlConverter:
                     "The bump map is left out: the normal map takes its place.",
                 )
         elif bumps is not None:
-            strength = self._strength(written)
-            made |= {"bump_map": bumps, "bump_height": strength * BUMP_SHARE * self.diagonal}
+            height = self._strength(written) * BUMP_SHARE * self.diagonal
+            made |= {"bump_map": bumps, "bump_height": height}
             self._assume(
                 written,
                 _first(written, BUMP_MAPS),
-                f"White is {made['bump_height']:.6g} scene units high: -bm times {BUMP_SHARE} of the mesh's "
+                f"White is {height:.6g} scene units high: -bm times {BUMP_SHARE} of the mesh's "
                 "diagonal, as the format names no unit. Change bump_height where that is not meant.",
             )
 
@@ -142,7 +139,7 @@ class MtlConverter:
         named = written.map(keyword)
         given = named.options.get("-bm", ("1",)) if named else ("1",)
         strength = number_in(given[0]) if given else None
-        if strength is None or not abs(strength) <= STRONGEST:
+        if strength is None or not abs(strength * self.diagonal) <= LARGEST:
             self._assume(written, keyword, "What follows -bm is not a number that can be used: 1 is used.")
             return 1.0
         return strength

@@ -162,6 +162,13 @@ def test_a_picture_takes_the_place_of_the_colour_and_kd_scales_it(converted: Con
     read_scene(conversion.document)
 
 
+@pytest.mark.parametrize("factor", ["1e30", "nan", "high"])
+def test_a_bump_map_higher_than_scenes_allow_has_the_usual_height(converted: Convert, factor: str) -> None:
+    material, notes = material_of(converted, f"Kd 1 1 1\nbump -bm {factor} n.png", **{"n.png": picture()})
+    assert material["bump_height"] == pytest.approx(0.01 * np.hypot(2, 2), rel=4 * EPS)
+    assert "paint: bump" in notes
+
+
 def test_a_normal_map_is_taken_before_a_bump_map(converted: Convert) -> None:
     material, notes = material_of(converted, "norm n.png\nmap_Bump n.png", **{"n.png": picture()})
     assert "normal_map" in material
