@@ -12,7 +12,7 @@ import trimesh
 
 from renderer.assets import AssetError
 from renderer.math.arrays import Floats
-from renderer.meshes.files import read_mesh
+from renderer.meshes.files import file_kind, read_mesh
 from tests.images.parts import Files
 
 
@@ -55,6 +55,11 @@ def test_the_same_faces_are_read_however_they_are_written(content: bytes) -> Non
     np.testing.assert_array_equal(corners, TWO_FACES)
 
 
+@pytest.mark.parametrize("beginning", [b"\xef\xbb\xbfv 0 0 0", b"# a comment\rv 0 0 0", b"g a\nf -3 -2 -1"])
+def test_a_single_line_says_that_a_file_is_obj(beginning: bytes) -> None:
+    assert file_kind(beginning) == "obj"
+
+
 def test_parts_of_a_file_are_one_mesh_in_the_order_of_the_file() -> None:
     faces = b"o a\nusemtl x\nf 1 2 3\no b\nusemtl y\nf 1 2 4\nusemtl x\nf 2 3 4\n"
     _, triangles, _ = read_mesh("m", Files(m=PLACES + faces))
@@ -74,6 +79,7 @@ WRONG = {
     "a decimal comma": (b"v 1,5 0,5 2,5\n", "1,5"),
     "an underscore": (b"v 1 1_0 0\n", "1_0"),
     "a colour that is none": (b"v 1 0 0 red 0 0\n", "red"),
+    "a line that goes on": (b"v 1 \\\n 0 zero\n", "zero"),
     "two corners": (b"f 1 2\n", "three corners"),
     "no corner": (b"f\n", "three corners"),
     "words": (b"f one two three\n", "one"),
