@@ -13,7 +13,7 @@ import numpy as np
 from renderer.assets import AssetError
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.meshes.files import file_kind, refuse_too_many
-from renderer.meshes.obj import NONE, ObjError, ObjFile, has_all, read_obj
+from renderer.meshes.obj import NONE, ObjError, ObjFile, cut_into_triangles, has_all, read_obj
 from schemas.limits import limits_in_force
 from schemas.quantities import LONGEST_NAME
 from service.converting.errors import FileAwayError, wrong_at_line
@@ -55,6 +55,8 @@ def _read(task: Task) -> ObjFile:
         file_kind(task.content)
         obj = read_obj(name, task.content)
         refuse_too_many(obj.triangle_count, limits_in_force().max_mesh_triangles)
+        # A concave face can have too many corners for the renderer.
+        cut_into_triangles(obj)
     except ObjError as error:
         raise wrong_at_line(name, task.content, error.line, error.detail) from error
     except AssetError as error:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from renderer.assets import AssetError
 from renderer.cameras import build_pinhole
 from renderer.meshes.files import read_mesh
 from schemas.reading import read_scene
@@ -354,6 +356,16 @@ def test_normals_of_a_flat_concave_face_ask_for_no_smoothness(converted: Convert
     straight = b"v 0 0 0\nv 1 0 0\nv 2 0 0\nv 2 2 1\nv 0 2 1\nvn 0 1 1\nf 1//1 2//1 3//1 4//1 5//1\n"
     assert "smooth" not in converted("a.obj", dart).document["shapes"][0]
     assert "smooth" in converted("b.obj", straight).document["shapes"][0]
+
+
+def test_a_face_that_the_renderer_refuses_is_not_converted(converted: Convert) -> None:
+    comb = [(x, x % 2) for x in range(12_000)] + [(12_000, -1), (0, -1)]
+    lines = [f"v {x} {y} 0" for x, y in comb] + ["f " + " ".join(str(n + 1) for n in range(len(comb)))]
+    content = "\n".join(lines).encode()
+    with pytest.raises(AssetError) as refused:
+        read_mesh("comb.obj", One(content))
+    with pytest.raises(ConversionError, match=re.escape(str(refused.value))):
+        converted("comb.obj", content)
 
 
 def test_backward_numbers_and_long_lines_mean_the_same(converted: Convert) -> None:
