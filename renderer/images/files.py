@@ -161,9 +161,10 @@ def write_image(
         If the ending is not known, or the file cannot be written.
     """
     target = Path(path)
-    if target.suffix not in SUFFIXES:
+    suffix = target.suffix.lower()
+    if suffix not in SUFFIXES:
         raise ImageFileError(f"{target.name}: the name of a picture must end in {' or '.join(SUFFIXES)}.")
-    _write(target, encode(target.suffix, image, display, layers))
+    _write(target, encode(suffix, image, display, layers))
 
 
 def layer_path(picture: Path, name: str) -> Path:

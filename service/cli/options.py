@@ -56,12 +56,13 @@ LabelOption = Annotated[
     typer.Option("--label", metavar="NAME:VALUE", help="A label of the job; repeatable."),
 ]
 LayersOption = Annotated[
-    str | None,
+    list[str] | None,
     typer.Option(
         "--layers",
         metavar="NAME,NAME",
         help="What to store of each pixel beside its colour: depth, position, normal, shading_normal, "
-        "albedo, uv, shape, primitive, samples, error. Saved as OUT.NAME.npy, or in OUT if that is .exr.",
+        "albedo, uv, shape, primitive, samples, error; repeatable. Saved as OUT.NAME.npy, or in OUT if that "
+        "is .exr.",
     ),
 ]
 SeedOption = Annotated[

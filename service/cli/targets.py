@@ -6,7 +6,7 @@ import errno
 import secrets
 import sys
 import tempfile
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,7 +41,7 @@ class ImageTarget:
     @classmethod
     def named(cls, text: str) -> ImageTarget:
         """The target that an option names; ``./-.npy`` is a file."""
-        suffix = STDOUT.get(text)
+        suffix = STDOUT.get(text.lower())
         return cls(Path(text)) if suffix is None else cls(Path("stdout" + suffix), on_stdout=True)
 
     def __str__(self) -> str:
@@ -146,8 +146,8 @@ def _cure(error: OSError) -> str:
     return " Free some space there, or write elsewhere." if full else " Write elsewhere."
 
 
-def parsed_layers(names: str | None) -> tuple[LayerName, ...]:
-    """The layers that an option names, each once.
+def parsed_layers(given: Sequence[str] | None) -> tuple[LayerName, ...]:
+    """The layers that an option names, once or repeatedly, with commas or without; each counts once.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def parsed_layers(names: str | None) -> tuple[LayerName, ...]:
     """
     from schemas.api.layers import checked_layers
 
-    asked = [] if names is None else [name.strip() for name in names.split(",")]
+    asked = [name.strip() for names in given or () for name in names.split(",")]
     try:
         return checked_layers(asked)
     except ValueError as error:

@@ -109,7 +109,7 @@ def read_picture(folder: Folder, name: str, encoding: Encoding) -> tuple[bytes, 
     content = folder.read(name)
     layers = folder.layers(name) if folder.role == "reference" else {}
     pixels = content
-    if folder.role == "reference" and name.endswith(PACKED):
+    if folder.role == "reference" and name.lower().endswith(PACKED):
         pixels, packed = _unpacked(folder, name, content)
         layers = packed | layers
     try:

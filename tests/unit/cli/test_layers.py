@@ -37,10 +37,22 @@ def test_without_the_option_there_are_no_layers(penumbra: Penumbra, scene_file: 
     assert {path.name for path in tmp_path.iterdir()} == {"a.exr", "scene.json"}
 
 
+def test_a_repeated_option_adds_layers_and_endings_may_be_capitals(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    words = ["--layers", "depth", "--layers", "shape,normal", "--workers", 1]
+    assert penumbra("render", scene_file, "-o", "OUT.EXR", *words).code == 0
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("scene.json", "OUT.EXR", "OUT.EXR.depth.npy", "OUT.EXR.normal.npy", "OUT.EXR.shape.npy")
+    }
+    assert list(decode_exr((tmp_path / "OUT.EXR").read_bytes())[1]) == ["depth", "normal", "shape"]
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["render", "scene.json", "-o", "a.png", "--layers", "depth,nromal"], "'normal'"),
+        (["render", "scene.json", "-o", "a.png", "--layers", "depth", "--layers", "nromal"], "'normal'"),
         (["explain", "scene.json", "--layers", "elephant"], "depth, position,"),
         (["submit", "scene.json", "-o", "a.png", "--layers", "Depth"], "'depth'"),
         (["get", "some", "-o", "a.png", "--layers", "uvw"], "'uv'"),
@@ -57,8 +69,11 @@ def test_wrong_use_is_reported_before_any_work(
     assert [path.name for path in tmp_path.iterdir()] == ["scene.json"]
 
 
-def test_the_plan_names_the_layers(here: Penumbra, scene_file: Path) -> None:
-    stages = here("explain", scene_file, "--layers", "uv, depth", "--json").document["stages"]
+@pytest.mark.parametrize(
+    "words", [["uv, depth"], ["uv", "--layers", "depth"], ["depth,uv", "--layers", "uv"]]
+)
+def test_the_plan_names_the_layers(here: Penumbra, scene_file: Path, words: list[str]) -> None:
+    stages = here("explain", scene_file, "--layers", *words, "--json").document["stages"]
     named = [stage["name"] for stage in stages if stage["effect"].startswith("layers")]
     assert named == ["rays of layers", "layer depth", "layer uv"]
 

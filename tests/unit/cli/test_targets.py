@@ -57,6 +57,7 @@ def test_a_name_may_be_as_long_as_the_system_allows(tmp_path: Path) -> None:
         ("-", ".png", True),
         ("-.npy", ".npy", True),
         ("-.exr", ".exr", True),
+        ("-.NPY", ".npy", True),
         ("./-.npy", ".npy", False),
         ("a.PNG", ".png", False),
     ],

@@ -57,6 +57,13 @@ def test_the_same_picture_is_the_same_file(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
+@pytest.mark.parametrize("ending", [".png", ".npy", ".exr"])
+def test_an_ending_may_be_written_in_capitals(ending: str, tmp_path: Path) -> None:
+    for name in (f"a{ending}", f"b{ending.upper()}"):
+        write_image(tmp_path / name, gray([0.1, 0.7]), SRGB)
+    assert (tmp_path / f"a{ending}").read_bytes() == (tmp_path / f"b{ending.upper()}").read_bytes()
+
+
 @pytest.mark.parametrize("name", ["a.jpg", "a", ".png", "a.png.gz"])
 def test_an_unknown_ending_is_refused_and_the_known_ones_named(name: str, tmp_path: Path) -> None:
     with pytest.raises(ImageFileError, match=r"must end in \.png or \.npy") as caught:
