@@ -1,9 +1,7 @@
-"""Files that a scene names: where they come from, and pictures among them."""
+"""Files that a scene names: where they come from, and how large they may be."""
 
 import errno
-import io
 import os
-import struct
 import threading
 import warnings
 from collections.abc import Iterator
@@ -12,19 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-from PIL import Image
-
 from renderer.similar_files import did_you_mean
 from schemas.limits import Limits, how_to_raise, limits_in_force
-from schemas.reading.file_kinds import recognise
 
 PILLOW_PIXELS = 178_956_970
 """Pillow opens no more, whatever is allowed here: twice its `Image.MAX_IMAGE_PIXELS`."""
-
-FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
-"""Picture formats that are read."""
 
 
 class AssetError(ValueError):
@@ -177,39 +167,6 @@ def asset_source(assets: AssetSource | str | os.PathLike[str]) -> AssetSource:
     return assets
 
 
-def image_size(content: bytes, max_pixels: int | None = None) -> tuple[int, int]:
-    """Width and height from a picture's header, without decoding it.
-
-    Raises
-    ------
-    AssetError
-        If it is not a picture of a known format, or has more than `max_pixels` pixels, by default those of
-        the limits in force.
-    """
-    with _opened(content, max_pixels) as image:
-        return image.size
-
-
-def decode_image(content: bytes, max_pixels: int | None = None) -> NDArray[np.float32]:
-    """A picture as stored, (H, W, 3) float32 in 0..1, row 0 on top; grey is repeated, alpha is dropped.
-
-    Raises
-    ------
-    AssetError
-        If it is not a picture of a known format, is damaged, or has more than `max_pixels` pixels, by default
-        those of the limits in force.
-    """
-    with _opened(content, max_pixels) as image:
-        try:
-            return _values(image)
-        except _DAMAGE as error:
-            raise AssetError("The picture is damaged. Save it again as PNG or JPEG.") from error
-
-
-_DAMAGE = (OSError, SyntaxError, ValueError, EOFError, LookupError, TypeError, struct.error)
-"""What Pillow raises for content that makes no sense, depending on the format."""
-
-
 # Reentrant: a reader of meshes may decode the pictures that they name.
 _filters_lock = threading.RLock()
 
@@ -224,57 +181,9 @@ def changed_filters() -> Iterator[None]:
         yield
 
 
-def _values(image: Image.Image) -> NDArray[np.float32]:
-    with changed_filters():
-        warnings.simplefilter("ignore")
-        if image.mode in {"I;16", "I;16B", "I"}:
-            grey = np.asarray(image, dtype=np.float32) / np.float32(65535)
-            return np.repeat(grey[:, :, None], 3, axis=2)
-        return _in_bands(image if image.mode == "RGB" else image.convert("RGB"))
-
-
-BAND_PIXELS = 1 << 20
-"""Pixels that are converted at once: beside the picture as floats only these take memory."""
-
-
-def _in_bands(image: Image.Image) -> NDArray[np.float32]:
-    """Values of an RGB picture, converted band by band."""
-    values = np.empty((image.height, image.width, 3), dtype=np.float32)
-    rows = max(1, BAND_PIXELS // max(1, image.width))
-    for top in range(0, image.height, rows):
-        band = image.crop((0, top, image.width, min(top + rows, image.height)))
-        np.divide(np.asarray(band), np.float32(255), out=values[top : top + rows], dtype=np.float32)
-    return values
-
-
-def _no_picture(content: bytes) -> str:
-    kind = recognise(content)
-    # A file that begins like a PNG but is none is not a picture of any other kind either.
-    another = kind is not None and kind.name.upper() not in FORMATS
-    given = f"This is {kind.phrase}" if kind and another else "This is not a picture that can be read"
-    return f"{given}. Use one of {', '.join(FORMATS)}."
-
-
 def too_many_pixels(most: int, size: str = "") -> str:
     """Say that a picture has more pixels than `most`, or than Pillow opens; `size` is how many, if known."""
     if most >= PILLOW_PIXELS:
         return f"The picture has {size}more than the {PILLOW_PIXELS} that Pillow opens. Make it smaller."
     cure = f"Make it smaller. {how_to_raise('max_image_pixels')}"
     return f"The picture has {size}more than the {most} allowed. {cure}"
-
-
-def _opened(content: bytes, max_pixels: int | None) -> Image.Image:
-    most = limits_in_force().max_image_pixels if max_pixels is None else max_pixels
-    try:
-        with changed_filters():
-            warnings.simplefilter("ignore")
-            image = Image.open(io.BytesIO(content), formats=FORMATS)
-    except Image.DecompressionBombError as error:
-        raise AssetError(too_many_pixels(most)) from error
-    except _DAMAGE as error:
-        raise AssetError(_no_picture(content)) from error
-    width, height = image.size
-    if width * height > most:
-        image.close()
-        raise AssetError(too_many_pixels(most, f"{width} x {height} pixels, "))
-    return image

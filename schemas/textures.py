@@ -13,7 +13,11 @@ Repeat = Annotated[float, Field(strict=True, gt=0, le=LARGEST, allow_inf_nan=Fal
 
 
 class ImageTexture(Closed):
-    """A texture from an image file. Row 0 of the file is v = 1; texel centres are at (i + 0.5) / width."""
+    """A texture from an image file: PNG, JPEG, WEBP, TIFF, BMP, GIF, PPM, PFM, Radiance HDR or OpenEXR.
+
+    Row 0 of the picture, upright by its EXIF orientation, is v = 1; texel centres are at (i + 0.5) / width.
+    All its bits are read, and alpha, colour profiles and gamma are not.
+    """
 
     type: Literal["image"]
     asset: Asset = Field(
@@ -22,8 +26,9 @@ class ImageTexture(Closed):
     )
     encoding: Literal["srgb", "linear"] = Field(
         default="srgb",
-        description="How the file stores colours: `srgb` for pictures, `linear` for data. "
-        "A normal map is always read as `linear`.",
+        description="How the file stores colours: `srgb` for pictures, `linear` for data and for files of "
+        "floating-point numbers, whose colours may be above 1. Normal, bump and displacement maps are always "
+        "read as `linear`.",
     )
     filter: Literal["nearest", "bilinear", "mipmap"] = Field(
         default="bilinear",

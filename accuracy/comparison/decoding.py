@@ -13,17 +13,16 @@ from PIL import Image
 
 from renderer.assets import changed_filters
 from renderer.errors import ImageFileError, MissingExtraError
-from renderer.images.exr import decode_exr
+from renderer.images import deep_pixels
+from renderer.images.deep_pixels import DeepPixels
+from renderer.images.exr_reading import read_exr
 from renderer.math.arrays import Floats
 from schemas.limits import how_to_raise, limits_in_force
 
 PNG, NPY, EXR = b"\x89PNG\r\n\x1a\n", b"\x93NUMPY", b"\x76\x2f\x31\x01"
 
-BIT_DEPTH, COLOR_TYPE = slice(24, 25), slice(25, 26)
-"""Places of these bytes in a PNG file (ISO 15948, 11.2.1)."""
-
-TRUE_COLOR = (b"\x02", b"\x06")
-"""Colour types of PNG with three colours, without and with alpha."""
+OPAQUE = "Its alpha is 1 everywhere and was left out."
+GREY = "It is grey: red, green and blue were taken as equal."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,27 +64,34 @@ def decode(content: bytes, name: str) -> Raw:
 
 
 def _png(content: bytes, name: str) -> Raw:
-    if content[BIT_DEPTH] == b"\x10" and content[COLOR_TYPE] in TRUE_COLOR:
-        # Pillow would drop eight of the sixteen bits without a word.
-        raise NotComparableError(
-            f"{name} is a PNG with 16 bits a channel. Save it with 8 bits, or as NPY or EXR."
-        )
     try:
         with changed_filters():
             # Its size is checked here, against another limit.
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            picture: Image.Image = Image.open(io.BytesIO(content), formats=["PNG"])
+            picture = _opened(content)
             _bounded(picture.size[::-1], name)
+            if deep_pixels.is_deep(picture):
+                return _deep(deep_pixels.read(picture, lambda: _opened(content)), name)
             picture.load()
+    except NotComparableError:
+        raise
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise NotComparableError(f"{name} is a damaged PNG file.") from error
-    if picture.mode.startswith("I"):
-        raise NotComparableError(f"{name} is a PNG with 16 bits of grey. Save it with 8 bits per channel.")
     if picture.mode == "P" or "transparency" in picture.info:
         picture = picture.convert("RGBA")
     elif picture.mode == "1":
         picture = picture.convert("L")
     return _whole(np.asarray(picture), name, "srgb")
+
+
+def _opened(content: bytes) -> Image.Image:
+    return Image.open(io.BytesIO(content), formats=["PNG"])
+
+
+def _deep(pixels: DeepPixels, name: str) -> Raw:
+    if pixels.clear is not None and pixels.has_alpha:
+        raise NotComparableError(_transparent(name))
+    return _whole(pixels.codes, name, "srgb")
 
 
 _DAMAGE = (ValueError, EOFError, OSError, TypeError, KeyError, SyntaxError, RecursionError, TokenError)
@@ -110,13 +116,20 @@ def _npy(content: bytes, name: str) -> Raw:
 
 def _exr(content: bytes, name: str) -> Raw:
     try:
-        image, layers = decode_exr(content)
+        found = read_exr(content)
     except MissingExtraError:
         raise
     except ImageFileError as error:
         raise NotComparableError(f"{name}: {error}") from error
-    _bounded(image.shape, name)
-    return Raw(image.astype(np.float64), 32, "linear", layers=layers)
+    _bounded(found.image.shape, name)
+    notes = found.notes
+    if found.alpha is not None:
+        if not (found.alpha == 1.0).all():
+            raise NotComparableError(_transparent(name))
+        notes = (*notes, OPAQUE)
+    if found.grey:
+        notes = (*notes, GREY)
+    return Raw(found.image.astype(np.float64), 32, "linear", notes, found.layers)
 
 
 def _whole(array: NDArray[Any], name: str, usual: Literal["srgb"] | None) -> Raw:
@@ -135,16 +148,15 @@ def _three(array: NDArray[Any], opaque: float, name: str) -> tuple[NDArray[Any],
     notes: tuple[str, ...] = ()
     if array.shape[2] in (2, 4):
         if not (array[:, :, -1] == opaque).all():
-            raise NotComparableError(
-                f"{name} is transparent in places, and what is behind it is unknown. Save it without alpha."
-            )
-        array, notes = array[:, :, :-1], ("Its alpha is 1 everywhere and was left out.",)
+            raise NotComparableError(_transparent(name))
+        array, notes = array[:, :, :-1], (OPAQUE,)
     if array.shape[2] == 1:
-        array, notes = (
-            array.repeat(3, axis=2),
-            (*notes, "It is grey: red, green and blue were taken as equal."),
-        )
+        array, notes = array.repeat(3, axis=2), (*notes, GREY)
     return array, notes
+
+
+def _transparent(name: str) -> str:
+    return f"{name} is transparent in places, and what is behind it is unknown. Save it without alpha."
 
 
 def _bounded(shape: tuple[int, ...], name: str) -> None:

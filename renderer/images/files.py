@@ -13,7 +13,9 @@ from PIL import Image
 
 from renderer.errors import ImageFileError
 from renderer.images.colors import srgb_from_linear
-from renderer.images.exr import decode_exr, encode_exr, require_exr, write_exr
+from renderer.images.deep_png import write_deep_png
+from renderer.images.exr import encode_exr, require_exr, write_exr
+from renderer.images.exr_reading import decode_exr
 from schemas.scene import Display
 
 __all__ = [
@@ -43,30 +45,37 @@ BAND_PIXELS = 1 << 15
 
 
 def displayed(image: NDArray[np.floating], display: Display) -> NDArray[np.uint8]:
-    """Codes of a linear image (H, W, 3), rounded to the nearest.
+    """Codes of 8 bits of a linear image (H, W, 3), rounded to the nearest.
 
     NaN becomes 0, what is out of range is clipped.
     """
-    codes = np.empty(image.shape, np.uint8)
+    return _rounded(image, display, np.dtype(np.uint8))
+
+
+def _rounded(image: NDArray[np.floating], display: Display, kind: np.dtype[Any]) -> NDArray[Any]:
+    codes = np.empty(image.shape, kind)
     rows = max(1, BAND_PIXELS // max(1, image.shape[1]))
     for top in range(0, image.shape[0], rows):
-        codes[top : top + rows] = _codes(image[top : top + rows], display)
+        codes[top : top + rows] = _codes(image[top : top + rows], display, np.iinfo(kind).max)
     return codes
 
 
-def _codes(image: NDArray[np.floating], display: Display) -> NDArray[np.uint8]:
+def _codes(image: NDArray[np.floating], display: Display, largest: int) -> NDArray[np.floating]:
     with np.errstate(over="ignore"):
         exposed = image.astype(np.float64) * 2.0**display.exposure
     # fmax takes the other number where one is NaN; clip would keep it.
     clipped = np.fmin(np.fmax(exposed, 0.0), 1.0)
     encoded = srgb_from_linear(clipped) if display.transfer == "srgb" else clipped
-    return np.floor(encoded * 255 + 0.5).astype(np.uint8)
+    return np.floor(encoded * largest + 0.5)
 
 
-def encode_png(image: NDArray[np.floating], display: Display) -> bytes:
-    """A PNG file of a linear image (H, W, 3)."""
+def encode_png(image: NDArray[np.floating], display: Display, bits: int = 8) -> bytes:
+    """A PNG file of a linear image (H, W, 3), with 8 or 16 bits a channel."""
     buffer = io.BytesIO()
-    write_png(buffer, image.shape[:2], [image], display)
+    if bits == 16:
+        write_deep_png(buffer, image.shape[:2], [_rounded(image, display, np.dtype(np.uint16))])
+    else:
+        write_png(buffer, image.shape[:2], [image], display)
     return buffer.getvalue()
 
 
@@ -127,8 +136,15 @@ def encode(
     image: NDArray[np.floating],
     display: Display,
     layers: Mapping[str, NDArray[Any]] | None = None,
+    *,
+    bits: int = 8,
 ) -> bytes:
     """A picture file by its ending, one of `SUFFIXES`; only .exr has room for layers.
+
+    Parameters
+    ----------
+    bits : {8, 16}
+        Of a channel of .png; the others are float32.
 
     Raises
     ------
@@ -136,7 +152,7 @@ def encode(
         If the library for .exr is not installed.
     """
     if suffix == ".png":
-        return encode_png(image, display)
+        return encode_png(image, display, bits)
     return encode_exr(image, layers) if suffix == ".exr" else encode_npy(image)
 
 
@@ -145,6 +161,8 @@ def write_image(
     image: NDArray[np.floating],
     display: Display,
     layers: Mapping[str, NDArray[Any]] | None = None,
+    *,
+    bits: int = 8,
 ) -> None:
     """Write a linear image as .png, .npy or .exr; the file is written whole or not at all.
 
@@ -152,19 +170,23 @@ def write_image(
     ----------
     layers
         Written to .exr only.
+    bits : {8, 16}
+        Of a channel of .png.
 
     Raises
     ------
     MissingExtraError
         If the library for .exr is not installed.
     ImageFileError
-        If the ending is not known, or the file cannot be written.
+        If the ending is not known, it does not have so many bits, or the file cannot be written.
     """
     target = Path(path)
     suffix = target.suffix.lower()
     if suffix not in SUFFIXES:
         raise ImageFileError(f"{target.name}: the name of a picture must end in {' or '.join(SUFFIXES)}.")
-    _write(target, encode(suffix, image, display, layers))
+    if bits != 8 and (bits != 16 or suffix != ".png"):
+        raise ImageFileError(f"{target.name}: 'bits' is 8 or 16, and 16 is for .png, not {bits}.")
+    _write(target, encode(suffix, image, display, layers, bits=bits))
 
 
 def layer_path(picture: Path, name: str) -> Path:

@@ -116,7 +116,7 @@ class TextureEffect:
     build : callable
         Makes the texture, given with the scene's files.
     brightest : callable
-        Greatest value of each channel that a texture of the scene language may have.
+        Greatest value of each channel of a texture that was built.
     heights : callable or None
         Gives the image that bumps and displacement read; None where the scene language refuses heights of it.
     mean : callable or None
@@ -162,15 +162,14 @@ def _listed(names: Iterable[str]) -> str:
     return ", ".join(sorted(names))
 
 
-def _white(texture: schemas.textures.ImageTexture) -> Color:
-    """Pictures hold 0 to 1."""
-    del texture
-    return 1.0, 1.0, 1.0
+def _brightest_texel(texture: ImageTexture | mipmap.MipmapTexture) -> Color:
+    return (heights.image_of(texture).bounds[1],) * 3
 
 
-def _brighter_field(texture: schemas.textures.CheckerTexture) -> Color:
-    even, odd = texture.even, texture.odd
-    return max(even[0], odd[0]), max(even[1], odd[1]), max(even[2], odd[2])
+def _brighter_field(texture: checker.CheckerTexture | checker.BoxCheckerTexture) -> Color:
+    board = texture.board if isinstance(texture, checker.BoxCheckerTexture) else texture
+    red, green, blue = np.maximum(board.even, board.odd)[:, 0].tolist()
+    return red, green, blue
 
 
 def _same_fields(texture: schemas.textures.CheckerTexture) -> Color | None:
@@ -257,7 +256,7 @@ TEXTURES = registered(
     schemas.textures.Texture,
     {
         schemas.textures.ImageTexture: TextureEffect(
-            mipmap.build, _white, heights.image_of, mean=None, single=None
+            mipmap.build, _brightest_texel, heights.image_of, mean=None, single=None
         ),
         schemas.textures.CheckerTexture: TextureEffect(
             checker.build, _brighter_field, heights=None, mean=_boxed, single=_same_fields

@@ -17,7 +17,9 @@ from renderer.shapes.displacement import Displaced
 from renderer.shapes.overlaps import Overlaps
 from renderer.shapes.triangles import Triangles
 from renderer.textures import Texture
-from renderer.textures.heights import Heights
+from renderer.textures.heights import Heights, image_of
+from renderer.textures.image import ImageTexture
+from renderer.textures.mipmap import MipmapTexture
 from schemas.api.plans import LeftOut
 from schemas.errors import Problem
 from schemas.materials import shown_textures
@@ -34,6 +36,12 @@ class Textures:
     def __init__(self, assets: AssetSource) -> None:
         self._assets = assets
         self._built: dict[Written, Texture] = {}
+        self._warnings: dict[Problem, None] = {}
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """What of the files is not used, or was chosen, for each texture that was built."""
+        return tuple(self._warnings)
 
     def named(self, document: Scene, name: str, *, stored: bool) -> Texture:
         """A texture of a scene; `stored` for data, which is read as the file holds it.
@@ -46,11 +54,27 @@ class Textures:
         written = document.textures[name]
         if stored:
             written = written.model_copy(update={"encoding": "linear"})
+        pointer = f"/textures/{escaped(name)}/asset"
         try:
-            return self._of(written)
+            texture = self._of(written)
+            notes = self._notes(texture, stored=stored)
         except AssetError as error:
-            pointer = f"/textures/{escaped(name)}/asset"
             raise SceneError((Problem(pointer=pointer, detail=str(error), code="asset"),)) from error
+        for note in notes:
+            self._warnings[Problem(pointer=pointer, detail=note, code="asset")] = None
+        return texture
+
+    def _notes(self, texture: Texture, *, stored: bool) -> tuple[str, ...]:
+        """What is to be said of a texture; AssetError where its numbers are no colours."""
+        if not isinstance(texture, ImageTexture | MipmapTexture):
+            return ()
+        base = image_of(texture)
+        if not stored and base.bounds[0] < 0:
+            raise AssetError(
+                f"This picture has values below 0, down to {base.bounds[0]:.6g}, and a colour has none. "
+                "Save it without them."
+            )
+        return base.notes
 
     def _of(self, written: Written) -> Texture:
         """Two threads may build the same texture; both get one of them in the end."""

@@ -115,8 +115,8 @@ class RenderPlan:
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
-        """What is valid but probably not meant, in the scene and in the files of its shapes."""
-        return (*self.scene.warnings, *self.geometry.warnings)
+        """What is valid but probably not meant, in the scene and in the files of its shapes and textures."""
+        return (*self.scene.warnings, *self.geometry.textures.warnings, *self.geometry.warnings)
 
     @property
     def width(self) -> int:

@@ -102,8 +102,9 @@ def _brightest_color(request: Request, material: PhongMaterial) -> tuple[float, 
     """Greatest value of each channel."""
     if material.color is not None:
         return material.color
-    texture = request.document.textures[material.color_texture or ""]
-    return TEXTURES[type(texture)].brightest(texture)
+    name = material.color_texture or ""
+    effect = TEXTURES[type(request.document.textures[name])]
+    return effect.brightest(request.texture(name, stored=False))
 
 
 def _bounces(materials: list[PhongMaterial]) -> float:

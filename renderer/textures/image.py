@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import schemas.textures as language
-from renderer.assets import AssetSource, content_of, decode_image, limits_of
+from renderer.assets import AssetError, AssetSource, content_of, limits_of
 from renderer.images.colors import linear_from_srgb
+from renderer.images.decoded import DecodedImage
+from renderer.images.reading import read_image
 from renderer.math.arrays import Floats, Integers
 
 
@@ -39,11 +41,17 @@ class ImageTexture:
     filter : {"nearest", "bilinear", "mipmap"}
         A level of a pyramid is bilinear.
     wrap : {"clamp", "repeat", "mirror"}
+    bounds : tuple of float
+        Of all values: 0 and 1, and farther apart only where the file stores floating-point numbers.
+    notes : tuple of str
+        What of the file is not used, or was chosen, in sentences.
     """
 
     texels: NDArray[np.float32]
     filter: str
     wrap: str
+    bounds: tuple[float, float] = (0.0, 1.0)
+    notes: tuple[str, ...] = ()
 
     def at(self, coordinates: Floats, footprints: Floats | None = None) -> Floats:
         """Values (3, N) at texture coordinates (2, N) of any size."""
@@ -86,9 +94,28 @@ def build(texture: language.ImageTexture, assets: AssetSource) -> ImageTexture:
     Raises
     ------
     AssetError
-        If there is no such file, or it is not a picture.
+        If there is no such file, it is not a picture, or the encoding is not one of its numbers.
     """
-    texels = decode_image(content_of(texture.asset, assets), limits_of(assets).max_image_pixels)
-    if texture.encoding == "srgb":
-        texels = linear_from_srgb(texels)
-    return ImageTexture(np.ascontiguousarray(texels[::-1]), texture.filter, texture.wrap)
+    texels, bounds, notes = _read(texture, assets)
+    return ImageTexture(np.ascontiguousarray(texels[::-1]), texture.filter, texture.wrap, bounds, notes)
+
+
+def _read(
+    texture: language.ImageTexture, assets: AssetSource
+) -> tuple[NDArray[np.float32], tuple[float, float], tuple[str, ...]]:
+    """Linear texels, row 0 on top, their bounds and notes; what was stored is given back to the system."""
+    found = read_image(content_of(texture.asset, assets), limits_of(assets).max_image_pixels)
+    if texture.encoding == "linear":
+        return found.values, _bounds(found), found.notes
+    if found.floating:
+        raise AssetError(
+            "This picture stores floating-point numbers, which are linear light: set "
+            '"encoding": "linear" in this texture.'
+        )
+    return linear_from_srgb(found.values), _bounds(found), found.notes
+
+
+def _bounds(found: DecodedImage) -> tuple[float, float]:
+    if not found.floating:
+        return 0.0, 1.0
+    return min(0.0, float(found.values.min())), max(1.0, float(found.values.max()))

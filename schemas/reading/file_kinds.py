@@ -34,6 +34,8 @@ PLY = FileKind("ply", "a PLY mesh", "mesh")
 GLB = FileKind("glb", "a binary glTF mesh (GLB)", "mesh")
 _ZIP = FileKind("zip", "a ZIP archive", "archive")
 _TIFF = FileKind("tiff", "a TIFF picture", "picture")
+_HDR = FileKind("hdr", "a Radiance picture (HDR)", "picture")
+_PFM = FileKind("pfm", "a PFM picture", "picture")
 
 # The signatures are those of the formats' own specifications.
 _SIGNATURES: tuple[tuple[bytes, FileKind], ...] = (
@@ -43,6 +45,10 @@ _SIGNATURES: tuple[tuple[bytes, FileKind], ...] = (
     (b"II*\x00", _TIFF),
     (b"MM\x00*", _TIFF),
     (b"\x76\x2f\x31\x01", FileKind("exr", "an OpenEXR picture", "picture")),
+    (b"#?RADIANCE", _HDR),
+    (b"#?RGBE", _HDR),
+    (b"PF\n", _PFM),
+    (b"Pf\n", _PFM),
     (b"\x93NUMPY", FileKind("npy", "a NumPy array (.npy)", "array")),
     (b"PK\x03\x04", _ZIP),
     (b"PK\x05\x06", _ZIP),

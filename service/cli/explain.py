@@ -66,12 +66,12 @@ def _examine(name: str) -> Finding:
 
     try:
         file = scene_files.read(name)
-        file.plan()
+        warnings = [*file.scene.warnings, *file.about_files(file.compiled())]
     except UnusableSceneError as error:
         return Finding(name, error.text, error.problems, more=error.more)
     except InputError as error:
         return Finding(name, errors=[Problem(pointer="", detail=str(error), code="not_readable")])
-    return Finding(name, file.text, warnings=file.scene.warnings)
+    return Finding(name, file.text, warnings=warnings)
 
 
 def _lines(finding: Finding) -> Iterator[str]:

@@ -54,7 +54,19 @@ class SceneFile:
     scene: LoadedScene
 
     def plan(self, quality: Quality | None = None, layers: Sequence[str] = ()) -> RenderPlan:
-        """The plan of this scene; UnusableSceneError where one of its textures or meshes cannot be used."""
+        """The plan of this scene; what its files are warned of is printed.
+
+        Raises
+        ------
+        UnusableSceneError
+            One of its textures or meshes cannot be used.
+        """
+        plan = self.compiled(quality, layers)
+        print_warnings(self.text, self.about_files(plan))
+        return plan
+
+    def compiled(self, quality: Quality | None = None, layers: Sequence[str] = ()) -> RenderPlan:
+        """The plan as of `plan`, without printing anything."""
         from renderer import compile_scene
         from schemas.errors import SceneError
 
@@ -62,6 +74,12 @@ class SceneFile:
             return compile_scene(self.scene, quality, layers=layers)
         except SceneError as error:
             raise _unusable(self.name, self.text, error) from error
+
+    def about_files(self, plan: RenderPlan) -> list[Problem]:
+        """The warnings of a plan beyond those of the scene, with their lines."""
+        from schemas.reading.findings import located
+
+        return located(self.text.decode("utf-8-sig"), plan.warnings[len(self.scene.warnings) :])
 
 
 def load(name: str, *, seed: int | None = None, size: SizeOptions | None = None) -> SceneFile:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from renderer.assets import image_size
+from renderer.images.reading import image_size
 from service.converting.gltf_document import Material, TextureUse, pick
 from service.converting.gltf_geometry import Buffers
 from service.converting.task import UNUSABLE, named_texture

@@ -8,7 +8,8 @@ from itertools import chain, count
 from pathlib import Path
 from typing import Any, Literal
 
-from renderer.assets import AssetError, image_size
+from renderer.assets import AssetError
+from renderer.images.reading import image_size
 from renderer.meshes.files import read_mesh
 from schemas.errors import Problem
 from schemas.quantities import LONGEST_NAME

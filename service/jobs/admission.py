@@ -10,6 +10,7 @@ from typing import TypeVar
 from pydantic import BaseModel
 
 import renderer
+from renderer.images.reading import FORMATS
 from schemas.api.jobs import JobRequest
 from schemas.api.plans import PlanDocument
 from schemas.api.request_pointers import in_request
@@ -30,7 +31,7 @@ from service.storage.assets import PREFIX, is_mesh, is_sha256
 
 Model = TypeVar("Model", bound=BaseModel)
 
-NO_PICTURE = "This is a mesh, not a picture. Use one of PNG, JPEG, WEBP, TIFF, BMP, GIF, PPM."
+NO_PICTURE = f"This is a mesh, not a picture. Use one of {', '.join(FORMATS)}."
 NO_MESH = "This is a picture, not a mesh. Use OBJ, PLY or glTF (GLB)."
 
 

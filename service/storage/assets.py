@@ -13,7 +13,14 @@ from typing import IO
 from anyio import to_thread
 from PIL import Image
 
-from renderer.assets import FORMATS, AssetError, too_many_pixels
+from renderer.assets import AssetError, too_many_pixels
+from renderer.images.reading import (
+    FORMATS,
+    FORMATS_OF_PILLOW,
+    image_size,
+    media_type_beside_pillow,
+    upright_size,
+)
 from renderer.meshes.files import announced, file_kind, needs_other_files
 from schemas.limits import Limits
 from schemas.reading.file_kinds import recognise
@@ -164,9 +171,16 @@ def _mesh_header(path: Path, kind: str, limits: Limits) -> Header:
 
 
 def _image_header(path: Path, limits: Limits) -> Header:
+    with path.open("rb") as file:
+        media_type = media_type_beside_pillow(file.read(_BEGINNING))
     try:
-        with Image.open(path, formats=FORMATS) as image:
-            return Header(Image.MIME[image.format or ""], image.width, image.height)
+        if media_type is not None:
+            return Header(media_type, *image_size(path.read_bytes(), limits.max_image_pixels))
+        # Pillow reads no more than the header.
+        with Image.open(path, formats=FORMATS_OF_PILLOW) as image:
+            return Header(Image.MIME[image.format or ""], *upright_size(image))
+    except AssetError as error:
+        raise UploadUnusableError(str(error)) from error
     except Image.DecompressionBombError as error:
         raise UploadUnusableError(too_many_pixels(limits.max_image_pixels)) from error
     except (OSError, ValueError, SyntaxError) as error:

@@ -21,6 +21,7 @@ from service.storage.assets import AssetStore
 from service.storage.folder import Folder
 from tests.integration.support import ended, finish, image, scene, submit, wait
 from tests.integration.test_bad_requests import problem_of
+from tests.unit.renderer.picture_files import deep_png, exr, hdr, tiff
 
 
 def png(width: int = 4, height: int = 4) -> bytes:
@@ -74,8 +75,48 @@ def test_an_asset_comes_back_as_it_was_sent(client: httpx2.Client) -> None:
     assert client.get(f"/v1/assets/{name}", headers={"If-None-Match": got.headers["ETag"]}).status_code == 304
 
 
-def test_a_scene_uses_an_uploaded_texture(client: httpx2.Client, server: RunningServer) -> None:
-    document = textured(put(client, png()).json()["name"])
+def turned() -> bytes:
+    """A picture of 5 x 7 pixels that is stored on its side."""
+    exif, file = Image.Exif(), io.BytesIO()
+    exif[274] = 6
+    Image.new("RGB", (7, 5)).save(file, "JPEG", exif=exif)
+    return file.getvalue()
+
+
+LIGHT = np.random.default_rng(3).random((7, 5), np.float32) * 2
+DEEP = np.random.default_rng(3).integers(0, 1 << 16, (7, 5, 3))
+
+
+@pytest.mark.parametrize(
+    ("data", "media_type"),
+    [
+        (exr(dict.fromkeys("RGB", LIGHT)), "image/x-exr"),
+        (hdr(DEEP.astype(np.uint8)[..., [0, 1, 2, 0]].tobytes(), "-Y 7 +X 5"), "image/vnd.radiance"),
+        (b"Pf\n5 7\n-1\n" + LIGHT.tobytes(), "image/x-portable-anymap"),
+        (deep_png(DEEP, 2), "image/png"),
+        (tiff(DEEP.astype(np.uint16), ">", 2), "image/tiff"),
+        (turned(), "image/jpeg"),
+    ],
+)
+def test_every_kind_of_picture_is_recognised(client: httpx2.Client, data: bytes, media_type: str) -> None:
+    sent = put(client, data).json()
+    assert (sent["media_type"], sent["width"], sent["height"]) == (media_type, 5, 7)
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [(exr({"Z": LIGHT}), "no picture; its channels are Z"), (b"#?RADIANCE\n\n-Y 7", "damaged")],
+)
+def test_a_picture_that_cannot_be_used_is_refused_when_it_comes(
+    client: httpx2.Client, data: bytes, said: str
+) -> None:
+    assert said in problem_of(put(client, data), 422)["detail"]
+
+
+@pytest.mark.parametrize("data", [png(), exr(dict.fromkeys("RGB", LIGHT))], ids=["png", "exr"])
+def test_a_scene_uses_an_uploaded_texture(client: httpx2.Client, server: RunningServer, data: bytes) -> None:
+    document = textured(put(client, data).json()["name"])
+    document["textures"]["a/b"]["encoding"] = "linear"
     job = submit(client, document)
     finish(client, job)
     assets = AssetStore(Folder(server.data / "assets"), Limits())

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
-from renderer.assets import AssetError, AssetSource, decode_image
+from renderer.assets import AssetError, AssetSource
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
+from renderer.images.deep_png import write_deep_png
+from renderer.images.portable import encode_pfm
+from renderer.images.reading import read_image
 from renderer.scenes import LoadedScene
 from schemas.textures import ImageTexture
 
@@ -43,10 +45,17 @@ class AlteredAssets:
         """Content of a file; KeyError if it does not exist."""
         if not name.endswith(SUFFIX):
             return self.source.read(name)
-        texels = self.change(decode_image(self.source.read(name.removesuffix(SUFFIX))))
-        file = io.BytesIO()
-        Image.fromarray(np.round(255 * np.clip(texels, 0, 1)).astype(np.uint8)).save(file, "PNG")
-        return file.getvalue()
+        found = read_image(self.source.read(name.removesuffix(SUFFIX)))
+        # Light of a normal map may be below 0, where codes have no meaning.
+        with np.errstate(invalid="ignore"):
+            texels = np.nan_to_num(self.change(found.values))
+        return encode_pfm(texels) if found.floating else _in_sixteen_bits(texels)
+
+
+def _in_sixteen_bits(texels: Texels) -> bytes:
+    file = io.BytesIO()
+    write_deep_png(file, texels.shape[:2], [np.round(65535 * np.clip(texels, 0, 1)).astype(np.uint16)])
+    return file.getvalue()
 
 
 def _green(texels: Texels) -> Texels:
@@ -90,7 +99,7 @@ def _readable(scene: LoadedScene, names: set[str]) -> bool:
         for name in names:
             texture = scene.document.textures[name]
             if isinstance(texture, ImageTexture):
-                decode_image(scene.assets.read(texture.asset))
+                read_image(scene.assets.read(texture.asset))
     except (AssetError, KeyError):
         return False
     return True

@@ -9,14 +9,19 @@ import numpy as np
 import pytest
 
 import renderer
+from accuracy.hard_cases.documents import phong, rectangle, scene
 from renderer.cameras import Pinhole
+from renderer.images.reading import decode_image
 from renderer.plan.plan import RenderPlan
 from service.grading.mistakes.altered_cameras import altered_cameras
 from service.grading.mistakes.altered_hits import with_last_hits
 from service.grading.mistakes.altered_scenes import alterations
 from service.grading.mistakes.altered_shading import altered_shading, without_shadows
+from service.grading.mistakes.altered_textures import altered_textures
 from service.grading.mistakes.hints import HINTS
 from service.grading.mistakes.shadow_acne import acne
+from tests.images.parts import Files
+from tests.unit.renderer.picture_files import deep_png, exr
 
 Document = dict[str, Any]
 
@@ -281,3 +286,21 @@ def test_light_that_is_dimmed_smoothly_is_no_acne(share: np.ndarray) -> None:
 def test_noise_around_the_right_light_is_no_acne() -> None:
     share = np.random.default_rng(1).binomial(4, 0.5, (24, 32)) / 2
     assert acne(*lit_sheet(share)) is None
+
+
+@pytest.mark.parametrize("encoding", ["srgb", "linear"])
+def test_altered_textures_keep_every_digit(encoding: str) -> None:
+    """Of 16 bits, and of light above 1."""
+    codes = np.random.default_rng(2).integers(0, 1 << 16, (3, 4, 3)).astype(np.uint16)
+    light = np.random.default_rng(2).random((3, 4, 3), np.float32) * 9
+    planes = {name: light[..., i] for i, name in enumerate("RGB")}
+    content, exact = (deep_png(codes, 2), codes / 65535) if encoding == "srgb" else (exr(planes), light)
+    document = scene(
+        rectangle([-1, -1, 0], [2, 0, 0], [0, 2, 0]),
+        textures={"a": {"type": "image", "asset": "a", "encoding": encoding}},
+        materials={"plain": phong(color_texture="a")},
+    )
+    altered = dict(altered_textures(renderer.load_scene(document, assets=Files({"a": content}))))
+    turned = altered["texture_upside_down"]
+    texels = decode_image(turned.assets.read(turned.document.textures["a"].asset))
+    assert np.abs(texels - exact[::-1]).max() <= np.spacing(np.float32(exact.max()))

@@ -16,7 +16,8 @@ from PIL import Image
 
 import renderer
 from accuracy.hard_cases.documents import phong, rectangle, scene
-from renderer.assets import AssetError, FolderAssets, decode_image, image_size
+from renderer.assets import AssetError, FolderAssets
+from renderer.images.reading import decode_image, image_size
 from schemas.limits import Limits
 from tests.images.parts import Files, png
 
@@ -222,7 +223,7 @@ def test_no_file_outside_of_the_folder_is_offered(folder: Path, name: str) -> No
 
 
 def test_a_picture_of_a_format_that_is_not_read_is_called_what_it_is() -> None:
-    for content, phrase in ((b"\x76\x2f\x31\x01", "an OpenEXR picture"), (b"%PDF-1.7", "a PDF document")):
+    for content, phrase in ((b"\x93NUMPY\x01", r"a NumPy array \(\.npy\)"), (b"%PDF-1.7", "a PDF document")):
         with pytest.raises(AssetError, match=rf"This is {phrase}\. Use one of PNG, JPEG"):
             decode_image(content)
 

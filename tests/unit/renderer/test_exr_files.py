@@ -15,6 +15,7 @@ from renderer.errors import MissingExtraError
 from renderer.images.files import decode_exr, encode_exr, write_image
 from renderer.layers import LAYERS
 from schemas.scene import Display
+from tests.unit.renderer.picture_files import exr_of_parts
 
 SIZE = (5, 7)
 
@@ -76,6 +77,20 @@ def test_the_file_of_another_program_is_read_with_what_is_known_of_it() -> None:
 def test_what_is_no_exr_file_is_refused(content: bytes) -> None:
     with pytest.raises(ImageFileError, match="not an EXR file"):
         decode_exr(content)
+
+
+def test_a_part_is_not_taken_for_another_where_the_one_before_is_damaged() -> None:
+    """The library leaves out parts that it cannot decode, and counts the others anew."""
+    wavy = np.tile(np.random.default_rng(1).random((40, 10), np.float32), 4)
+    colors = [dict.fromkeys("RGB", np.full((40, 40), value, np.float32)) for value in (0.25, 0.75)]
+    whole = exr_of_parts(("depth", {"Z": wavy}), ("first", colors[0]), ("second", colors[1]))
+    assert (decode_exr(whole)[0] == 0.25).all()
+    place = whole.index(b"\x78\x5e") + 200
+    damaged = whole[:place] + bytes(64) + whole[place + 64 :]
+    left = OpenEXR.File(io.BytesIO(damaged), separate_channels=True)
+    assert [part.name() for part in left.parts] == ["first", "second"]
+    with pytest.raises(ImageFileError, match="not an EXR file that can be read"):
+        decode_exr(damaged)
 
 
 def test_a_file_without_a_picture_is_refused() -> None:

@@ -1,7 +1,10 @@
 """Pictures as files."""
 
 import io
+import math
 import stat
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +13,7 @@ from PIL import Image
 
 from renderer.errors import ImageFileError, RenderError
 from renderer.images.files import encode_npy, encode_png, write_image
+from renderer.images.reading import decode_image
 from schemas.scene import Display
 
 SRGB = Display()
@@ -55,6 +59,51 @@ def test_the_same_picture_is_the_same_file(tmp_path: Path) -> None:
     for name in ("a.png", "b.png"):
         write_image(tmp_path / name, gray([0.1, 0.7]), SRGB)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def codes_of(content: bytes) -> np.ndarray:
+    """The numbers of a PNG of 16 bits and three colours, read by the book: Pillow keeps 8 of them."""
+    place, packed = 8, b""
+    while place < len(content):
+        length, kind = struct.unpack(">I4s", content[place : place + 8])
+        data = content[place + 8 : place + 8 + length]
+        assert zlib.crc32(kind + data) == struct.unpack(">I", content[place + 8 + length :][:4])[0]
+        if kind == b"IHDR":
+            width, height, *rest = struct.unpack(">IIBBBBB", data)
+            assert rest == [16, 2, 0, 0, 0]
+        packed += data if kind == b"IDAT" else b""
+        place += 12 + length
+    lines = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, 1 + 6 * width)
+    assert set(lines[:, 0]) <= {0, 2}
+    rows, above = [], np.zeros(6 * width, np.uint8)
+    for line in lines:
+        above = line[1:] + above if line[0] == 2 else line[1:]
+        rows.append(above.tobytes())
+    return np.frombuffer(b"".join(rows), ">u2").reshape(height, width, 3)
+
+
+def code_of(x: float, transfer: str) -> int:
+    encoded = x if transfer == "linear" else 12.92 * x if x <= 0.0031308 else 1.055 * x ** (1 / 2.4) - 0.055
+    return math.floor(65535 * encoded + 0.5)
+
+
+@pytest.mark.parametrize("transfer", ["srgb", "linear"])
+def test_png_of_16_bits_holds_each_code(transfer: str, tmp_path: Path) -> None:
+    image = np.random.default_rng(1).random((7, 5, 3), np.float32) ** 3
+    image[0, 0], image[0, 1], image[6, 4] = [0, 1, np.nan], [-1, 2, np.inf], [1e-5, 0.0031308, 0.5]
+    write_image(tmp_path / "a.png", image, Display(transfer=transfer, exposure=-1), bits=16)
+    content = (tmp_path / "a.png").read_bytes()
+    shown = np.clip(np.nan_to_num(image.astype(float) / 2, posinf=1), 0, 1)
+    expected = [code_of(x, transfer) for x in shown.ravel().tolist()]
+    assert codes_of(content).ravel().tolist() == expected
+    assert np.abs(decode_image(content).ravel() * 65535 - expected).max() < 0.01
+
+
+@pytest.mark.parametrize(("name", "bits"), [("a.exr", 16), ("a.npy", 16), ("a.png", 12), ("a.png", 1)])
+def test_bits_that_a_file_does_not_have_are_refused(name: str, bits: int, tmp_path: Path) -> None:
+    with pytest.raises(ImageFileError, match="'bits' is 8 or 16"):
+        write_image(tmp_path / name, gray([0]), SRGB, bits=bits)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("ending", [".png", ".npy", ".exr"])

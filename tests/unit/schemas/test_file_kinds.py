@@ -41,6 +41,8 @@ OTHERS: dict[str, tuple[bytes, str]] = {
     "webp": (picture("WEBP"), "This is a WebP picture, not a scene."),
     "tiff": (picture("TIFF"), "This is a TIFF picture, not a scene."),
     "exr": (b"\x76\x2f\x31\x01\x02\x00\x00\x00", "This is an OpenEXR picture, not a scene."),
+    "hdr": (b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n", "This is a Radiance picture (HDR), not a scene."),
+    "pfm": (b"PF\n3 2\n-1.0\n", "This is a PFM picture, not a scene."),
     "npy": (image_files.encode_npy(PIXELS), "This is a NumPy array (.npy), not a scene. Give the JSON file"),
     "zip": (archive(), "This is a ZIP archive, not a scene. Unpack it"),
     "gzip": (gzip.compress(b"{}"), "This is a gzip archive, not a scene. Unpack it"),

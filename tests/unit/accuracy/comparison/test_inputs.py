@@ -1,8 +1,6 @@
 """Pictures from files: numbers as they are meant, and a clear word where they cannot be used."""
 
 import io
-import struct
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +10,7 @@ from PIL import Image
 
 from accuracy.comparison import NotComparableError, picture_of, read_picture
 from renderer.images.files import encode_exr
+from tests.unit.renderer.picture_files import deep_png, exr, exr_of_parts
 
 
 def png(codes: np.ndarray, mode: str | None = None) -> bytes:
@@ -27,20 +26,10 @@ def npy(values: np.ndarray) -> bytes:
     return buffer.getvalue()
 
 
-def deep_png() -> bytes:
-    """One pixel with 16 bits a channel, chunk by chunk: Pillow cannot write such a file."""
-    chunks = [(b"IHDR", struct.pack(">IIBBBBB", 1, 1, 16, 2, 0, 0, 0)), (b"IDAT", zlib.compress(bytes(7)))]
-    parts = [
-        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-        for kind, data in [*chunks, (b"IEND", b"")]
-    ]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
-
-
 CODES = np.arange(24, dtype=np.uint8).reshape(2, 4, 3) * 10
 
 
-def literal_linear(code: int) -> float:
+def literal_linear(code: float) -> float:
     x = code / 255
     return x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4
 
@@ -96,6 +85,93 @@ def test_grey_counts_in_all_channels_and_alpha_that_hides_nothing_is_left_out() 
     assert palette.linear.shape == (2, 4, 3)
 
 
+@pytest.mark.parametrize(("kind", "shape"), [(0, [0]), (2, [0, 1, 2]), (4, [0, 3]), (6, [0, 1, 2, 3])])
+def test_png_of_16_bits_is_read_to_the_last_digit(kind: int, shape: list[int]) -> None:
+    """Code by code, in every form that PNG has for it; alpha is 1 everywhere."""
+    codes = np.random.default_rng(1).integers(0, 1 << 16, (3, 5, 4))
+    codes[..., 3] = 65535
+    picture = picture_of(deep_png(codes[..., shape], kind), "deep.png", "linear")
+    colors = codes[..., [0, 0, 0] if kind in {0, 4} else [0, 1, 2]]
+    assert picture.linear.tolist() == (colors / 65535).tolist()
+    assert picture.bits == 16
+    assert picture.rounding.ravel().tolist() == pytest.approx([0.5 / 65535] * 45)
+    usual = picture_of(deep_png(codes[..., shape], kind), "deep.png")
+    assert usual.encoding == "srgb"
+    assert usual.linear[1, 2, 0] == pytest.approx(literal_linear(codes[1, 2, 0] / 257), rel=2.0**-22)
+
+
+PLANES = {name: np.random.default_rng(i).random((2, 3), np.float32) for i, name in enumerate("RGBA")}
+LIGHT = np.stack([PLANES[name] for name in "RGB"], axis=-1)
+OPAQUE = np.ones((2, 3), np.float32)
+
+
+def layer(name: str, *, alpha: bool = False) -> dict[str, np.ndarray]:
+    planes = {f"{name}.{color}": PLANES[color] for color in "RGB"}
+    return {**planes, f"{name}.A": OPAQUE} if alpha else planes
+
+
+@pytest.mark.parametrize(
+    ("content", "notes"),
+    [
+        (exr({**PLANES, "A": OPAQUE}), ["alpha is 1 everywhere"]),
+        (
+            exr_of_parts(("depth", {"Z": OPAQUE}), ("beauty", PLANES | {"A": OPAQUE})),
+            ["part 2 of 2", "alpha"],
+        ),
+        (
+            exr(
+                {
+                    **dict.fromkeys(("ViewLayer.AO.R", "ViewLayer.AO.G", "ViewLayer.AO.B"), OPAQUE),
+                    **layer("ViewLayer.Combined", alpha=True),
+                    "ViewLayer.Depth.Z": OPAQUE,
+                }
+            ),
+            ["the layer 'ViewLayer.Combined'", "alpha"],
+        ),
+        (exr({**layer("diffuse"), "specular.R": OPAQUE}), ["the layer 'diffuse'"]),
+        (
+            exr_of_parts(("a", {"Z": OPAQUE}), ("b", layer("View.Combined"))),
+            ["part 2 of 2 ('b') and the layer"],
+        ),
+    ],
+    ids=["alpha", "second part", "Blender", "one layer", "a layer of a part"],
+)
+def test_exr_files_of_other_programs_are_read_and_the_choice_is_noted(
+    content: bytes, notes: list[str]
+) -> None:
+    picture = picture_of(content, "a.exr")
+    assert picture.linear.tolist() == LIGHT.tolist()
+    assert len(picture.notes) == len(notes)
+    assert all(words in note for words, note in zip(notes, picture.notes, strict=True))
+
+
+def test_exr_of_grey_counts_in_all_channels() -> None:
+    picture = picture_of(exr({"Y": PLANES["R"]}), "a.exr")
+    assert picture.linear.tolist() == np.stack([PLANES["R"]] * 3, axis=-1).tolist()
+    assert "grey" in picture.notes[0]
+
+
+@pytest.mark.parametrize("corner", [(0, 0), (-3, 2)])
+def test_pixels_of_a_data_window_lie_where_the_display_window_has_them(corner: tuple[int, int]) -> None:
+    """One column of three lies outside; around the others it is black, and layers have no samples there."""
+    x, y = corner
+    windows = {"displayWindow": ((x, y), (x + 3, y + 4)), "dataWindow": ((x + 2, y + 1), (x + 4, y + 2))}
+    samples = np.full((2, 3), 9, np.uint32)
+    planes = {name: PLANES[name] for name in "RGB"} | {"samples.count": samples}
+    picture = picture_of(exr(planes, **windows), "a.exr")
+    expected = np.zeros((5, 4, 3), np.float32)
+    expected[1:3, 2:4] = LIGHT[:, :2]
+    assert picture.linear.tolist() == expected.tolist()
+    assert picture.layers["samples"].tolist() == (expected.any(axis=2) * 9).tolist()
+    assert "columns 2 to 3, rows 1 to 2" in picture.notes[0]
+
+
+def test_an_exr_with_more_than_its_picture_shows_the_picture() -> None:
+    windows = {"displayWindow": ((1, 0), (1, 1)), "dataWindow": ((0, 0), (2, 1))}
+    picture = picture_of(exr({name: PLANES[name] for name in "RGB"}, **windows), "a.exr")
+    assert picture.linear.tolist() == LIGHT[:, 1:2].tolist()
+
+
 def clear() -> np.ndarray:
     codes = np.full((2, 2, 4), 255, np.uint8)
     codes[1, 0, 3] = 254
@@ -118,9 +194,18 @@ def with_nan() -> np.ndarray:
         (npy(np.zeros((3, 3, 3)))[:-5], "damaged"),
         (npy(np.zeros((3, 3, 3))).replace(b"'<f8'", b"{(<f8"), "damaged"),
         (npy(np.zeros((3, 3, 3))).replace(b"(3, 3, 3)", b"(9999999,3,999999)"), "damaged"),
-        (deep_png(), "16 bits"),
-        (png(np.array([[1, 70000 % 65536]], np.uint16)), "16 bits"),
         (png(clear()), "transparent"),
+        (deep_png(np.array([[[1, 2, 3, 65534]]]), 6), "transparent"),
+        (deep_png(np.array([[[9, 65534]]]), 4), "transparent"),
+        (deep_png(np.array([[[1, 2, 3]]]), 2, tRNS=b"\0\1\0\2\0\3"), "transparent"),
+        (deep_png(CODES, 2)[:60], "damaged"),
+        (exr(PLANES), "transparent"),
+        (
+            exr({**PLANES, "A": OPAQUE}, displayWindow=((0, 0), (3, 1)), dataWindow=((0, 0), (2, 1))),
+            "transparent",
+        ),
+        (exr({"Z": OPAQUE}), "no picture; its channels are Z"),
+        (exr({name: plane.astype(np.uint32) for name, plane in PLANES.items()}), "whole numbers"),
         (npy(with_nan()), "column 3, row 2"),
         (npy(np.full((2, 2, 3), np.inf)), "infinite"),
         (npy(np.zeros((2, 2, 5), np.float32)), "shape"),

@@ -1,0 +1,305 @@
+"""Reading OpenEXR files, those of other programs too: which channels are the picture, and where it lies."""
+
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.assets import too_many_pixels
+from renderer.errors import ImageFileError
+from renderer.images.exr import RGB, channels_of, require_exr
+from renderer.layers import LAYERS, Layer, Layers
+from schemas.limits import limits_in_force
+
+SIGNATURE = b"\x76\x2f\x31\x01"
+
+PIXEL_BYTES = 64
+"""Bytes of all channels of all parts that a file may have for each pixel that a picture may have."""
+
+UNREADABLE = "This is not an EXR file that can be read."
+
+Window = tuple[int, int, int, int]
+"""First column and row, and those after the last."""
+
+Planes = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExrPicture:
+    """What is read of an EXR file.
+
+    Attributes
+    ----------
+    image : (H, W, 3) float32
+        As large as the display window; black where no pixel is stored.
+    alpha : (H, W) float32 or None
+        None where there is none; 0 where no pixel is stored.
+    layers : mapping of str to array
+        Those that the file has, as large as the picture.
+    grey : bool
+        Whether it has one channel, which was taken for all three.
+    notes : tuple of str
+        What was chosen among its pictures and where its pixels lie, in sentences.
+    """
+
+    image: NDArray[np.float32]
+    alpha: NDArray[np.float32] | None
+    layers: Layers
+    grey: bool
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What the header of a part says.
+
+    Attributes
+    ----------
+    name : str
+        May be empty.
+    channels : mapping of str to bool
+        Whether each has a number for every pixel.
+    data, display : Window
+    deep : bool
+        Whether a pixel may have several numbers of each channel.
+    """
+
+    name: str
+    channels: Mapping[str, bool]
+    data: Window
+    display: Window
+    deep: bool
+
+    @property
+    def full(self) -> set[str]:
+        """Names of the channels that have a number for every pixel."""
+        return {name for name, is_full in self.channels.items() if is_full and not self.deep}
+
+
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """The channels of a file that are the picture.
+
+    Attributes
+    ----------
+    number : int
+        Of the part, from 0.
+    part : _Part
+    prefix : str
+        Of the channels: the layer's name and a point, or nothing.
+    colors : tuple of str
+        Three channels without the prefix; grey has the same one three times.
+    """
+
+    number: int
+    part: _Part
+    prefix: str
+    colors: tuple[str, ...]
+
+    @property
+    def channels(self) -> list[str]:
+        """Names of the colours' channels."""
+        return [self.prefix + color for color in self.colors]
+
+
+def size_of_exr(content: bytes) -> tuple[int, int]:
+    """Width and height of the picture in an EXR file, from its headers.
+
+    Raises
+    ------
+    MissingExtraError
+        If OpenEXR is not installed.
+    ImageFileError
+        If the content is no EXR file, or has no colours.
+    """
+    left, top, right, bottom = _source(_parts(content)).part.display
+    return right - left, bottom - top
+
+
+def decode_exr(content: bytes) -> tuple[NDArray[np.float32], Layers]:
+    """The image (H, W, 3) and the layers of an EXR file; raises as `read_exr` does."""
+    found = read_exr(content)
+    return found.image, found.layers
+
+
+def read_exr(content: bytes, max_pixels: int | None = None) -> ExrPicture:
+    """The picture of an EXR file, whichever program wrote it.
+
+    It is that of the first part with channels R, G and B, else of the first with Y (grey), else of the first
+    layer with colours, before others one that is called Combined. Other channels are ignored, but those of
+    `LAYERS`.
+
+    Raises
+    ------
+    MissingExtraError
+        If OpenEXR is not installed.
+    ImageFileError
+        If the content is no EXR file, has no colours, or more than `max_pixels` pixels, by default those of
+        the limits in force.
+    """
+    most = limits_in_force().max_image_pixels if max_pixels is None else max_pixels
+    parts = _parts(content)
+    source = _source(parts)
+    _check_size(parts, source.part, most)
+    planes = _planes_of(content, source, len(parts))
+    place = _Placing(source.part.data, source.part.display)
+    colors = [place(planes[name], 0.0) for name in source.channels]
+    image = np.stack(colors, axis=-1, dtype=np.float32, casting="same_kind")
+    alpha = planes.get(source.prefix + "A")
+    complete = [layer for layer in LAYERS.values() if all(name in planes for name in channels_of(layer))]
+    return ExrPicture(
+        image=image,
+        alpha=None if alpha is None else place(alpha.astype(np.float32, copy=False), 0.0),
+        layers={layer.name: _layer(layer, planes, place) for layer in complete},
+        grey=len(set(source.colors)) == 1,
+        notes=(*_chosen(source, len(parts)), *place.notes),
+    )
+
+
+def _parts(content: bytes) -> list[_Part]:
+    exr = require_exr()
+    try:
+        file = exr.File(io.BytesIO(content), separate_channels=True, header_only=True, num_threads=0)
+        return [_part(str(part.name() or ""), file.header(number)) for number, part in enumerate(file.parts)]
+    except (RuntimeError, ValueError, TypeError, KeyError) as error:
+        raise ImageFileError(UNREADABLE) from error
+
+
+def _part(name: str, header: Mapping[str, Any]) -> _Part:
+    channels = {channel.name: channel.xSampling == channel.ySampling == 1 for channel in header["channels"]}
+    windows = _window(header["dataWindow"]), _window(header["displayWindow"])
+    return _Part(name, channels, *windows, deep="deep" in str(header.get("type", "")))
+
+
+def _window(box: Any) -> Window:
+    (left, top), (right, bottom) = ((int(x), int(y)) for x, y in box)
+    return left, top, right + 1, bottom + 1
+
+
+def _planes_of(content: bytes, source: _Source, count: int) -> Planes:
+    """The pixels of each channel of the picture's part."""
+    try:
+        file = require_exr().File(io.BytesIO(content), separate_channels=True, num_threads=0)
+        if len(file.parts) != count:
+            # Parts that it cannot read are left out, and the others move up.
+            raise ImageFileError(UNREADABLE)
+        planes = {name: channel.pixels for name, channel in file.channels(source.number).items()}
+    except (RuntimeError, ValueError, TypeError) as error:
+        raise ImageFileError(UNREADABLE) from error
+    if any(planes[name].dtype.kind != "f" for name in source.channels):
+        raise ImageFileError(
+            f"This EXR file stores whole numbers in {', '.join(source.channels)}, and colours are "
+            "floating-point numbers. Save it with half or float channels."
+        )
+    return planes
+
+
+def _source(parts: Sequence[_Part]) -> _Source:
+    """The picture of a file."""
+    for form in (_plain, _grey, _layered):
+        for number, part in enumerate(parts):
+            for prefix, colors in form(part.full):
+                return _Source(number, part, prefix, colors)
+    names = sorted({name for part in parts for name in part.channels})
+    deep = " Its pixels are deep: save it flattened." if any(part.deep for part in parts) else ""
+    chroma = " Luminance with chroma is not read: save R, G and B." if {"RY", "BY"} & set(names) else ""
+    raise ImageFileError(f"This EXR file has no picture; its channels are {', '.join(names)}.{deep}{chroma}")
+
+
+def _plain(names: set[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    if names.issuperset(RGB):
+        yield "", RGB
+
+
+def _grey(names: set[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    if "Y" in names and "RY" not in names:
+        yield "", ("Y",) * 3
+
+
+def _layered(names: set[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    prefixes = {name.removesuffix("R") for name in names if name.endswith(".R")}
+    known = {f"{layer}." for layer in LAYERS}
+    for prefix in sorted(prefixes - known, key=lambda name: (not name.endswith("Combined."), name)):
+        if all(prefix + color in names for color in RGB):
+            yield prefix, RGB
+
+
+def _chosen(source: _Source, parts: int) -> tuple[str, ...]:
+    """Notes on what was chosen among parts and layers."""
+    named = f" ('{source.part.name}')" if source.part.name else ""
+    part = f"part {source.number + 1} of {parts}{named}" if parts > 1 else ""
+    layer = f"the layer '{source.prefix[:-1]}'" if source.prefix else ""
+    chosen = " and ".join(filter(None, (part, layer)))
+    return (f"Of several pictures that it may hold, {chosen} was taken.",) if chosen else ()
+
+
+def _check_size(parts: Sequence[_Part], shown: _Part, most: int) -> None:
+    """Refuse what is too large before anything is decoded."""
+    width, height = shown.display[2] - shown.display[0], shown.display[3] - shown.display[1]
+    if width * height > most:
+        raise ImageFileError(too_many_pixels(most, f"{width} x {height} pixels, "))
+    stored = 0
+    for part in parts:
+        left, top, right, bottom = part.data
+        stored += (right - left) * (bottom - top) * 4 * len(part.channels)
+    if stored > PIXEL_BYTES * most:
+        raise ImageFileError(
+            "The channels of this EXR file take more memory than is allowed. Save it with its colours alone."
+        )
+
+
+@dataclass(slots=True)
+class _Placing:
+    """Puts the pixels of a data window where the display window shows them.
+
+    Attributes
+    ----------
+    data, display : Window
+    notes : list of str
+        What was done.
+    """
+
+    data: Window
+    display: Window
+    notes: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        if self.data == self.display:
+            return
+        left, top, right, bottom = self._shared()
+        x, y = self.display[:2]
+        self.notes.append(
+            f"Its pixels are columns {left - x} to {right - x - 1}, rows {top - y} to {bottom - y - 1} of "
+            "the picture: what lies around them was taken as black."
+            if left < right and top < bottom
+            else "None of its pixels lies in the picture: all of it was taken as black."
+        )
+
+    def _shared(self) -> Window:
+        (a, b, c, d), (left, top, right, bottom) = self.data, self.display
+        return max(a, left), max(b, top), min(c, right), min(d, bottom)
+
+    def __call__(self, plane: NDArray[Any], ground: float) -> NDArray[Any]:
+        """A plane of the data window as large as the display window."""
+        if self.data == self.display:
+            return plane
+        left, top, right, bottom = self._shared()
+        x, y, end_x, end_y = self.display
+        placed = np.full((end_y - y, end_x - x), ground, plane.dtype)
+        if left < right and top < bottom:
+            part = plane[
+                top - self.data[1] : bottom - self.data[1], left - self.data[0] : right - self.data[0]
+            ]
+            placed[top - y : bottom - y, left - x : right - x] = part
+        return placed
+
+
+def _layer(layer: Layer, planes: Planes, place: _Placing) -> NDArray[Any]:
+    channels = [planes[name] for name in channels_of(layer)]
+    signed = [plane.view(np.int32) if plane.dtype == np.uint32 else plane for plane in channels]
+    placed = [place(plane, layer.ground) for plane in signed]
+    values = placed[0] if len(placed) == 1 else np.stack(placed, axis=-1)
+    return values.astype(layer.dtype)
