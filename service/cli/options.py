@@ -65,6 +65,9 @@ LayersOption = Annotated[
         "is .exr.",
     ),
 ]
+BitsOption = Annotated[
+    Literal["8", "16"], typer.Option("--bits", help="Bits of a channel of a .png; .npy and .exr have 32.")
+]
 SeedOption = Annotated[
     int | None,
     typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random numbers, in place of the scene's."),

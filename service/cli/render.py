@@ -12,6 +12,7 @@ import typer
 from service.cli import output, scene_files
 from service.cli.errors import InputError
 from service.cli.options import (
+    BitsOption,
     JsonOption,
     LayersOption,
     SceneArgument,
@@ -42,6 +43,7 @@ def render(  # noqa: PLR0913 - one argument for each option
     seed: SeedOption = None,
     workers: WorkersOption = None,
     tile: Annotated[int | None, typer.Option(min=1, help="Side of a tile, pixels.")] = None,
+    bits: BitsOption = "8",
     as_json: JsonOption = False,
 ) -> None:
     """Render a scene on this machine, without a server.
@@ -50,6 +52,7 @@ def render(  # noqa: PLR0913 - one argument for each option
     """
     names = parsed_layers(layers)
     out.check(names, as_json=as_json)
+    out.check_bits(int(bits))
     if out.suffix == ".exr":
         from renderer.images.files import require_exr
 
@@ -57,7 +60,7 @@ def render(  # noqa: PLR0913 - one argument for each option
     file = scene_files.load(scene, seed=seed, size=size)
     requested = quality.requested(file.scene.document.model_dump())
     result = _run(file.plan(requested, names), workers, tile)
-    _save(file.scene, result, out)
+    _save(file.scene, result, out, int(bits))
     if as_json:
         output.document(result.report)
     else:
@@ -79,10 +82,10 @@ def _run(plan: RenderPlan, workers: int | None, tile: int | None) -> RenderResul
         return result
 
 
-def _save(scene: LoadedScene, result: RenderResult, out: ImageTarget) -> None:
+def _save(scene: LoadedScene, result: RenderResult, out: ImageTarget, bits: int) -> None:
     from renderer.images.files import encode, encode_layer
 
-    out.write(encode(out.suffix, result.image, scene.document.display, result.layers))
+    out.write(encode(out.suffix, result.image, scene.document.display, result.layers, bits=bits))
     for name, values in result.layers.items():
         save_layer(out.path, name, encode_layer(values))
 

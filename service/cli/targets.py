@@ -65,6 +65,11 @@ class ImageTarget:
         elif sys.stdout.isatty():
             raise CommandError("stdout is a terminal, and a picture is not text. Pipe it, or name a file.")
 
+    def check_bits(self, bits: int) -> None:
+        """Raise CommandError where a file of this kind does not have so many bits a channel."""
+        if bits != 8 and self.suffix != ".png":
+            raise CommandError(f"--bits {bits} is for .png. {self} holds linear float32 in any case.")
+
     def write(self, content: bytes) -> None:
         """Write the image, a file in one step; CommandError where it cannot be written."""
         if self.on_stdout:

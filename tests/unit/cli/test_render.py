@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 import renderer
+from accuracy.comparison import read_picture
 from tests.unit.cli.conftest import CLEAN, COMMAND, Penumbra
 
 TIMEOUT = 60
@@ -37,6 +38,41 @@ def test_the_array_file_is_linear_and_in_float32(
     picture = np.load(tmp_path / "a.npy")
     assert picture.shape == (32, 48, 3)
     assert picture.dtype == np.float32
+
+
+def test_png_of_16_bits_is_the_array_rounded_to_its_codes(
+    penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    assert penumbra("render", scene_file, "-o", "a.npy", "--workers", 1).code == 0
+    assert penumbra("render", scene_file, "-o", "A.PNG", "--bits", 16, "--workers", 1).code == 0
+    picture, exact = read_picture(tmp_path / "A.PNG"), read_picture(tmp_path / "a.npy")
+    assert (picture.bits, picture.encoding) == (16, "srgb")
+    assert (np.abs(picture.linear - exact.linear) <= picture.rounding + exact.rounding).all()
+    assert picture.rounding.max() < 2.0**-15
+    refused = penumbra("render", scene_file, "-o", "b.exr", "--bits", 16)
+    assert refused.code == 2
+    assert "--bits 16 is for .png" in refused.err
+    assert not (tmp_path / "b.exr").exists()
+
+
+def test_what_is_not_used_of_a_texture_is_warned_of_with_its_line(
+    penumbra: Penumbra, scene: dict[str, Any], tmp_path: Path
+) -> None:
+    Image.new("RGBA", (2, 2), (200, 100, 50, 128)).save(tmp_path / "a.png")
+    name = next(iter(scene["materials"]))
+    scene["textures"] = {"clear": {"type": "image", "asset": "a.png"}}
+    scene["materials"][name] = {"type": "phong", "color_texture": "clear"}
+    (tmp_path / "textured.json").write_text(json.dumps(scene, indent=2))
+    for words in (["render", "-o", "out.npy", "--workers", 1], ["explain"]):
+        outcome = penumbra(words[0], tmp_path / "textured.json", *words[1:])
+        assert outcome.code == 0
+        assert outcome.err.count("alpha is not used") == 1
+        assert "/textures/clear/asset" in outcome.err
+        assert '"asset": "a.png"' in outcome.err
+    document = penumbra("validate", tmp_path / "textured.json", "--json").document
+    (warning,) = document["files"][0]["warnings"]
+    assert (document["valid"], warning["pointer"]) == (True, "/textures/clear/asset")
+    assert warning["line"] > 1
 
 
 def test_an_image_on_stdout_is_alone_there_and_the_same_as_in_a_file(
