@@ -129,7 +129,7 @@ class _Exr:
 
     def decode(self, content: bytes) -> DecodedImage:
         try:
-            # Its size was checked, against the limit of whoever reads it.
+            # Its size was checked, against the caller's limit.
             found = exr_reading.read_exr(content, PILLOW_PIXELS)
         except ImageFileError as error:
             raise AssetError(str(error)) from error

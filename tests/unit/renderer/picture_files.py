@@ -84,6 +84,19 @@ def tiff(pixels: NDArray[Any], order: str, photometric: int, **options: int) -> 
     return head + entries + struct.pack(f"{order}I", 0) + outside + b"".join(strips)
 
 
+def ppm(kind: str, codes: NDArray[Any], largest: int) -> bytes:
+    head = f"P{kind}\n# a comment\n{codes.shape[1]} {codes.shape[0]}\n{largest}\n".encode()
+    if kind == "6":
+        return head + codes.astype(">u2").tobytes()
+    return head + b"# another\n" + " ".join(map(str, codes.ravel().tolist())).encode()
+
+
+def pfm(values: NDArray[np.float32], order: str) -> bytes:
+    kind, scale = "PF" if values.ndim == 3 else "Pf", -1.0 if order == "<" else 1.0
+    head = f"{kind}\n{values.shape[1]} {values.shape[0]}\n{scale}\n".encode()
+    return head + values[::-1].astype(f"{order}f4").tobytes()
+
+
 def hdr(body: bytes, size: str, kind: str = "32-bit_rle_rgbe") -> bytes:
     return f"#?RADIANCE\n# a comment\nFORMAT={kind}\nEXPOSURE=2\n\n{size}\n".encode() + body
 

@@ -16,7 +16,7 @@ from accuracy.hard_cases.documents import phong, rectangle, scene
 from renderer.assets import AssetError
 from renderer.images.reading import decode_image, image_size, read_image
 from tests.images.parts import image_of, plan_of
-from tests.unit.renderer.picture_files import by_channels, deep_png, exr, exr_of_parts, hdr, tiff
+from tests.unit.renderer.picture_files import by_channels, deep_png, exr, exr_of_parts, hdr, pfm, ppm, tiff
 
 RANDOM = np.random.default_rng(34)
 COLORS = RANDOM.integers(0, 1 << 16, (5, 11, 3)).astype(np.uint16)
@@ -37,19 +37,6 @@ def assert_codes(content: bytes, codes: NDArray[Any], largest: int = 65535) -> N
     exact = codes.astype(np.float64) / largest
     assert (np.abs(values - exact) <= 2 * np.spacing(exact.astype(np.float32))).all()
     assert image_size(content) == codes.shape[1::-1]
-
-
-def ppm(kind: str, codes: NDArray[Any], largest: int) -> bytes:
-    head = f"P{kind}\n# a comment\n{codes.shape[1]} {codes.shape[0]}\n{largest}\n".encode()
-    if kind == "6":
-        return head + codes.astype(">u2").tobytes()
-    return head + b"# another\n" + " ".join(map(str, codes.ravel().tolist())).encode()
-
-
-def pfm(values: NDArray[np.float32], order: str) -> bytes:
-    kind, scale = "PF" if values.ndim == 3 else "Pf", -1.0 if order == "<" else 1.0
-    head = f"{kind}\n{values.shape[1]} {values.shape[0]}\n{scale}\n".encode()
-    return head + values[::-1].astype(f"{order}f4").tobytes()
 
 
 @pytest.mark.parametrize("interlaced", [False, True])
