@@ -141,7 +141,7 @@ TEXTURES = {
 }
 INSIDE = camera(position=[0.1, 0.9, 0.2], look_at=[0.6, 0.7, -1], vertical_fov=80)
 NEAR: dict[str, Json] = {
-    "a fold alone": folded(mesh(*FOLD)),
+    "a fold alone": folded(mesh(*FOLD), lights=[LAMP, sun([0.3, -0.8, 0.9]), BULB]),
     "a fold of single triangles": folded(
         *singles(*FOLD), lights=[LAMP], sampling=sampled(1, 9, light="sobol")
     ),
