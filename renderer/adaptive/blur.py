@@ -20,7 +20,7 @@ from renderer.adaptive.between import (
     interpolate_once,
     ways_between,
 )
-from renderer.adaptive.early_passes import PROBED, probes, raise_probe_probability
+from renderer.adaptive.early_passes import PROBED, near_thin, probes, raise_probe_probability
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.levels import COUNTS, SAMPLED, Levels, levels_of
@@ -89,6 +89,7 @@ def refine(estimate: Estimate) -> None:
     nodes, finer = np.s_[::stride, ::stride], np.s_[:: stride // 2, :: stride // 2]
     across, along = _errors(estimate, stride, noise(estimate))
     ways = ways_between(across, along, estimate.ways[finer].shape, estimate.aim)
+    ways[near_thin(estimate, stride // 2)[finer]] = NODE
     fresh = ways == NODE
     fresh[::2, ::2] = False
     _guess(estimate, np.maximum(np.maximum(across, along), 0), stride)

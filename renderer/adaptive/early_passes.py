@@ -63,7 +63,7 @@ def refine_preview(estimate: Estimate) -> None:
     cells = cells_of(
         estimate.values[:, *nodes],
         estimate.labels[nodes],
-        (fine(estimate) | _near(estimate, stride))[nodes],
+        (fine(estimate) | near_thin(estimate, stride))[nodes],
         CALM * estimate.aim,
     )
     half = stride // 2
@@ -97,7 +97,7 @@ def _shadow_edges(estimate: Estimate) -> Masks:
     return passed
 
 
-def _near(estimate: Estimate, reach: int) -> Masks:
+def near_thin(estimate: Estimate, reach: int) -> Masks:
     """Pixels so near to shapes that may lie between the nodes of the lattice, (H, W)."""
     near = np.zeros(estimate.have.shape, dtype=bool)
     columns, rows = estimate.adaptive.thin
@@ -113,7 +113,7 @@ def cover_borders(estimate: Estimate) -> None:
     that they replace do, as of a shadow's edge between the two.
     """
     np.copyto(estimate.pilots, estimate.values)
-    seen, unseen = borders(estimate.labels), _edges(estimate) | _near(estimate, 1)
+    seen, unseen = borders(estimate.labels), _edges(estimate) | near_thin(estimate, 1)
     rim = outline(estimate.have.shape)
     rows, columns = np.nonzero(seen | unseen | rim)
     height, width = estimate.have.shape

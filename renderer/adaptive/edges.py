@@ -1,27 +1,68 @@
 """Where edges of flat shapes run on the picture: pixels that they cross may resemble all their neighbours."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from renderer.cameras import Pinhole
-from renderer.math.arrays import Floats, Integers, Masks, dot
+from renderer.math.arrays import Floats, Integers, Masks, dot, taken
 from renderer.shapes.family import Hulls
 
 STEP = 0.5
 """Distance of the places along an edge, pixels: an edge may cross no more than a corner of a pixel unseen."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Places on the picture along edges, a `STEP` or less apart.
+
+    Attributes
+    ----------
+    pixels : (2, N) int64
+        Column and row.
+    edges : (N,) int64
+        Which edge each is of.
+    depths : (N,) float64
+        Along the view, scene units.
+    lengths : (N,) float64
+        Of the part of its edge that each stands for, pixels.
+    """
+
+    pixels: Integers
+    edges: Integers
+    depths: Floats
+    lengths: Floats
+
+    def some(self, chosen: Masks) -> "Places":
+        """Those of a mask (N,)."""
+        return Places(self.pixels[:, chosen], self.edges[chosen], self.depths[chosen], self.lengths[chosen])
+
+
 def edge_places(camera: Pinhole, hulls: Hulls) -> Integers:
     """Pixels that edges of shapes pass, (2, N): column and row."""
-    away = hulls.corners.transpose(1, 0, 2) - camera.position[:, :, None]
-    depth = dot(away, camera.forward[:, :, None])
-    right = dot(away, camera.right[:, :, None]) / camera.half_width
-    up = dot(away, camera.up[:, :, None]) / camera.half_height
-    space = np.stack((right, up, depth))
-    found = [np.zeros((2, 0), dtype=np.int64)]
-    for first, second in hulls.edges:
-        starts, ends = _inside(space[:, first], space[:, second])
-        found += [_pixels(camera, starts[:, k], ends[:, k]) for k in np.flatnonzero(starts[2] > 0).tolist()]
-    return np.hstack(found)
+    corners, pairs = hulls.corners, hulls.edges
+    if not pairs:
+        return np.zeros((2, 0), dtype=np.int64)
+    first, second = (np.hstack([corners[pair[end]] for pair in pairs]) for end in (0, 1))
+    return places_along(camera, first, second).pixels
+
+
+def places_along(camera: Pinhole, first: Floats, second: Floats) -> Places:
+    """Places along those parts of the edges from `first` to `second`, (3, M) each, that are in the view."""
+    starts, ends = _inside(_seen(camera, first), _seen(camera, second))
+    seen = np.flatnonzero(starts[2] > 0)
+    starts, ends = taken(starts, seen), taken(ends, seen)
+    first, second = (_on_picture(camera, place) for place in (starts, ends))
+    apart = np.hypot(*(second - first))
+    counts = (apart / STEP).astype(np.int64) + 2
+    edges = np.arange(seen.size).repeat(counts)
+    steps = (np.arange(edges.size) - (np.cumsum(counts) - counts)[edges]) / (counts - 1)[edges]
+    places = taken(first, edges) + steps * taken(second - first, edges)
+    size = np.array([[camera.width], [camera.height]])
+    # What is inverse to the depth is linear on the picture.
+    depths = 1 / ((1 - steps) / starts[2][edges] + steps / ends[2][edges])
+    pixels = np.clip(np.floor(places).astype(np.int64), 0, size - 1)
+    return Places(pixels, seen[edges], depths, (apart / counts)[edges])
 
 
 def within(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
@@ -56,11 +97,14 @@ def _inside(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
     return (starts + enters * along) * seen, (starts + leaves * along) * seen
 
 
-def _pixels(camera: Pinhole, start: Floats, end: Floats) -> Integers:
-    ends = np.stack((start, end), axis=1)
-    x, y = ends[:2] / np.maximum(ends[2], np.finfo(np.float64).tiny)
-    x, y = (x + 1) / 2 * camera.width, (1 - y) / 2 * camera.height
-    steps = np.linspace(0, 1, int(np.hypot(*np.diff([x, y])[:, 0]) / STEP) + 2)
-    size = np.array([[camera.width], [camera.height]])
-    found = np.floor(np.stack((x[0] + steps * (x[1] - x[0]), y[0] + steps * (y[1] - y[0])))).astype(np.int64)
-    return np.clip(found, 0, size - 1)
+def _seen(camera: Pinhole, places: Floats) -> Floats:
+    """Right and up, by half the width and height of the picture at the distance 1, and depth, (3, M)."""
+    away = places - camera.position
+    right, up = dot(away, camera.right) / camera.half_width, dot(away, camera.up) / camera.half_height
+    return np.stack((right, up, dot(away, camera.forward)))
+
+
+def _on_picture(camera: Pinhole, places: Floats) -> Floats:
+    """Column and row, (2, M), of places before the camera as `_seen` gives them."""
+    x, y = places[:2] / np.maximum(places[2], np.finfo(np.float64).tiny)
+    return np.stack(((x + 1) / 2 * camera.width, (1 - y) / 2 * camera.height))

@@ -5,15 +5,17 @@ h_L q - h_q L with heights h: linear in q (Blinn, "Me and My (Fake) Shadow", 198
 straight line, and what of it lies on a flat shape and in the view are clips of one parameter.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from renderer.adaptive.edges import within, within_view
 from renderer.adaptive.lighting import CORNERS
+from renderer.adaptive.outlines import SharedEdges
 from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
-from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, unit
 from renderer.shapes.family import Hulls
 
 STEP = 0.5
@@ -45,6 +47,8 @@ class _Lines:
         Above 0.
     heights : (2, n) float64
         Of the edge over the plane, by the weights' unit.
+    extents : (n,) float64
+        Extent of the light across each edge: along it, a light may be as long as it likes.
     shapes : (n,) int64
         Numbers of the shapes that the shadows fall on.
     """
@@ -53,6 +57,7 @@ class _Lines:
     ends: Floats
     weights: Floats
     heights: Floats
+    extents: Floats
     shapes: Integers
 
 
@@ -68,7 +73,9 @@ def outline_edges(hulls: Hulls) -> tuple[Floats, Floats]:
     return centre - axis, centre + axis
 
 
-def shadow_edge_places(camera: Pinhole, lights: list[Emitter], hulls: list[Hulls]) -> Integers:
+def shadow_edge_places(
+    camera: Pinhole, lights: list[Emitter], hulls: list[Hulls], trees: list[SharedEdges]
+) -> Integers:
     """Pixels that edges of hard shadows pass, (3, N): column, row and number of the shape they fall on.
 
     Parameters
@@ -78,22 +85,33 @@ def shadow_edge_places(camera: Pinhole, lights: list[Emitter], hulls: list[Hulls
         One with an area casts shadows as its centre does.
     hulls : list of Hulls
         What casts shadows. They fall on those that have edges: triangles and parallelograms.
+    trees : list of SharedEdges
+        Triangles that cast them by their outline alone.
     """
     flats = [(hull.corners, hull.numbers) for hull in hulls if hull.edges]
     found = [np.zeros((3, 0), dtype=np.int64)]
     for light in lights if flats else ():
-        extent = light.extent * light.weight
-        gap = extent / 2 / (CORNERS - 1)
+        gap = max(lengths(light.first).item(), lengths(light.second).item()) / (CORNERS - 1)
         for points, narrow, soft in (([light], np.inf, SOFT), (_rim(light), gap, FAINT)):
-            starts, ends = _edges_of(hulls, narrow)
-            if not starts.size:
-                continue
-            largest = _largest(flats, MOST_PAIRS // (starts.shape[1] * len(points)))
-            for point in points:
-                for corners, numbers in largest:
-                    lines = _shadows(camera, point, starts, ends, corners, numbers)
-                    found.append(_pixels(camera, lines, extent, soft))
+            for starts, ends in (_edges_of(hulls, narrow), *_outlines_of(trees, light, narrow)):
+                if not starts.size:
+                    continue
+                largest = _largest(flats, MOST_PAIRS // (starts.shape[1] * len(points)))
+                for point in points:
+                    for corners, numbers in largest:
+                        lines = _shadows(camera, point, starts, ends, corners, numbers)
+                        found.append(_pixels(camera, lines, soft))
     return np.unique(np.hstack(found), axis=1)
+
+
+def _outlines_of(trees: list[SharedEdges], light: Emitter, narrow: float) -> Iterator[tuple[Floats, Floats]]:
+    """Ends (3, M) of the outline of each tree, where its triangles are narrower than something."""
+    for tree in trees:
+        outline = tree.outline(light.centre, light.weight)
+        along = outline.ends - outline.starts
+        across = lengths(cross(along, outline.inner - outline.starts))
+        chosen = across < narrow * lengths(along)
+        yield outline.starts[:, chosen], outline.ends[:, chosen]
 
 
 def _largest(flats: list[tuple[Floats, Integers]], count: int) -> list[tuple[Floats, Integers]]:
@@ -176,11 +194,22 @@ def _shadows(
     t = np.stack((enters[edge, flat], leaves[edge, flat]))
     clipped = [a[:, edge, flat] + side * (b - a)[:, edge, flat] for side in t]
     measures = np.stack([one[:, edge, flat] + side * (other - one)[:, edge, flat] for side in t], axis=1)
-    return _Lines(clipped[0], clipped[1], measures[1], measures[0], numbers[flat])
+    extents = _extents_across(light, starts, ends)[edge]
+    return _Lines(clipped[0], clipped[1], measures[1], measures[0], extents, numbers[flat])
 
 
-def _pixels(camera: Pinhole, lines: _Lines, extent: float, soft: float) -> Integers:
-    """Pixels along lines, where the penumbra of a light of some extent around them is narrow."""
+def _extents_across(light: Emitter, starts: Floats, ends: Floats) -> Floats:
+    """Extent (M,) of a light across the plane through its centre and each edge (3, M).
+
+    Other points of that plane cast the same shadow of the edge.
+    """
+    across = unit(cross(light.centre - light.weight * starts, ends - starts))
+    extent: Floats = np.abs(dot(across, light.first)) + np.abs(dot(across, light.second))
+    return extent * light.weight
+
+
+def _pixels(camera: Pinhole, lines: _Lines, soft: float) -> Integers:
+    """Pixels along lines, where the penumbra around them is narrow."""
     size = np.array([[camera.width], [camera.height]])
     tiny = np.finfo(np.float64).tiny
     x, y = (
@@ -200,7 +229,7 @@ def _pixels(camera: Pinhole, lines: _Lines, extent: float, soft: float) -> Integ
     )
     # Similar triangles: the penumbra is to the light as the way behind the edge is to the way before it.
     pixel = 2 * camera.half_height / camera.height * depth / np.maximum(weight, tiny)
-    hard = extent * height <= soft * pixel * np.maximum(weight, tiny)
+    hard = lines.extents[line] * height <= soft * pixel * np.maximum(weight, tiny)
     places = np.stack([value[0][line] + along * (value[1] - value[0])[line] for value in (x, y)])
     pixels = np.clip(np.floor(places).astype(np.int64), 0, size - 1)
     return np.vstack((pixels, lines.shapes[line]))[:, hard]

@@ -33,13 +33,13 @@ def thin_places(camera: Pinhole, hulls: Hulls) -> Integers:
     hulls : Hulls
         Shapes that reach behind the camera are left out: they are near, and wide.
     """
-    x, y, ahead = _on_picture(camera, hulls.corners)
-    spans = _spans(x, y)
+    x, y, _, ahead = on_picture(camera, hulls.corners)
+    measured = spans(x, y)
     stride = stride_for(camera.width, camera.height)
-    width, length = spans.min(axis=0), spans.max(axis=0)
+    width, length = measured.min(axis=0), measured.max(axis=0)
     tapered = 0.0 if hulls.edges else TAPERED
     narrow = np.flatnonzero(ahead & (width < np.maximum(stride, np.sqrt(stride * length) * tapered)))
-    return _pixels(camera, [_along(x[:, shape], y[:, shape]) for shape in narrow.tolist()])
+    return _pixels(camera, [along(x[:, shape], y[:, shape]) for shape in narrow.tolist()])
 
 
 def narrow_places(camera: Pinhole, hulls: Hulls) -> Integers:
@@ -50,13 +50,13 @@ def narrow_places(camera: Pinhole, hulls: Hulls) -> Integers:
     """
     if hulls.edges:
         return np.zeros((2, 0), dtype=np.int64)
-    x, y, ahead = _on_picture(camera, hulls.corners)
-    spans = _spans(x, y)
-    widths, lengths = spans.min(axis=0), spans.max(axis=0)
+    x, y, _, ahead = on_picture(camera, hulls.corners)
+    measured = spans(x, y)
+    widths, lengths = measured.min(axis=0), measured.max(axis=0)
     tips = lengths * (1 - np.sqrt(1 - np.minimum(NARROW / np.maximum(widths, NARROW), 1.0) ** 2))
     found = []
     for shape in np.flatnonzero(ahead & ((tips > 1) | (widths < NARROW))).tolist():
-        places = _along(x[:, shape], y[:, shape])
+        places = along(x[:, shape], y[:, shape])
         share = np.linspace(0, 1, places.shape[1])
         found.append(places[:, 2 * np.sqrt(share * (1 - share)) * widths[shape] < NARROW])
     return _pixels(camera, found)
@@ -69,30 +69,36 @@ def _pixels(camera: Pinhole, found: list[Floats]) -> Integers:
     return places[:, inside]
 
 
-def _on_picture(camera: Pinhole, corners: Floats) -> tuple[Floats, Floats, Masks]:
-    """Columns and rows of corners, (V, K) each, and which shapes are wholly before the camera, (K,)."""
+def on_picture(camera: Pinhole, corners: Floats) -> tuple[Floats, Floats, Floats, Masks]:
+    """Columns, rows and depths of corners, (V, K) each, and which shapes are wholly before the camera, (K,).
+
+    Depths of corners that are not are 1.
+    """
     away = corners.transpose(1, 0, 2) - camera.position[:, :, None]
     depth, right, up = (dot(away, axis[:, :, None]) for axis in (camera.forward, camera.right, camera.up))
     ahead: Masks = np.asarray((depth > 0).all(axis=0))
     depth = np.where(depth > 0, depth, 1.0)
     x = (right / depth / camera.half_width + 1) / 2 * camera.width
     y = (1 - up / depth / camera.half_height) / 2 * camera.height
-    return x, y, ahead
+    return x, y, depth, ahead
 
 
-def _spans(x: Floats, y: Floats) -> Floats:
+def spans(x: Floats, y: Floats) -> Floats:
     """Width of each hull on the picture in some directions, (DIRECTIONS, K), pixels."""
     turns = np.arange(DIRECTIONS) * (np.pi / DIRECTIONS)
     along = np.cos(turns)[:, None, None] * x + np.sin(turns)[:, None, None] * y
     return np.ptp(along, axis=1)
 
 
-def _along(x: Floats, y: Floats) -> Floats:
-    """Places (2, n), at most a pixel apart, along the middle of a hull's corners (V,), from end to end."""
+def along(x: Floats, y: Floats, *more: Floats) -> Floats:
+    """Places (2, n), at most a pixel apart, along the middle of a hull's corners (V,), from end to end.
+
+    What is known of the corners besides is interpolated, and gives further rows.
+    """
     away = np.hypot(x[:, None] - x, y[:, None] - y)
     first, second = np.unravel_index(np.argmax(away), away.shape)
     order = np.argsort((x - x[first]) * (x[second] - x[first]) + (y - y[first]) * (y[second] - y[first]))
     half = x.size // 2
-    ends = [(values[order[:half]].mean(), values[order[-half:]].mean()) for values in (x, y)]
+    ends = [(values[order[:half]].mean(), values[order[-half:]].mean()) for values in (x, y, *more)]
     steps = np.linspace(0, 1, min(int(away.max()) + 2, FARTHEST))
     return np.stack([start + steps * (end - start) for start, end in ends])

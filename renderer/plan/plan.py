@@ -170,9 +170,11 @@ class AdaptivePlan:
         Shapes that take their colour from a texture, and shapes with something else on them that may be finer
         than pixels: bent normals, mirrors, glass.
     thin : (2, N) int64
-        Columns and rows of pixels along shapes that are thin on the picture.
+        Columns and rows of pixels along shapes that are thin on the picture; through a lens, of all
+        that these may touch.
     narrow : (2, N) int64
         The same along parts of round shapes that are a few pixels wide: their shading turns within a pixel.
+        This and the following are empty through a lens.
     edges : (2, N) int64
         The same of pixels that edges of flat shapes pass.
     shadow_edges : (3, N) int64

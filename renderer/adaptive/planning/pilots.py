@@ -7,6 +7,7 @@ import numpy as np
 
 from renderer.accelerators.trees import in_tree
 from renderer.adaptive.lighting import SIDES, PilotLighting, ProbingEmitter, corners_for, finest
+from renderer.adaptive.outlines import SharedEdges
 from renderer.adaptive.planning import details, explanations
 from renderer.adaptive.shadow_edges import shadow_edge_places
 from renderer.cameras import Pinhole
@@ -91,11 +92,11 @@ def places(families: Iterable[Family], of_hulls: Callable[[Hulls], Integers]) ->
     return np.hstack(found)
 
 
-def shadow_places(plan: RenderPlan) -> Integers:
+def shadow_places(plan: RenderPlan, trees: list[SharedEdges]) -> Integers:
     """Pixels (3, N) that edges of hard shadows pass, and the shapes they fall on."""
     hulls = [family.hulls() for family in plan.geometry.families if not in_tree(family)]
     emitters = [lighting.emitter for lighting in plan.lightings]
-    return shadow_edge_places(plan.camera, emitters, hulls)
+    return shadow_edge_places(plan.camera, emitters, hulls, trees)
 
 
 def build_pilot(seen: Request, target: TargetQuality) -> RenderPlan:

@@ -10,6 +10,7 @@ from accuracy.hard_cases.documents import (
     camera,
     ellipsoid,
     lamp,
+    mesh,
     phong,
     rectangle,
     scene,
@@ -88,6 +89,28 @@ def test_a_wide_penumbra_is_marked_only_where_the_shape_is_too_thin_for_pilot_sa
     wide = lamp([-1, 5, 1], [2, 0, 0], [0, 0, 2])
     assert not marked(small(BOARD, FLOOR, lights=[wide])).any()
     assert marked(small(WIRE, FLOOR, lights=[wide])).any()
+
+
+def test_the_penumbra_beside_an_edge_is_as_wide_as_the_lamp_is_across_it() -> None:
+    board = rectangle([-1, 1, -0.9], [2, 0, 0], [0, 0, 1.8])
+    across, along = ([-1, 5, -0.01], [2, 0, 0], [0, 0, 0.02]), ([-0.01, 5, -1], [0.02, 0, 0], [0, 0, 2])
+    by_row, by_column = (marked(small(board, FLOOR, lights=[lamp(*edges)])) for edges in (across, along))
+    hard = marked(small(board, FLOOR, lights=[bulb([0, 5, 0])]))
+    # The lamp that is long from left to right casts sharp edges from left to right, and no others.
+    assert by_row.any(axis=0).sum() > 15
+    assert by_row.any(axis=1).sum() <= 4
+    assert by_column.any(axis=1).sum() > 15
+    assert (by_row & by_column).sum() <= 4
+    assert not (hard & ~(by_row | by_column)).any()
+
+
+def test_a_mesh_in_a_tree_casts_shadows_by_its_outline() -> None:
+    vertices = np.array(SAIL["vertices"])
+    tiny = 90 + np.arange(40)[:, None, None] + np.array([[0, 50, -200], [1, 50, -200], [0, 51, -200]])
+    places = np.vstack([vertices, vertices.mean(axis=0), *tiny])
+    faces = [[0, 1, 3], [1, 2, 3], [2, 0, 3], *(4 + np.arange(120).reshape(40, 3)).tolist()]
+    in_tree = marked(small(mesh(places, np.array(faces)), FLOOR, lights=[BULB]))
+    np.testing.assert_array_equal(in_tree, marked(small(SAIL, FLOOR, lights=[BULB])))
 
 
 def test_shadows_end_where_the_floor_ends_and_lights_below_it_cast_none() -> None:

@@ -1,0 +1,136 @@
+"""Outlines of triangles that share edges: where a mesh ends as it is seen from a place, however thin it is.
+
+A triangle of a mesh says little: most are smaller than a pixel and parts of something larger. Whatever is
+thin has two outlines close to each other that face away from each other, and so has a thin gap.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.adaptive.edges import Places, places_along
+from renderer.cameras import Pinhole
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, taken
+from renderer.math.streams import keys
+from renderer.shapes import Family
+from renderer.shapes.triangles import Triangles
+
+NEXT = np.array([1, 2, 0])
+"""The vertex after each vertex of a triangle."""
+
+OPPOSED = 1.2
+"""Length of the sum of outward vectors, each as long as its edge, in three by three squares, over the side of
+a square, below which outlines there face away from each other. A single one crosses two squares or three,
+however much it is folded: that of a fine mesh runs to and fro between triangles that are seen edge-on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outline:
+    """Edges (M,) that outlines of triangles consist of.
+
+    Attributes
+    ----------
+    numbers : (M,) int64
+        Of their shapes.
+    starts, ends, inner : (3, M) float64
+        Either end, and the third vertex of the triangle.
+    """
+
+    numbers: Integers
+    starts: Floats
+    ends: Floats
+    inner: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SharedEdges:
+    """Edges of triangles and the neighbours that have them in common.
+
+    Attributes
+    ----------
+    numbers : (K,) int64
+    vertices : (3, 3, K) float64
+    alone : (A,) int64
+        Edges of one triangle, or of more than two; edge j of triangle k has the number j K + k.
+    pairs : (2, B) int64
+        Edges of two triangles: as either has it.
+    alike : (B,) bool
+        Whether both triangles run along it the same way, which those of a surface do not.
+    """
+
+    numbers: Integers
+    vertices: Floats
+    alone: Integers
+    pairs: Integers
+    alike: Masks
+
+    @classmethod
+    def of(cls, numbers: Integers, vertices: Floats) -> "SharedEdges":
+        """Those of triangles (3, 3, K); vertices at the same place are one."""
+        names = _names(vertices)
+        after = names[NEXT]
+        both = (names + after).ravel()
+        order = np.argsort(both, kind="stable")
+        fresh = np.flatnonzero(np.diff(both[order], prepend=both[order[:1]] + np.uint64(1)))
+        counts = np.diff(fresh, append=order.size)
+        first = fresh[counts == 2]
+        pairs = np.stack((order[first], order[first + 1]))
+        rising = (names < after).ravel()
+        alone = order[(counts != 2).repeat(counts)]
+        return cls(numbers, vertices, alone, pairs, rising[pairs[0]] == rising[pairs[1]])
+
+    def outline(self, place: Floats, weight: float = 1.0) -> Outline:
+        """The outline as seen from a place (3, 1); weight 0 stands for a direction."""
+        a, b, c = self.vertices
+        faces = np.sign(dot(cross(b - a, c - a), place - weight * a))
+        one, other = (faces[side % faces.size] for side in self.pairs)
+        turned = np.where(self.alike, one * other, -one * other)
+        sides = np.concatenate((self.alone, self.pairs[0][turned >= 0]))
+        corner, triangle = np.divmod(sides, faces.size)
+        starts, ends, inner = (
+            np.ascontiguousarray(self.vertices[(corner + step) % 3, :, triangle].T) for step in range(3)
+        )
+        return Outline(self.numbers[triangle], starts, ends, inner)
+
+
+def outline_of(family: Family, place: Floats, weight: float = 1.0) -> Outline:
+    """The outline of flat shapes as seen from a place (3, 1); weight 0 stands for a direction."""
+    if isinstance(family, Triangles):
+        return SharedEdges.of(family.numbers, family.vertices).outline(place, weight)
+    hulls = family.hulls()
+    starts, ends = (np.hstack([hulls.corners[pair[end]] for pair in hulls.edges]) for end in (0, 1))
+    sides = len(hulls.edges)
+    inner = np.tile(hulls.corners.mean(axis=0), sides)
+    return Outline(np.tile(hulls.numbers, sides), starts, ends, inner)
+
+
+def _names(vertices: Floats) -> NDArray[np.uint64]:
+    """A number for the place of each vertex, (3, K): equal for equal coordinates."""
+    x, y, z = np.ascontiguousarray((vertices + 0.0).transpose(1, 0, 2)).view(np.uint64)
+    return keys(0, x, y, z)
+
+
+def thin_places(camera: Pinhole, outline: Outline, within: int) -> Places:
+    """Those places along an outline that have another about so many pixels beside them, facing away."""
+    places = places_along(camera, outline.starts, outline.ends)
+    rows, columns = -(-camera.height // within), -(-camera.width // within)
+    cells = places.pixels[1] // within * columns + places.pixels[0] // within
+    across, along = taken(_outward(camera, outline), places.edges) * places.lengths
+
+    def around(values: Floats) -> Floats:
+        """Sums over the places in squares of so many pixels, and the eight squares around each."""
+        padded = np.pad(np.bincount(cells, values, rows * columns).reshape(rows, columns), 1)
+        across = padded[:, :-2] + padded[:, 1:-1] + padded[:, 2:]
+        return (across[:-2] + across[1:-1] + across[2:]).ravel()
+
+    return places.some((np.hypot(around(across), around(along)) < OPPOSED * within)[cells])
+
+
+def _outward(camera: Pinhole, outline: Outline) -> Floats:
+    """Unit vectors (2, M) on the picture across edges, away from their triangles."""
+    starts, ends, inner = (place - camera.position for place in (outline.starts, outline.ends, outline.inner))
+    normal = cross(starts, ends)
+    across, along = dot(normal, camera.right), -dot(normal, camera.up)
+    length = np.hypot(across, along) * -np.sign(dot(normal, inner))
+    return np.stack((across, along)) / np.where(length == 0, np.inf, length)
