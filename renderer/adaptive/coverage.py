@@ -7,19 +7,21 @@ The rays form two independent lattices: their difference estimates the error of 
 """
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.guides import Nearby, guide
+from renderer.adaptive.lamps import pieces_of
 from renderer.adaptive.levels import COVERAGES, FIBONACCI
-from renderer.adaptive.rays import camera_rays, labels_of
+from renderer.adaptive.rays import camera_rays, labels_of, of_lights
 from renderer.film import BRIGHTEST
 from renderer.halves import HALVES
 from renderer.integrator import find_hits, radiance
+from renderer.interaction import EMITTER
 from renderer.lights.emitters import PIXEL_DIMENSIONS
-from renderer.math.arrays import Floats, Integers, put
+from renderer.math.arrays import Floats, Integers, Masks, put
 from renderer.math.streams import bits, keys, uniforms
 from renderer.plan.plan import RenderPlan, adaptive_part, pilot_of
 
@@ -96,6 +98,85 @@ class _Parts:
     rays: Integers
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lamps:
+    """Lights in n pixels, of which lattices find only how much is hidden.
+
+    Attributes
+    ----------
+    shares : (2 n,) float64
+        Of the pixel, by each lattice.
+    radiance : (3, 2 n) float64
+        What they add to its mean.
+    parted, hidden : (3, n) float64
+        What those would add, if nothing hid them, of which rays see only a part, and of which they see none.
+    """
+
+    shares: Floats
+    radiance: Floats
+    parted: Floats
+    hidden: Floats
+
+    def beside(self, parts: _Parts, are_lights: Masks) -> _Parts:
+        """The parts (m,) with shares of what lights leave; those that are lights have none of it."""
+        others = np.bincount(parts.lattices, parts.shares * ~are_lights, minlength=self.shares.size)
+        left = np.divide(1 - self.shares, others, out=1 - self.shares, where=others > 0)
+        alone = (others == 0)[parts.lattices]
+        return replace(parts, shares=parts.shares * left[parts.lattices] * (~are_lights | alone))
+
+    def uncertain(self, values: NDArray[np.float32], rays: int, mixed: Masks) -> Floats:
+        """Squared error (n,) to expect beside what lattices differ by: of one ray more or less.
+
+        Lattices may agree by chance, and one ray may be much brighter than white. Where all rays find a light
+        hidden, one of them is missed with a probability of 1 / (rays + 1), if all shares are as probable; and
+        only where pixels are `mixed` (n,), which show an edge.
+        """
+        parted, hidden = self.parted / rays, self.hidden / rays
+        apart = (np.clip(values + parted, 0, 1) - np.clip(values - parted, 0, 1)) / 2
+        missed = np.clip(values + hidden, 0, 1) - np.clip(values, 0, 1)
+        return np.asarray((apart**2).mean(axis=0) + (missed**2).mean(axis=0) * mixed / (rays + 1))
+
+
+def _lamps(
+    pilot: RenderPlan, x: Integers, y: Integers, place: tuple[Floats, Floats], counts: Counter[str]
+) -> _Lamps:
+    """Lights in pixels (n,): how much of their outlines rays see, at places (2 n, k) of the unit square."""
+    pieces = pieces_of(pilot.camera, pilot.visible_lights, x, y)
+    areas = pieces.areas()
+    lattices = pieces.pixels[:, None] * HALVES + np.arange(HALVES)
+    count = place[0].shape[1]
+    there = [axis[lattices].reshape(areas.size, HALVES * count) for axis in place]
+    across, along = pieces.places(*there)
+    of_rays = pieces.pixels.repeat(across.shape[1])
+    hits = _hits(pilot, x[of_rays], y[of_rays], (across.ravel(), along.ravel()), counts)
+    seen = (hits.reshape(across.shape) == EMITTER + pieces.lights[:, None]).reshape(areas.size, HALVES, count)
+    shares, some, every = areas[:, None] * seen.mean(axis=2), seen.any(axis=(1, 2)), seen.all(axis=(1, 2))
+    colors = np.minimum(pilot.unshaded.lights[:, pieces.lights], BRIGHTEST)
+    size = HALVES * x.size
+
+    def sums(which: Integers, values: Floats, size: int) -> Floats:
+        return np.bincount(which.ravel(), values.ravel(), minlength=size).astype(np.float64)
+
+    return _Lamps(
+        shares=np.minimum(sums(lattices, shares, size), 1.0),
+        radiance=np.stack([sums(lattices, color[:, None] * shares, size) for color in colors]),
+        parted=np.stack([sums(pieces.pixels, color * areas * (some & ~every), x.size) for color in colors]),
+        hidden=np.stack([sums(pieces.pixels, color * areas * ~some, x.size) for color in colors]),
+    )
+
+
+def _hits(
+    pilot: RenderPlan, x: Integers, y: Integers, place: tuple[Floats, Floats], counts: Counter[str]
+) -> Integers:
+    """Numbers (m,) of what rays through places (m,) in pixels (m,) hit."""
+    if not x.size:
+        return np.zeros(0, dtype=np.int64)
+    rays = camera_rays(pilot, x, y, np.full(x.size, HALVES), place)
+    find_hits(pilot, rays)
+    counts["camera"] += x.size
+    return rays.shapes
+
+
 def cover(
     plan: RenderPlan, size: int, x: Integers, y: Integers, nearby: Nearby, counts: Counter[str]
 ) -> Cover:
@@ -105,36 +186,39 @@ def cover(
     across, along = (
         place.reshape(-1, count) for place in places(plan.seed, plan.camera.numbers(x, y), count)
     )
-    every = np.full(across.size, HALVES)
     of_rays = np.arange(x.size).repeat(HALVES * count)
-    rays = camera_rays(pilot, x[of_rays], y[of_rays], every, (across.ravel(), along.ravel()))
-    find_hits(pilot, rays)
-    counts["camera"] += rays.t.size
-    parts = _parts(rays.shapes.reshape(-1, count), across, along)
-    labels = labels_of(rays.shapes[parts.rays])
-    around = guide(nearby, adaptive_part(plan).fine)
+    shapes = _hits(pilot, x[of_rays], y[of_rays], (across.ravel(), along.ravel()), counts)
+    parts = _parts(shapes.reshape(-1, count), across, along)
+    labels = labels_of(shapes[parts.rays])
+    lamps = _lamps(pilot, x, y, (across, along), counts)
+    parts = lamps.beside(parts, of_lights(labels))
+    around = guide(nearby, adaptive_part(plan).fine, pilot.unshaded.lights)
     known, is_known = around.at(labels, parts.lattices // HALVES)
     shown, missing = known.copy(), np.flatnonzero(~is_known)
     if missing.size:
         chosen = parts.rays[missing]
         there = (across.ravel()[chosen], along.ravel()[chosen])
-        seen = camera_rays(pilot, x[of_rays[chosen]], y[of_rays[chosen]], every[chosen], there)
+        every = np.full(chosen.size, HALVES)
+        seen = camera_rays(pilot, x[of_rays[chosen]], y[of_rays[chosen]], every, there)
         put(shown, missing, np.minimum(radiance(pilot, seen, counts), BRIGHTEST))
-    return _cover(parts, known, shown, _variances(parts, labels, nearby))
+    found = _cover(parts, known, shown, lamps.radiance, _variances(parts, labels, nearby))
+    mixed = (nearby.labels != nearby.labels[4]).any(axis=0)
+    uncertain = lamps.uncertain(found.values, HALVES * count, mixed).astype(np.float32)
+    return replace(found, spread=found.spread + uncertain)
 
 
-def _cover(parts: _Parts, known: Floats, shown: Floats, variances: Floats) -> Cover:
-    """Means of pixels from the radiance (3, m) of their parts."""
+def _cover(parts: _Parts, known: Floats, shown: Floats, lamps: Floats, variances: Floats) -> Cover:
+    """Means of pixels from the radiance (3, m) of their parts, and what `lamps` (3, 2 n) add to lattices."""
     starts = np.flatnonzero(np.diff(parts.lattices, prepend=-1))
 
     def means(radiance: Floats) -> Floats:
         return np.add.reduceat(radiance * parts.shares, starts, axis=-1)
 
-    halves = means(shown).reshape(3, -1, HALVES)
+    halves = (means(shown) + lamps).reshape(3, -1, HALVES)
     apart = np.clip(halves[:, :, 0], 0, 1) - np.clip(halves[:, :, 1], 0, 1)
     return Cover(
         values=halves.mean(axis=2).astype(np.float32),
-        known=means(known).reshape(3, -1, HALVES).mean(axis=2).astype(np.float32),
+        known=(means(known) + lamps).reshape(3, -1, HALVES).mean(axis=2).astype(np.float32),
         spread=((apart**2).mean(axis=0) / 4).astype(np.float32),
         doubts=(UNEVEN * means(variances)).reshape(-1, HALVES).mean(axis=1).astype(np.float32),
     )

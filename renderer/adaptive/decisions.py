@@ -21,6 +21,7 @@ from renderer.adaptive.early_passes import (
 )
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.findings import Findings, errors_of
+from renderer.adaptive.lamps import lit
 from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, Levels
 from renderer.adaptive.neighbours import spread
 from renderer.adaptive.states import State
@@ -100,7 +101,8 @@ class _Borders:
     pixels : (k,) int64
     contrasts : (k,) float64
         Scaled so that they explain how exact the shares are in all. What the rays of a single pixel have
-        found does not count: those that missed what is thin would get no more.
+        found does not count: those that missed what is thin would get no more. But it does where lights are
+        seen, whose outlines are known.
     coverage : (k,) uint8
     """
 
@@ -114,8 +116,12 @@ class _Borders:
         pixels = np.flatnonzero(estimate.coverage)
         contrasts = estimate.contrasts.ravel()[pixels].astype(np.float64)
         coverage = estimate.coverage.ravel()[pixels]
-        explained = float((contrasts * COVERAGES[coverage] ** -1.5).sum())
-        contrasts *= estimate.spread.sum(dtype=np.float64) / explained if explained > 0 else 0.0
+        found = estimate.spread.ravel()[pixels] * COVERAGES[coverage] ** 1.5
+        are_lit = lit(estimate.labels, estimate.adaptive.lamps).ravel()[pixels]
+        shares = COVERAGES[coverage] ** -1.5 * ~are_lit
+        explained = float((contrasts * shares).sum())
+        contrasts *= float((found * shares).sum()) / explained if explained > 0 else 0.0
+        np.copyto(contrasts, found, where=are_lit)
         return cls(pixels, contrasts, coverage)
 
     def rays(self, sizes: Integers) -> float:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from renderer.adaptive import strata
 from renderer.adaptive.between import NODE, Ways
 from renderer.adaptive.findings import Findings, findings_of
+from renderer.adaptive.lamps import lit
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, PREVIEWED, SAMPLED, Levels
 from renderer.adaptive.rays import Labels
@@ -379,7 +380,15 @@ class Estimate:
 
     def _findings(self, shown: Masks, probing: Masks) -> Findings:
         return findings_of(
-            self.halves, self.squares, self.have, shown, probing, self.values, self.strata, self.spread
+            self.halves,
+            self.squares,
+            self.have,
+            shown,
+            probing,
+            self.values,
+            self.strata,
+            self.spread,
+            lit(self.labels, self.adaptive.lamps),
         )
 
 

@@ -64,7 +64,7 @@ class Findings:
         return 2 * own + self.survey.variance + (UNMODELLED * self.total) ** 2
 
 
-def findings_of(
+def findings_of(  # noqa: PLR0913, PLR0917  arrays of an estimate
     halves: Floats,
     squares: Floats,
     have: Levels,
@@ -73,10 +73,12 @@ def findings_of(
     pilots: Picture,
     strata: Integers,
     spread: Picture,
+    lit: Masks,
 ) -> Findings:
     """What is known of a picture; arrays as in `estimate.Estimate`, `pilots` its values.
 
-    Samples of the pixels `probing` (H, W) are probes: they measure pilot samples that are shown.
+    Samples of the pixels `probing` (H, W) are probes: they measure pilot samples that are shown. Pixels that
+    are `lit` (H, W) show a light that the camera sees, whose share of pixels is known.
     """
     levels = have.ravel()
     sampled = np.flatnonzero(shown.ravel() & (levels >= SAMPLED))
@@ -85,7 +87,7 @@ def findings_of(
     single = np.zeros(levels.size)
     for chosen in (sampled, probes):
         single[chosen] = squares.ravel()[chosen] / (COUNTS[levels[chosen]] - 1)
-    squared, variances = _sampled(means[:, :, sampled], single, sampled, COUNTS[levels[sampled]], pilots)
+    squared, variances = _sampled(means[:, :, sampled], single, sampled, COUNTS[levels[sampled]], pilots, lit)
     errors, noise = errors_of(means[:, :, probes], pilots.reshape(3, -1)[:, probes])
     numbers = strata.ravel()
     return Findings(
@@ -108,7 +110,7 @@ def findings_of(
 
 
 def _sampled(
-    halves: Floats, single: Floats, sampled: Integers, counts: Integers, pilots: Picture
+    halves: Floats, single: Floats, sampled: Integers, counts: Integers, pilots: Picture, lit: Masks
 ) -> tuple[Floats, Floats]:
     """Squared errors and variances (n,) of sampled pixels, from their halves (2, 3, n).
 
@@ -116,7 +118,7 @@ def _sampled(
     The variances are scaled to explain the squared errors: each at least that of its neighbours, together
     they would let allocation expect 1.4 to 1.5 times the error, and ask for too many samples.
     """
-    missed = _missed_glare(halves.mean(axis=0), single, sampled, counts, pilots)
+    missed = _missed_glare(halves.mean(axis=0), single, sampled, counts, pilots, lit)
     bright = (halves > 1).all(axis=(0, 1))
     single[sampled[bright]] = 0.0
     squares, variances = _guarded(
@@ -163,7 +165,7 @@ def _guarded(single: Floats, sampled: Integers, squares: Floats, taken: Integers
 
 
 def _missed_glare(
-    means: Floats, single: Floats, sampled: Integers, counts: Integers, pilots: Picture
+    means: Floats, single: Floats, sampled: Integers, counts: Integers, pilots: Picture, lit: Masks
 ) -> Floats:
     """Squared errors (n,) to expect of sampled pixels beside something brighter than white.
 
@@ -172,7 +174,7 @@ def _missed_glare(
     a variance of m (b - m).
     """
     values = np.maximum(means, pilots.reshape(3, -1)[:, sampled])
-    white = values.min(axis=0) > 1
+    white = (values.min(axis=0) > 1) & ~lit.ravel()[sampled]
     if not white.any():
         return np.zeros(sampled.size)
     glare = np.zeros(pilots.shape[1:], dtype=np.float32)

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.rays import of_labels
-from renderer.math.arrays import Floats, Integers, Masks
+from renderer.adaptive.rays import of_labels, of_lights
+from renderer.film import BRIGHTEST
+from renderer.interaction import MISS
+from renderer.math.arrays import Floats, Integers, Masks, put, taken
 from schemas.tiles import Tile
 
 CENTRE, BESIDE, CORNERS = np.array([4]), np.array([1, 3, 5, 7]), np.array([0, 2, 6, 8])
@@ -150,11 +152,14 @@ class Guide:
         Of what is at each of nine places; alike where labels are.
     known : (9, n) bool
         Whether a place says how bright its label is.
+    lights : (3, lights of the scene) float64
+        Radiance of the lights, which no pilot sample has to hit.
     """
 
     labels: NDArray[np.int32]
     radiance: Floats
     known: Masks
+    lights: Floats
 
     def at(self, labels: NDArray[np.int32], pixels: Integers) -> tuple[Floats, Masks]:
         """Radiance (3, m) of what rays through pixels (m,) of those n have hit, 0 where it is not known.
@@ -164,11 +169,15 @@ class Guide:
         same = (self.labels[:, pixels] == labels) & self.known[:, pixels]
         place = same.argmax(axis=0)
         is_known = same.any(axis=0)
-        return self.radiance[:, place, pixels] * is_known, is_known
+        found = self.radiance[:, place, pixels] * is_known
+        lights = np.flatnonzero(of_lights(labels))
+        put(found, lights, taken(self.lights, MISS - 1 - labels[lights].astype(np.int64)))
+        is_known[lights] = True
+        return found, is_known
 
 
-def guide(nearby: Nearby, fine: Masks) -> Guide:
-    """Brightness by label around n pixels.
+def guide(nearby: Nearby, fine: Masks, lights: Floats) -> Guide:
+    """Brightness by label around n pixels, and that of all `lights` (3, K).
 
     The pixel's own pilot sample is taken before the mean of those beside it, and that before those at its
     corners; of what is `fine` (shapes,) no neighbour's.
@@ -184,4 +193,4 @@ def guide(nearby: Nearby, fine: Masks) -> Guide:
         np.divide(sums, times, out=found, where=fresh)
         missing &= ~fresh
     known = ~of_labels(fine, labels) | (labels == labels[CENTRE])
-    return Guide(labels, found, known)
+    return Guide(labels, found, known, np.minimum(lights, BRIGHTEST))

@@ -7,7 +7,7 @@ lights.
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.interaction import EMITTER, Rays
+from renderer.interaction import EMITTER, MISS, Rays
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.plan.plan import RenderPlan
 
@@ -28,6 +28,11 @@ def camera_rays(
 def labels_of(shapes: Integers) -> NDArray[np.int32]:
     """Labels (n,) of the shape numbers of rays."""
     return np.where(shapes >= EMITTER, EMITTER - 2 - shapes, shapes).astype(np.int32)
+
+
+def of_lights(labels: NDArray[np.int32]) -> Masks:
+    """Which labels are those of lights."""
+    return np.asarray(labels < MISS)
 
 
 def of_labels(shapes: Masks, labels: NDArray[np.int32]) -> Masks:

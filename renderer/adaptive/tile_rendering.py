@@ -174,7 +174,7 @@ def _subtract_guides(plan: RenderPlan, batch: _Batch, around: _Around, guided: I
         return
     nearby = around.pilots.nearby(around.rows[guided], around.columns[guided])
     which, rays = _rays_of(batch, guided)
-    known, _ = guide(nearby, adaptive_part(plan).fine).at(batch.labels[rays], which)
+    known, _ = guide(nearby, adaptive_part(plan).fine, plan.unshaded.lights).at(batch.labels[rays], which)
     add(batch.radiance, rays, -known)
 
 

@@ -177,6 +177,8 @@ class AdaptivePlan:
         This and the following are empty through a lens.
     edges : (2, N) int64
         The same of pixels that edges of flat shapes pass.
+    lamps : (2, N) int64
+        Those of them that edges of visible lights pass.
     shadow_edges : (3, N) int64
         The same of pixels that edges of hard shadows may pass, and the shape that each of them falls on.
     """
@@ -190,6 +192,7 @@ class AdaptivePlan:
     thin: Integers
     narrow: Integers
     edges: Integers
+    lamps: Integers
     shadow_edges: Integers
 
     @property
@@ -218,6 +221,7 @@ def seen_by(plan: RenderPlan, camera: Mosaic | Window) -> RenderPlan:
             thin=camera.places(adaptive.thin),
             narrow=camera.places(adaptive.narrow),
             edges=camera.places(adaptive.edges),
+            lamps=camera.places(adaptive.lamps),
             shadow_edges=camera.places(adaptive.shadow_edges),
         )
     return replace(plan, camera=camera, adaptive=adaptive)

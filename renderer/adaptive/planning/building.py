@@ -58,9 +58,10 @@ def _places(plan: RenderPlan, seen: Request) -> dict[str, Integers]:
     thin = [thin_outlines(camera, tree.outline(camera.position), within).pixels for tree in trees]
     visible = [light.rectangles for light in plan.visible_lights]
     return {
-        "thin": np.hstack([pilots.places(seen.families, partial(thin_places, camera)), *thin]),
+        "thin": np.hstack([pilots.places([*seen.families, *visible], partial(thin_places, camera)), *thin]),
         "narrow": pilots.places(seen.families, partial(narrow_places, camera)),
         "edges": np.hstack([pilots.places([*seen.families, *visible], partial(edge_places, camera)), *thin]),
+        "lamps": pilots.places(visible, partial(edge_places, camera)),
         "shadow_edges": pilots.shadow_places(plan, trees),
     }
 
@@ -74,5 +75,6 @@ def _places_through_lens(plan: RenderPlan, seen: Request, policy: SampledLattice
         "thin": touched_places(plan.camera, families, within),
         "narrow": none,
         "edges": none,
+        "lamps": none,
         "shadow_edges": np.zeros((3, 0), dtype=np.int64),
     }

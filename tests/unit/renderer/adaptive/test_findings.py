@@ -44,6 +44,7 @@ def known(seed: int = 1) -> tuple[dict[str, Any], Numbers, Numbers]:
         "pilots": pilots,
         "strata": random.choice([3, 40, 60], SIZE),
         "spread": np.zeros(SIZE, np.float32),
+        "lit": np.zeros(SIZE, bool),
     }
     return arrays, truth, noise
 

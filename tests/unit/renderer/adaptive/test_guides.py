@@ -29,7 +29,9 @@ Numbers = NDArray[np.float64]
 def one(labels: list[int], values: list[float], fine: list[bool] | None = None) -> dict[int, float | None]:
     """Brightness of each label around a pixel, None where none is known."""
     levels = np.repeat(np.array(values, np.float32)[None, :, None], 3, axis=0)
-    around = guide(Nearby(levels, np.array(labels, np.int32)[:, None]), np.array(fine or [False] * 4))
+    around = guide(
+        Nearby(levels, np.array(labels, np.int32)[:, None]), np.array(fine or [False] * 4), np.zeros((3, 0))
+    )
     requested = np.array([*sorted(set(labels)), 3], np.int32)
     radiance, known = around.at(requested, np.zeros(requested.size, np.int64))
     assert not radiance[:, ~known].any()

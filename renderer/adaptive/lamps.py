@@ -1,0 +1,139 @@
+"""Lights that pixels show: a light's share of a pixel is an area, so that no ray has to find it.
+
+A lamp that covers a thousandth of a pixel whitens it where it is a thousand times as bright as white, and few
+rays hit it. What its outline covers of the pixel is known; rays through that part find how much is hidden.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from renderer.adaptive.rays import Labels, of_lights
+from renderer.cameras import Pinhole
+from renderer.interaction import EMITTER
+from renderer.lights.surfaces import LightSurfaces
+from renderer.math.arrays import Floats, Integers, Masks, dot
+from renderer.shapes.rectangles import Rectangles
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
+    """What m outlines of lights cover of pixels, whatever is in front of them.
+
+    Attributes
+    ----------
+    pixels : (m,) int64
+        Which of n pixels.
+    lights : (m,) int64
+        Numbers of the lights.
+    corners : (m, V, 2) float64
+        Of convex polygons: across and along, from 0 to 1 in the pixel. A corner may be there more than once.
+    """
+
+    pixels: Integers
+    lights: Integers
+    corners: Floats
+
+    def areas(self) -> Floats:
+        """Share of the pixel that each covers, (m,)."""
+        return self._triangles().sum(axis=1)
+
+    def places(self, across: Floats, along: Floats) -> Floats:
+        """Points of the unit square, (m, k) each, carried onto the polygons, area to area: (2, m, k)."""
+        areas = np.cumsum(self._triangles(), axis=1)
+        wanted = across * areas[:, -1:]
+        which = np.minimum((wanted[:, :, None] >= areas[:, None]).sum(axis=2), areas.shape[1] - 1)
+        above = np.take_along_axis(areas, which, axis=1)
+        below = np.take_along_axis(np.pad(areas, ((0, 0), (1, 0))), which, axis=1)
+        inside = np.sqrt(np.clip((wanted - below) / (above - below), 0, 1))[..., None]
+        rows = np.arange(len(areas))[:, None]
+        first, second = self.corners[rows, which + 1], self.corners[rows, which + 2]
+        start = self.corners[:, :1]
+        return np.moveaxis(start + inside * (first - start + along[..., None] * (second - first)), 2, 0)
+
+    def _triangles(self) -> Floats:
+        """Areas (m, V - 2) of the triangles that fan out from the first corner."""
+        away = self.corners[:, 1:] - self.corners[:, :1]
+        (x, y), (next_x, next_y) = (np.moveaxis(ends, 2, 0) for ends in (away[:, :-1], away[:, 1:]))
+        return np.abs(x * next_y - y * next_x) / 2
+
+
+def lit(labels: Labels, edges: Integers) -> Masks:
+    """Pixels (H, W) whose pilot sample hit a light, or that `edges` (2, N) of lights pass."""
+    found = of_lights(labels)
+    columns, rows = edges
+    found[rows, columns] = True
+    return found
+
+
+NONE = Pieces(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3, 2)))
+
+
+def pieces_of(
+    camera: Pinhole, visible: tuple[LightSurfaces, ...], columns: Integers, rows: Integers
+) -> Pieces:
+    """What lights cover of pixels (n,), if nothing hides them."""
+    found = [
+        _pieces(camera, lights.rectangles, light, columns, rows)
+        for lights in visible
+        for light in range(lights.rectangles.numbers.size)
+    ]
+    found = [pieces for pieces in found if pieces.pixels.size]
+    if not found:
+        return NONE
+    return Pieces(
+        np.concatenate([pieces.pixels for pieces in found]),
+        np.concatenate([pieces.lights for pieces in found]),
+        np.concatenate([pieces.corners for pieces in found]),
+    )
+
+
+def _pieces(camera: Pinhole, lights: Rectangles, light: int, columns: Integers, rows: Integers) -> Pieces:
+    outline = _seen_from(camera, lights, light)
+    # By quarters of a pixel: the camera of a part of a picture knows only places inside its pixels.
+    left, top = camera.screen(np.float64(0.25) + columns, np.float64(0.25) + rows)
+    right, bottom = camera.screen(np.float64(0.75) + columns, np.float64(0.75) + rows)
+    middle, size = np.stack((left + right, top + bottom)) / 2, 2 * np.stack((right - left, bottom - top))
+    depth = np.broadcast_to(outline[2][:, None], (4, columns.size))
+    places = (outline[:2, :, None] - middle[:, None] * depth) / size[:, None]
+    sides = np.concatenate((depth / 2 + places, depth / 2 - places))
+    near = np.flatnonzero((sides >= 0).any(axis=1).all(axis=0))
+    polygons = np.stack((*places[:, :, near], depth[:, near])).transpose(2, 1, 0)
+    for axis, sign in ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)):
+        polygons = _cut(polygons, polygons[:, :, 2] / 2 + sign * polygons[:, :, axis])
+    flat = np.divide(
+        polygons[:, :, :2],
+        polygons[:, :, 2:],
+        out=np.zeros((*polygons.shape[:2], 2)),
+        where=polygons[:, :, 2:] > 0,
+    )
+    pieces = Pieces(near, np.full(near.size, lights.numbers[light] - EMITTER), flat + 0.5)
+    some = np.flatnonzero(pieces.areas())
+    return Pieces(near[some], pieces.lights[some], pieces.corners[some])
+
+
+def _seen_from(camera: Pinhole, lights: Rectangles, light: int) -> Floats:
+    """Corners of a light around its outline, (3, 4): right, up and forward from the camera."""
+    first, second = lights.first[:, light, None], lights.second[:, light, None]
+    away = lights.anchors[:, light, None] - camera.position
+    corners = np.hstack((away, away + first, away + first + second, away + second))
+    return np.stack([dot(corners, axis) for axis in (camera.right, camera.up, camera.forward)])
+
+
+def _cut(polygons: Floats, inside: Floats) -> Floats:
+    """The parts of convex polygons (m, V, 3) where a linear function is not negative, (m, V + 1, 3).
+
+    `inside` (m, V) are its values at the corners. Where nothing is left all corners are one.
+    """
+    following = np.roll(inside, -1, axis=1)
+    kept = inside >= 0
+    crossing = kept != (following >= 0)
+    share = np.divide(inside, inside - following, out=np.zeros_like(inside), where=crossing)
+    between = polygons + share[:, :, None] * (np.roll(polygons, -1, axis=1) - polygons)
+    count = polygons.shape[1]
+    both = np.stack((polygons, between), axis=2).reshape(len(polygons), 2 * count, 3)
+    valid = np.stack((kept, crossing), axis=2).reshape(len(polygons), 2 * count)
+    order = np.argsort(~valid, axis=1, kind="stable")[:, : count + 1]
+    there: Masks = np.take_along_axis(valid, order, axis=1)
+    found = np.take_along_axis(both, order[:, :, None], axis=1)
+    return np.where(there[:, :, None], found, found[:, :1])
