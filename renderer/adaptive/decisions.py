@@ -156,7 +156,11 @@ def _after_borders(estimate: Estimate) -> State:
 
 def _after_samples(estimate: Estimate) -> State:
     estimate.rounds += 1
-    return State.SAMPLE if _sample_more(estimate) else State.DONE
+    before = estimate.shown.copy()
+    more = _sample_more(estimate)
+    # Nothing says yet that the few samples of a probe are better.
+    estimate.kept |= estimate.shown & ~before
+    return State.SAMPLE if more else State.DONE
 
 
 TRANSITIONS: dict[State, Callable[[Estimate], State]] = {
@@ -170,7 +174,7 @@ TRANSITIONS: dict[State, Callable[[Estimate], State]] = {
 
 def _sample_more(estimate: Estimate) -> bool:
     found = estimate.findings()
-    estimate.error = estimate.error_of(found)
+    estimate.error = estimate.error_of(estimate.keep(found))
     estimate.want[...] = 0
     estimate.cover[...] = estimate.coverage
     if estimate.error.bound <= estimate.target or estimate.rounds > MOST_ROUNDS:

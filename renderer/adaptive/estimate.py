@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive import strata
+from renderer.adaptive.aims import FIRST_AIM, NEXT_AIM, first_levels
 from renderer.adaptive.between import NODE, Ways
-from renderer.adaptive.findings import Findings, findings_of
+from renderer.adaptive.findings import Findings, findings_of, worse_than_pilots
 from renderer.adaptive.lamps import lit
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, PREVIEWED, SAMPLED, Levels
@@ -29,25 +30,6 @@ from renderer.math.arrays import Floats, Integers, Masks, add, put, taken
 from renderer.plan.plan import AdaptivePlan, RenderPlan, adaptive_part
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
-
-FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
-"""With a time limit: the first error aimed at, and each next one as a share of the last."""
-
-
-def first_levels(plan: RenderPlan, tile: Tile) -> Levels:
-    """What the first pass wants of the pixels of a tile, (h, w)."""
-    assert isinstance(plan.quality, TargetQuality)
-    policy = adaptive_part(plan).policy
-    stride = policy.first_stride(plan.width, plan.height)
-    want = np.zeros((tile.height, tile.width), dtype=np.uint8)
-    nodes = np.s_[-tile.y0 % stride :: stride, -tile.x0 % stride :: stride]
-    want[nodes] = policy.first_level(first_aim(plan.quality))
-    return want
-
-
-def first_aim(target: TargetQuality) -> float:
-    """The error that the first passes aim at: coarse to begin with where time is short."""
-    return target.error if target.time_limit is None else max(target.error, FIRST_AIM)
 
 
 @dataclass(slots=True, eq=False)
@@ -87,7 +69,9 @@ class Estimate:
     squares : (H, W) float64
         Sum over the samples of squares about their mean, mean over channels.
     shown : (H, W) bool
-        Pixels whose samples are shown, and not the pilot sample or what is interpolated.
+        Pixels whose samples are to be shown, and not the pilot sample or what is interpolated.
+    kept : (H, W) bool
+        Those of them that show the latter still, as they have too few samples to be better.
     ways : (H, W) uint8
         How pixels that are not shown are interpolated between those that are (`between`).
     strata : (H, W) int64
@@ -123,6 +107,7 @@ class Estimate:
     halves: Floats
     squares: Floats
     shown: Masks
+    kept: Masks
     ways: Ways
     strata: Integers
     probe_probability: Floats
@@ -156,6 +141,7 @@ class Estimate:
             halves=np.zeros((HALVES, 3, *size)),
             squares=np.zeros(size),
             shown=sampled,
+            kept=np.zeros(size, dtype=bool),
             ways=np.full(size, NODE, dtype=np.uint8),
             strata=np.full(size, strata.STEPS - 1),
             probe_probability=np.zeros(strata.COUNT),
@@ -288,7 +274,7 @@ class Estimate:
         if coming.any():
             above, beside = rows // (2 * stride) * (2 * stride), columns // (2 * stride) * (2 * stride)
             picture = np.where(coming, self.values[:, above, beside], picture)
-        sampled = self.shown[y, x] & (self.have[y, x] >= SAMPLED)
+        sampled = self.displayed[y, x] & (self.have[y, x] >= SAMPLED)
         if sampled.any():
             # Differences from a control variate may leave less than nothing where all is dark.
             picture[:, sampled] = np.maximum(self.halves[:, :, y, x][:, :, sampled].mean(axis=0), 0)
@@ -340,10 +326,10 @@ class Estimate:
 
     def errors(self) -> Image:
         """Estimated standard errors of the pixels, (H, W, 3) float32; for pilot samples their stratum's."""
-        found = self.findings()
+        found = self._findings(self.displayed, ~self.displayed)
         pilots = np.sqrt(np.maximum(found.survey.errors, 0))[self.strata]
         halves = np.abs(self.halves[0] - self.halves[1]) / 2
-        squares = np.where(self.shown, halves, pilots) ** 2 + self.spread
+        squares = np.where(self.displayed, halves, pilots) ** 2 + self.spread
         return np.sqrt(squares).transpose(1, 2, 0).astype(np.float32)
 
     def settle(self) -> ErrorEstimate:
@@ -352,8 +338,9 @@ class Estimate:
         Before there are samples nothing is known of it but what the coarse picture lets expect.
         """
         if (self.have >= SAMPLED).any():
-            found = self.so_far()
-            self.error = self.error_of(found)
+            self.kept[...] = False
+            self.keep(self.so_far())
+            self.error = self.error_of(self.so_far())
         elif self.error is None:
             expected = strata.expected_errors(self.image().transpose(2, 0, 1)).mean(dtype=np.float64)
             self.error = ErrorEstimate(float(np.sqrt(expected)), 0.0, 1.0, 1.0)
@@ -372,11 +359,24 @@ class Estimate:
 
         All samples of their stratum say how far off that is, even if they are shown.
         """
-        waiting = self.shown & (self.have < SAMPLED)
+        waiting = self.displayed & (self.have < SAMPLED)
         alike = np.zeros(strata.COUNT, dtype=bool)
         alike[self.strata[waiting]] = True
-        shown = self.shown & ~waiting
+        shown = self.displayed & ~waiting
         return self._findings(shown, ~shown | alike[self.strata])
+
+    @property
+    def displayed(self) -> Masks:
+        """Pixels whose samples are shown, (H, W)."""
+        return self.shown & ~self.kept
+
+    def keep(self, found: Findings) -> Findings:
+        """Show pilot samples where those `found` are worse; gives what samples say of the picture then."""
+        if self.adaptive.pilot is None:
+            return found
+        worse = worse_than_pilots(found, self.halves, self.values, self.strata)
+        self.kept = self.shown & worse[self.strata]
+        return self._findings(self.displayed, ~self.displayed) if self.kept.any() else found
 
     def _findings(self, shown: Masks, probing: Masks) -> Findings:
         return findings_of(

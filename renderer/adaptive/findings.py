@@ -109,6 +109,19 @@ def findings_of(  # noqa: PLR0913, PLR0917  arrays of an estimate
     )
 
 
+def worse_than_pilots(found: Findings, halves: Floats, pilots: Picture, strata: Integers) -> Masks:
+    """Strata (COUNT,) whose samples are expected to err by more than the pilot samples that they replace.
+
+    Samples of the same pixels (2, 3, H, W) say both: how far they are from each other, and from those.
+    """
+    numbers = strata.ravel()[found.sampled]
+    errors, _ = errors_of(
+        halves.reshape(2, 3, -1)[:, :, found.sampled], pilots.reshape(3, -1)[:, found.sampled]
+    )
+    own, others = (np.bincount(numbers, values, minlength=COUNT) for values in (found.squares, errors))
+    return np.asarray(own > np.maximum(others, 0))
+
+
 def _sampled(
     halves: Floats, single: Floats, sampled: Integers, counts: Integers, pilots: Picture, lit: Masks
 ) -> tuple[Floats, Floats]:

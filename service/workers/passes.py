@@ -13,8 +13,8 @@ import numpy as np
 
 from renderer import RenderPlan, film
 from renderer.adaptive import Estimate, Samples
+from renderer.adaptive.aims import first_levels
 from renderer.adaptive.driver import Driver
-from renderer.adaptive.estimate import first_levels
 from renderer.adaptive.forecast import Forecast, usual_prices
 from renderer.adaptive.guides import Surroundings, packed, unpacked
 from renderer.adaptive.requests import LevelRequest, tile_request

@@ -22,7 +22,7 @@ PACKAGE = "renderer.adaptive"
 STAGES = {
     "Pilot samples and borders": ("levels", "lattice", "early_passes", "guides", "coverage"),
     "Strata, probes and the error": ("strata", "findings", "uncertainty"),
-    "Decisions about samples": ("allocation", "estimate", "decisions"),
+    "Decisions about samples": ("allocation", "aims", "decisions"),
     "Pictures through a lens": ("between", "blur", "blur_decisions"),
     "Progress, tiles and time": ("forecast", "partition", "time_limits"),
 }

@@ -8,9 +8,9 @@ import pytest
 import renderer
 from accuracy.hard_cases.documents import camera, ellipsoid, scene, sphere, triangle
 from renderer.adaptive import Estimate, Samples, render_samples
+from renderer.adaptive.aims import FIRST_AIM, NEXT_AIM
 from renderer.adaptive.decisions import advance
 from renderer.adaptive.early_passes import PROBED
-from renderer.adaptive.estimate import FIRST_AIM, NEXT_AIM
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, PREVIEWED, SAMPLED
 from renderer.adaptive.requests import LevelRequest, TileRequest
