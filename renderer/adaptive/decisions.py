@@ -174,12 +174,17 @@ TRANSITIONS: dict[State, Callable[[Estimate], State]] = {
 
 def _sample_more(estimate: Estimate) -> bool:
     found = estimate.findings()
-    estimate.error = estimate.error_of(estimate.keep(found))
+    estimate.error = sampled = estimate.error_of(found)
+    estimate.kept[...] = False
     estimate.want[...] = 0
     estimate.cover[...] = estimate.coverage
-    if estimate.error.bound <= estimate.target or estimate.rounds > MOST_ROUNDS:
+    if sampled.bound <= estimate.target:
         return False
-    aim_lower(estimate, estimate.error.bound)
+    # Only what is shown meanwhile: few probes may leave more doubt about pilot samples than samples have.
+    estimate.error = estimate.error_of(estimate.keep(found))
+    if estimate.rounds > MOST_ROUNDS:
+        return False
+    aim_lower(estimate, sampled.bound)
     few = _show_probed(estimate)
     if few.any():
         found = estimate.findings()
