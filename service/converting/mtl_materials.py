@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 from schemas.quantities import BRIGHTEST, LARGEST
@@ -20,6 +20,9 @@ MIRRORS = frozenset({3, 5})
 GLASSES = frozenset({4, 6, 7, 9})
 """Illumination models of the format: 3 and 5 reflect, 4, 6, 7 and 9 are glass."""
 NO_HIGHLIGHT = frozenset({0, 1})
+
+LINEAR_LIGHT = (".exr", ".hdr", ".rgbe", ".pfm")
+"""Endings of pictures that store linear light, whatever they are used for."""
 
 COLOR_MAP = ("map_kd",)
 BUMP_MAPS = ("map_bump", "bump")
@@ -189,7 +192,8 @@ class MtlConverter:
                 written, keyword, f"The option {option} is left out: the picture is used as it is."
             )
         wrap = "clamp" if named.options.get("-clamp") == ("on",) else "repeat"
-        texture = {"type": "image", "asset": asset, "encoding": encoding, "wrap": wrap}
+        stored = "linear" if PurePath(asset).suffix.lower() in LINEAR_LIGHT else encoding
+        texture = {"type": "image", "asset": asset, "encoding": stored, "wrap": wrap}
         return named_texture(self.textures, texture)
 
     def _asset(self, name: str) -> str:

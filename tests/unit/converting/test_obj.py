@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+import renderer
 from renderer.assets import AssetError
 from renderer.cameras import build_pinhole
 from renderer.meshes.files import read_mesh
@@ -372,3 +373,15 @@ def test_backward_numbers_and_long_lines_mean_the_same(converted: Convert) -> No
     usual = converted("u.obj", b"usemtl a\n" + TRIANGLE + b"usemtl b\n" + b"f 1 3 2\n").files
     other = b"usemtl a\nv 0 0 0\nv 1 \\\n 0 0\nv 0 1 0\nf -3 -2 -1\nusemtl b\nf -3 -1 -2\n"
     assert list(converted("o.obj", other).files.values()) == list(usual.values())
+
+
+def test_picture_of_light_is_used_as_it_is_stored(converted: Convert, tmp_path: Path) -> None:
+    """The renderer refuses to decode floating-point pictures from sRGB: what is converted can be rendered."""
+    grey = b"Pf\n1 1\n-1.0\n" + np.float32(0.25).tobytes()
+    mesh = b"mtllib m.mtl\n" + SQUARE + b"usemtl paint\nf 1/1 2/2 3/3 4/4\n"
+    mtl = b"newmtl paint\nmap_Kd light.pfm\n"
+    document = converted("a.obj", mesh, **{"m.mtl": mtl, "light.pfm": grey}).document
+    document["camera"] |= {"width": 16, "height": 16}
+    plan = renderer.compile_scene(renderer.load_scene(document, assets=tmp_path), layers=["albedo"])
+    albedo = renderer.render(plan).layers["albedo"]
+    assert np.unique(albedo[8, 8]).tolist() == [0.25]
