@@ -115,13 +115,18 @@ def sweep(session: Session, rules: Rules, most: int) -> Swept:
 
 
 def _by_age(session: Session, now: datetime, kept: timedelta, swept: Swept, most: int) -> None:
-    gone = FORGOTTEN.where(JobRow.finished_at < now - 2 * kept)
-    for number in session.scalars(gone.limit(most)).all():
-        _end(session, number, sharing.forget, swept, swept.forgotten)
-    old = EXPIRING.where(JobRow.finished_at < now - kept)
-    for number in session.scalars(old.limit(most)).all():
-        _end(session, number, sharing.expire, swept, swept.expired)
-    swept.more = most in (len(swept.expired), len(swept.forgotten))
+    # What is to be forgotten goes first, so that none of it loses its picture before, on its own.
+    for found, age, end, ended in (
+        (FORGOTTEN, 2 * kept, sharing.forget, swept.forgotten),
+        (EXPIRING, kept, sharing.expire, swept.expired),
+    ):
+        numbers = session.scalars(found.where(JobRow.finished_at < now - age).limit(most)).all()
+        for number in numbers:
+            _end(session, number, end, swept, ended)
+        # Where all are damaged, the next transaction would find the same ones.
+        swept.more = len(numbers) == most and bool(ended)
+        if swept.more:
+            return
 
 
 def _by_bytes(session: Session, limit: int, swept: Swept, most: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from pathlib import Path
 
 import httpx2
 import numpy as np
@@ -10,6 +11,12 @@ import pytest
 from PIL import Image
 
 import renderer
+from renderer.images.files import encode_layer
+from schemas.tiles import Pass, Tile
+from service.jobs.bands import Finished
+from service.storage.database.models import RenderRow
+from service.storage.folder import Folder
+from service.storage.tiles import StoredTile, TileStore
 from tests.integration.support import finish, image, long_scene, scene, submit, wait
 
 KINDS = pytest.mark.parametrize("kind", ["png", "npy"])
@@ -149,3 +156,46 @@ def test_the_head_of_a_picture_has_no_body(client: httpx2.Client, done: str) -> 
 def test_a_file_for_numpy_is_float32_linear(client: httpx2.Client, done: str) -> None:
     pixels = image(client, done)
     assert (pixels.dtype, pixels.shape) == (np.float32, (48, 80, 3))
+
+
+def rows_of(finished: Finished, store: TileStore) -> tuple[np.ndarray, np.ndarray, int]:
+    """A picture and its depths put together of their bands, and the number of these."""
+    pixels, sheets = zip(*finished.bands(store, ["depth"]), strict=True)
+    return np.concatenate(pixels), np.concatenate([sheet["depth"] for sheet in sheets]), len(pixels)
+
+
+WIDE, HIGH, STRIDE = 600, 1000, 8
+
+
+@pytest.mark.parametrize("merges", [[], [{"attempt": 1}]])
+def test_a_large_picture_comes_in_bands_with_every_tile_in_its_place(
+    tmp_path: Path, merges: list[dict[str, int]]
+) -> None:
+    """600,000 pixels are more than a band has; tiles lie at the top, in the middle and at the end."""
+    random = np.random.default_rng(4)
+    store = TileStore(Folder(tmp_path))
+    store.put_spec("job", b"{}")
+    coarse = random.random((HIGH // STRIDE, WIDE // STRIDE, 3), np.float32)
+    expected = coarse.repeat(STRIDE, axis=0).repeat(STRIDE, axis=1)
+    depths = np.full((HIGH, WIDE), np.inf, np.float32)
+    whole, rough, fine = Tile(0, 0, 0, WIDE, HIGH), Pass(0, STRIDE, 0, 1), Pass(1, 1, 0, 1)
+    preview = StoredTile(whole, rough, 1, store.put_tile("job", whole, rough, 1, coarse))
+    if merges:
+        store.put_map("job", 0, 1, "picture", expected)
+    parts = []
+    for tile in (Tile(0, 0, 0, 64, 64), Tile(1, 536, 500, 600, 564), Tile(2, 64, 960, 128, 1000)):
+        there = slice(tile.y0, tile.y1), slice(tile.x0, tile.x1)
+        depths[there] = random.random(depths[there].shape, np.float32)
+        expected[there] = random.random(expected[there].shape, np.float32)
+        store.put_layers("job", tile, fine, 1, {"depth": depths[there]})
+        parts.append(StoredTile(tile, fine, 1, store.put_tile("job", tile, fine, 1, expected[there])))
+    render = RenderRow(id="job", width=WIDE, height=HIGH, merges=merges)
+    render.target_error = 0.01 if merges else None
+    partial = rows_of(Finished("job", render, preview, tuple(parts), tuple(parts)), store)
+    for name, values in (("image", expected), ("layer-depth", depths)):
+        store.put_final("job", 1, f"{name}.npy", encode_layer(values))
+    render.image_sha256, render.final_prefix = "0" * 64, "1-"
+    for pixels, sheet, bands in (partial, rows_of(Finished("job", render), store)):
+        np.testing.assert_array_equal(pixels, expected)
+        np.testing.assert_array_equal(sheet, depths)
+        assert bands > 1

@@ -4,22 +4,32 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 import httpx2
 import pytest
+from sqlalchemy import text
 
 from schemas.api.administration import Role
+from schemas.api.jobs import JobState
+from schemas.limits import Limits
 from service.access import keys
 from service.client import Client
 from service.client.errors import NotAllowedError
+from service.jobs.retention import RetentionThread, Rules
 from service.server import RunningServer, running
 from service.settings import Settings
+from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
+from service.storage.database.models import AssetRow, RenderRow
+from service.storage.folder import Folder
+from service.storage.reserve import Reserve
+from service.storage.tiles import TileStore
 from tests.integration.conftest import Start
-from tests.integration.support import TIMEOUT, scene, until
+from tests.integration.support import TIMEOUT, job_with, scene, until
 from tests.integration.test_assets import png, put, textured
 
 Users = dict[str, httpx2.Client]
@@ -226,6 +236,55 @@ def test_the_client_pins_and_prunes(keeping: tuple[RunningServer, dict[str, str]
         assert ann.get(job.id).state == "expired"
         with pytest.raises(NotAllowedError):
             ann.prune()
+
+
+def test_many_jobs_go_as_few_do_though_one_of_each_age_is_damaged(database: Database, tmp_path: Path) -> None:
+    """So many go in several transactions, and in a dry run in one."""
+    days, assets = [1] * 2 + [15] * 103 + [40] * 103, 120
+    with database.writing() as session:
+        for number, age in enumerate(days):
+            ended = datetime.now(UTC) - timedelta(days=age, seconds=number)
+            render = RenderRow(
+                id=f"job-{number}",
+                state=JobState.SUCCEEDED,
+                width=1,
+                height=1,
+                spec_sha256="",
+                passes=[{"index": 0, "stride": 1, "first": 0, "last": 1}],
+                display={},
+                total_steps=0,
+                total_work=1,
+                predicted_cpu_seconds=1.0,
+                numerics={},
+                pass_costs=[],
+                stored_bytes=1,
+                idle_since=ended,
+            )
+            session.add(job_with(render.id, render, state=JobState.SUCCEEDED, finished_at=ended))
+        for number in range(assets):
+            session.add(
+                AssetRow(
+                    sha256=f"{number:064x}",
+                    bytes=2,
+                    media_type="image/png",
+                    width=1,
+                    height=1,
+                    created_at=ended,
+                    used_at=ended,
+                )
+            )
+        session.flush()
+        session.execute(text("UPDATE jobs SET quality = '{' WHERE id IN ('job-104', 'job-207')"))
+    rules = Rules(keep_seconds=10 * 86400.0, keep_asset_seconds=86400.0)
+    objects = Folder(tmp_path / "objects")
+    store, kept = TileStore(objects), AssetStore(objects.within("assets"), Limits())
+    thread = RetentionThread(database, store, kept, rules, Reserve(tmp_path, database))
+    once, often = thread.predict(rules), thread.prune(rules)
+    for swept in (once, often):
+        assert set(swept.expired) == {f"job-{number}" for number in range(2, 104)}
+        assert set(swept.forgotten) == {f"job-{number}" for number in range(105, 207)}
+    assert (once.pictures, once.assets, once.bytes) == (often.pictures, often.assets, often.bytes)
+    assert often.bytes == 204 + 2 * assets
 
 
 @pytest.mark.slow

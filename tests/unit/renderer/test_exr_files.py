@@ -2,6 +2,7 @@
 
 import io
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from renderer import ImageFileError
 from renderer.errors import MissingExtraError
-from renderer.images.files import decode_exr, encode_exr, write_image
+from renderer.images.files import decode_exr, encode_exr, write_exr, write_image
 from renderer.layers import LAYERS
 from schemas.scene import Display
 from tests.unit.renderer.picture_files import exr_of_parts
@@ -38,6 +39,17 @@ def test_what_is_written_is_read_back_to_the_bit() -> None:
     for name, values in layers.items():
         assert (found[name].dtype, found[name].shape) == (values.dtype, values.shape)
         assert found[name].tobytes() == values.tobytes(), name
+
+
+@pytest.mark.parametrize("cuts", [(0, 1, 2, 3, 4, 5), (0, 3, 5)])
+def test_a_picture_in_bands_is_the_file_of_the_whole(cuts: tuple[int, ...], tmp_path: Path) -> None:
+    image, layers = noise(np.float32, *SIZE, 3), all_layers()
+    bands = (
+        (image[top:end], {name: values[top:end] for name, values in layers.items()})
+        for top, end in pairwise(cuts)
+    )
+    write_exr(str(tmp_path / "a.exr"), SIZE, bands, tuple(layers))
+    assert (tmp_path / "a.exr").read_bytes() == encode_exr(image, layers)
 
 
 def test_channels_have_the_names_that_other_programs_look_for() -> None:

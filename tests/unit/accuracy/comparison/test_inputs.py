@@ -10,6 +10,7 @@ from PIL import Image
 
 from accuracy.comparison import NotComparableError, picture_of, read_picture
 from renderer.images.files import encode_exr
+from renderer.images.reading import decode_image
 from tests.unit.renderer.picture_files import deep_png, exr, exr_of_parts
 
 
@@ -83,6 +84,24 @@ def test_grey_counts_in_all_channels_and_alpha_that_hides_nothing_is_left_out() 
     assert "alpha" in opaque.notes[0]
     palette = picture_of(png(CODES, "P"), "palette.png")
     assert palette.linear.shape == (2, 4, 3)
+
+
+DEEP = np.random.default_rng(2).integers(0, 1 << 16, (3, 5, 4)) | [0, 0, 0, 65535]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        *(png(CODES, mode) for mode in ("RGB", "L", "LA", "1", "P", "RGBA")),
+        *(deep_png(DEEP[..., shape], kind) for kind, shape in ((0, [0]), (2, [0, 1, 2]), (4, [0, 3]))),
+        deep_png(DEEP, 6, interlaced=True),
+        exr(dict(zip("RGB", DEEP[..., :3].transpose(2, 0, 1).astype(np.float32) / 65535, strict=True))),
+    ],
+)
+def test_a_picture_has_the_same_numbers_in_a_comparison_and_in_a_scene(content: bytes) -> None:
+    """Each has a reader of its own; the one of textures answers in float32."""
+    compared = picture_of(content, "picture", "linear").linear
+    np.testing.assert_array_equal(compared.astype(np.float32), decode_image(content))
 
 
 @pytest.mark.parametrize(("kind", "shape"), [(0, [0]), (2, [0, 1, 2]), (4, [0, 3]), (6, [0, 1, 2, 3])])
