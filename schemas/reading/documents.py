@@ -102,8 +102,8 @@ _OPENING = ("[", "{")
 _ESCAPED_UNFIT = re.compile(r"\\u(?:0000|[dD][89a-fA-F])")
 _UNFIT = re.compile("[\x00\ud800-\udfff]")
 
-# An integer with more digits than the largest float64 is infinite for every field.
-_MOST_DIGITS = 309
+# An integer with more digits may be larger than the largest float64: it is infinite then, for every field.
+_MOST_DIGITS = 308
 
 _TWICE = "This object has the same field more than once. Keep one of them."
 _NO_TEXT = "This text has half of a surrogate pair, or the character U+0000. Remove it."

@@ -21,6 +21,7 @@ from service.client.batches import decode_batch
 from service.server import RunningServer, running
 from service.storage.folder import place_of
 from service.storage.ownership import MARK
+from service.storage.tiles import TileStore
 from tests.integration.conftest import typical
 from tests.integration.support import TIMEOUT, finish, image, scene, submit, until, wait
 from tests.s3_server import BUCKET, S3Server
@@ -169,6 +170,19 @@ def test_a_texture_is_sent_rendered_and_fetched(away: httpx2.Client) -> None:
     finish(away, job)
     compared = away.post("/v1/comparisons", json={"image": {"job": job}, "reference": {"job": job}})
     assert compared.json()["verdict"] == "match", compared.text
+
+
+def test_a_large_picture_comes_back_whole_and_in_part(away: httpx2.Client) -> None:
+    """Nine megabytes are fetched from the bucket in several pieces."""
+    job = submit(away, scene(16, 16, samples=1), layers=["depth"])
+    finish(away, job)
+    data = np.random.default_rng(1).bytes(9_000_000)
+    TileStore(place_of(STORE).within("jobs")).put_final(job, 1, "layer-depth.npy", data)
+    path = f"/v1/jobs/{job}/layers/depth.npy"
+    assert away.get(path).content == data
+    for begin, end in ((0, 8 << 20), (3, 8_999_998), (4 << 20, (4 << 20) + 1)):
+        answer = away.get(path, headers={"Range": f"bytes={begin}-{end - 1}"})
+        assert (answer.status_code, answer.content == data[begin:end]) == (206, True)
 
 
 def test_what_is_not_kept_leaves_the_bucket(away: httpx2.Client) -> None:

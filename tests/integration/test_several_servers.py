@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import secrets
 import signal
+import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
+from itertools import takewhile
 
 import httpx2
 import numpy as np
@@ -92,6 +95,23 @@ def test_a_server_that_stops_in_the_middle_of_a_transaction_writes_nothing_and_b
         stop_in_the_middle()
     with two[1].reading() as session:
         assert [session.scalars(select(LeaderRow.term)).one()] == found
+
+
+@pytest.mark.parametrize("count", [1, 450])
+def test_another_server_learns_of_each_job_however_many_change_at_once(
+    two: tuple[Database, Database], count: int
+) -> None:
+    """Ids of 450 jobs are longer than a notice may be."""
+    ids = {secrets.token_hex(16) for _ in range(count)}
+    stopping = threading.Event()
+    notices = two[0].notices(stopping)
+    assert next(notices) == {}
+    with two[1].writing() as session:
+        two[1].notify_jobs(session, ids)
+        two[1].notify(session, last=True)
+    known = list(takewhile(lambda notice: "last" not in notice, notices))
+    stopping.set()
+    assert sorted(job for notice in known for job in notice["jobs"]) == sorted(ids)
 
 
 def leads(server: RunningServer) -> bool:
