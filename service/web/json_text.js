@@ -145,12 +145,27 @@ export function written(value, indent = "") {
 // Longer lines were written by a program, and are formatted again.
 const LONG_LINE = 2000;
 
-/** Format a text again if it has very long lines; otherwise return it as it is. @param {string} text */
+/**
+ * Format a text again if it has very long lines; otherwise return it as it is. One that would lose something stays as
+ * well, such as a field that stands twice or a number that is too large: the service says what is wrong with it.
+ *
+ * @param {string} text
+ */
 export function readable(text) {
   if (!text.split("\n").some((line) => line.length > LONG_LINE)) return text;
   try {
-    return written(JSON.parse(text));
+    const formatted = written(JSON.parse(text, refuseInfinite));
+    return countTokens(formatted) === countTokens(text) ? formatted : text;
   } catch {
     return text;
   }
 }
+
+/** @param {string} _name @param {unknown} value */
+function refuseInfinite(_name, value) {
+  if (value === Infinity || value === -Infinity) throw new RangeError("JSON has no infinity.");
+  return value;
+}
+
+/** @param {string} text - JSON. */
+const countTokens = (text) => text.match(VALUE)?.length ?? 0;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from accuracy.comparison import compare, picture_of
 from schemas.api.comparisons import ComparisonAnswer
 from service.cli.compare import read
 from service.client import Client, NotFoundError
@@ -51,6 +53,18 @@ def test_pictures_that_are_sent_are_compared(client: httpx2.Client) -> None:
     assert reported.diagnosis[0].cause == "flipped_vertically"
     assert (reported.inputs.image.width, reported.inputs.image.encoding) == (32, "linear")
     assert reported.images is None
+
+
+@pytest.mark.parametrize("change", [0.0, 0.004, 0.1])
+def test_the_service_says_of_two_pictures_what_the_library_says(client: httpx2.Client, change: float) -> None:
+    noise = np.random.default_rng(1).normal(0, change, gradient().shape).astype(np.float32)
+    files = npy(gradient() + noise), npy(gradient())
+    answer = ask(client, *(sent(content) for content in files)).json()
+    pictures = (
+        picture_of(content, name) for content, name in zip(files, ("image", "reference"), strict=True)
+    )
+    local = compare(*pictures).document()
+    assert {name: answer[name] for name in local} == json.loads(json.dumps(local))
 
 
 def test_a_heat_map_is_drawn_where_it_is_asked_for(client: httpx2.Client) -> None:

@@ -8,7 +8,9 @@ import httpx2
 import numpy as np
 import pytest
 
+from renderer.images.files import displayed
 from schemas.api.batches import FLOAT32, unpack
+from schemas.scene import Display
 from tests.integration.conftest import Start
 from tests.integration.support import ON_BOTH, TIMEOUT, finish, image, job_of, long_scene, scene, submit, wait
 
@@ -109,13 +111,15 @@ def test_a_picture_that_is_being_rendered_shows_its_tiles_in_their_places(client
     client.delete(f"/v1/jobs/{job}")
 
 
-def test_a_batch_in_eight_bits_is_a_quarter_of_the_size(client: httpx2.Client, done: str) -> None:
-    def lengths(encoding: str) -> list[int]:
-        params = {"encoding": encoding}
-        answer = client.get(f"/v1/jobs/{done}/tiles", headers=BINARY, params=params)
-        return [head.length for head, _ in unpack(answer.content)[1]]
-
-    assert [4 * length for length in lengths("rgb8")] == lengths("float32")
+def test_a_batch_in_eight_bits_has_the_codes_of_the_one_in_numbers(client: httpx2.Client, done: str) -> None:
+    found = []
+    for encoding in ("float32", "rgb8"):
+        answer = client.get(f"/v1/jobs/{done}/tiles", headers=BINARY, params={"encoding": encoding})
+        found.append(unpack(answer.content)[1])
+    for (head, numbers), (same, codes) in zip(*found, strict=True):
+        assert head._replace(length=head.length // 4) == same
+        pixels = np.frombuffer(numbers, "<f4").reshape(-1, head.x1 - head.x0, 3)
+        assert displayed(pixels, Display()).tobytes() == bytes(codes)
 
 
 @ON_BOTH
