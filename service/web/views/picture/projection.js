@@ -18,7 +18,15 @@ const NEAR = 1e-4;
 /** The camera of a scene, with the defaults of the scene language. */
 export class Projection {
   /** @param {CameraDocument} camera */
-  constructor({ position, look_at: aim, up = [0, 1, 0], vertical_fov: fov = 40, width = 512, height = 512, crop }) {
+  constructor({
+    position,
+    look_at: aim,
+    up = [0, 1, 0],
+    vertical_fov: fov = 40,
+    width = 512,
+    height = 512,
+    crop,
+  }) {
     this.position = position;
     this.forward = unit(subtract(aim, position));
     const right = cross(this.forward, unit(up));
@@ -27,7 +35,9 @@ export class Projection {
     this.half = Math.tan((fov * Math.PI) / 360);
     this.width = width;
     this.height = height;
-    [this.left, this.top] = crop ?? [0, 0];
+    const [left, top] = crop ?? [0, 0];
+    this.left = left;
+    this.top = top;
   }
 
   /** @param {number[]} point */
