@@ -22,6 +22,7 @@ from renderer.adaptive.time_limits import OutOfTimeError
 from renderer.assets import AssetError, NoSuchAssetError
 from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
+from renderer.meshes.obj import ObjError
 from schemas.errors import SHOWN, Problem, ProblemDocument
 from schemas.limits import LimitsError
 from schemas.reading.findings import located
@@ -60,6 +61,7 @@ KINDS: dict[type[Exception], Kind] = {
     LimitsError: Kind(500, "limits", is_public=False),
     AssetError: Kind(422, "asset_not_usable"),
     NoSuchAssetError: Kind(422, "asset_not_usable"),
+    ObjError: Kind(422, "asset_not_usable"),
     NothingToFitError: Kind(422, "nothing_to_fit"),
     errors.ServiceError: Kind(500, "internal", is_public=False),
     errors.RequestError: Kind(400, "bad_request"),

@@ -300,3 +300,17 @@ def test_a_rug_above_a_boundless_floor_is_seen() -> None:
     for height in (0.05, 1e-6):
         carpet = rectangle([-2, height, -2], [0, 0, 4], [4, 0, 0])
         assert (hit_shapes(plan_of(scene(floor, carpet))) == 1).all()
+
+
+@pytest.mark.parametrize("place", [0, 7, 20])
+def test_the_first_of_many_copies_of_a_mesh_is_seen(place: int) -> None:
+    """20 copies, and a square over their left half that is earlier than some of them, at first or not at all."""
+    square = rectangle([-1, 0.1, -1], [0, 0, 2], [1, 0, 0])
+    shapes = [rug(5)] * 20
+    shapes.insert(place, square)
+    x, z = np.random.default_rng(3).uniform(-0.99, 0.99, (2, 500))
+    down = np.tile([0.1, -1.0, 0.2], (500, 1))
+    hits = renderer.trace(
+        plan_of(scene(*shapes, materials=MATERIALS)), np.stack((x, x * 0 + 0.1, z), 1) - down, down
+    )
+    assert hits.shape.tolist() == np.where((place == 0) & (x > 0), 1, 0).tolist()
