@@ -304,7 +304,7 @@ def test_a_rug_above_a_boundless_floor_is_seen() -> None:
 
 @pytest.mark.parametrize("place", [0, 7, 20])
 def test_the_first_of_many_copies_of_a_mesh_is_seen(place: int) -> None:
-    """20 copies, and a square over their left half that is earlier than some of them, at first or not at all."""
+    """20 copies, and a square over half of them that is earlier than all, than some or than none."""
     square = rectangle([-1, 0.1, -1], [0, 0, 2], [1, 0, 0])
     shapes = [rug(5)] * 20
     shapes.insert(place, square)
