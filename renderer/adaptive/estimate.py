@@ -21,7 +21,7 @@ from renderer.adaptive.rays import Labels
 from renderer.adaptive.requests import LevelRequest
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.states import State
-from renderer.adaptive.uncertainty import ErrorEstimate, error_of
+from renderer.adaptive.uncertainty import ErrorEstimate, error_of, unseen_glints
 from renderer.film import Image
 from renderer.halves import HALVES
 from renderer.interaction import MISS
@@ -294,8 +294,7 @@ class Estimate:
 
         Those of a probe count, though it may show its pilot sample.
         """
-        rays: Integers = COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == PREVIEWED)
-        return rays
+        return np.asarray(COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == PREVIEWED))
 
     def rays_wanted(self) -> int:
         """Camera rays of the next pass."""
@@ -348,7 +347,8 @@ class Estimate:
 
     def error_of(self, found: Findings) -> ErrorEstimate:
         """The error of the picture, with the bound that has to keep the target."""
-        return error_of(found.total, found.variance, self.have.size, self.confidence)
+        unseen = unseen_glints(self.labels, self.counts(), self.adaptive.glints)
+        return error_of(found.total, found.variance, self.have.size, self.confidence, unseen)
 
     def findings(self) -> Findings:
         """What the samples say when a pass is complete."""

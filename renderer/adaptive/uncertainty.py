@@ -7,6 +7,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.adaptive.rays import Labels, of_labels
+from renderer.math.arrays import Floats, Integers
 from schemas.quality import CONFIDENCE
 
 INTERVAL = 1.96
@@ -64,10 +66,38 @@ def standard_errors(confidence: float) -> float:
     return NormalDist().inv_cdf(confidence)
 
 
-def error_of(total: float, variance: float, pixels: int, confidence: float = CONFIDENCE) -> ErrorEstimate:
+NEVER = 3.0
+"""What is expected so many times is met at least once in 95 % of all cases (Poisson)."""
+
+
+def unseen_glints(labels: Labels, counts: Integers, brightness: Floats) -> float:
+    """Sum of squared errors that reflections of lights may add without a single ray having hit them.
+
+    All of n rays miss a reflection that fills a share 3 / n of what they look at in one case of 20. A light B
+    times as bright as white makes at most B times as many pixels wrong as it fills, by 1 each.
+
+    Parameters
+    ----------
+    labels : (H, W) int32
+    counts : (H, W) int64
+        Rays through each pixel.
+    brightness : (shapes,) float64
+        Of the brightest visible light as each shape reflects or transmits it, 0 where it is not above white.
+    """
+    shown = of_labels(brightness > 0, labels)
+    pixels = int(np.count_nonzero(shown))
+    if not pixels:
+        return 0.0
+    return min(1.0, NEVER * float(brightness.max()) / int(counts[shown].sum())) * pixels
+
+
+def error_of(
+    total: float, variance: float, pixels: int, confidence: float = CONFIDENCE, unseen: float = 0.0
+) -> ErrorEstimate:
     """The error of a picture, from the estimated sum of its pixels' squared errors and its variance.
 
-    Only the bound depends on the `confidence`, the share of pictures that it is to hold in.
+    Only the bound depends on the `confidence`, the share of pictures that it is to hold in. What is `unseen`
+    may be there or not: it counts at the upper end of the interval alone.
     """
 
     def root(squares: float) -> float:
@@ -77,6 +107,6 @@ def error_of(total: float, variance: float, pixels: int, confidence: float = CON
     return ErrorEstimate(
         estimate=root(total),
         low=root(total - INTERVAL * deviation),
-        high=root(total + INTERVAL * deviation),
+        high=root(total + INTERVAL * deviation + unseen),
         bound=root(total + standard_errors(confidence) * deviation),
     )

@@ -9,7 +9,7 @@ from renderer.cameras import Mosaic, Pinhole, Window
 from renderer.interaction import RayStage
 from renderer.layers import Layer
 from renderer.lights.surfaces import LightSurfaces, Unshaded
-from renderer.math.arrays import Integers, Masks
+from renderer.math.arrays import Floats, Integers, Masks
 from renderer.plan.geometry import SceneGeometry
 from renderer.plan.stages import Entry, Illumination, PointStage, ScatteringStage
 from renderer.scenes import LoadedScene
@@ -169,6 +169,9 @@ class AdaptivePlan:
     textured, needs_sampling : (shapes,) bool
         Shapes that take their colour from a texture, and shapes with something else on them that may be finer
         than pixels: bent normals, mirrors, glass.
+    glints : (shapes,) float64
+        Brightness of the brightest visible light as each shape reflects or transmits it, 0 where it is not
+        above white.
     thin : (2, N) int64
         Columns and rows of pixels along shapes that are thin on the picture; through a lens, of all
         that these may touch.
@@ -189,6 +192,7 @@ class AdaptivePlan:
     averaged: Masks
     detailed: Masks
     needs_sampling: Masks
+    glints: Floats
     thin: Integers
     narrow: Integers
     edges: Integers

@@ -46,6 +46,7 @@ def _adaptive(seen: Request, policy: Policy, places: dict[str, Integers]) -> Ada
         averaged=pilots.averaged_shapes(seen),
         detailed=detailed,
         needs_sampling=pilots.shapes_with(seen, "normal_map", "bump_map", "mirror", "transmission"),
+        glints=pilots.glints(seen),
         **places,
     )
 

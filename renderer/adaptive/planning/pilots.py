@@ -14,7 +14,7 @@ from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
 from renderer.materials.maps import ColorTexture, NormalMap
 from renderer.materials.phong import Phong
-from renderer.math.arrays import Integers, Masks
+from renderer.math.arrays import Floats, Integers, Masks
 from renderer.plan.building import build_plan
 from renderer.plan.effects import TEXTURES
 from renderer.plan.lights import shadow_stages
@@ -68,6 +68,16 @@ def shapes_with(request: Request, *parts: str) -> Masks:
     having = {name for name, material in materials.items() if any(getattr(material, part) for part in parts)}
     having -= request.details
     return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
+
+
+def glints(request: Request) -> Floats:
+    """Brightness of the brightest visible light as each shape (K,) shows it, 0 where not above white."""
+    document = request.document
+    visible = [max(light.color) for light in document.lights if getattr(light, "visible", False)]
+    materials = [document.materials[shape.material] for shape in document.shapes]
+    shares = np.array([material.mirror + material.transmission for material in materials], dtype=np.float64)
+    brightness = shares * max(visible, default=0.0)
+    return np.where(brightness > 1, brightness, 0.0)
 
 
 def averaged_shapes(request: Request) -> Masks:
