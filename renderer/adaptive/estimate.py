@@ -151,13 +151,9 @@ class Estimate:
 
     @classmethod
     def restored(cls, plan: RenderPlan, arrays: dict[str, NDArray[Any]]) -> "Estimate":
-        """The estimate that gave `arrays`.
-
-        Raises
-        ------
-        ValueError
-            If they are not those of an estimate, as another version may have written.
-        """
+        """The estimate that gave `arrays`; ValueError if they are not those of an estimate."""
+        # Version 0.1.0 showed the samples of all strata.
+        arrays = {"kept": np.zeros((plan.height, plan.width), dtype=bool)} | arrays
         odd = {*_ARRAYS, *_COUNTERS, STATE} ^ (arrays.keys() - {ERROR})
         if odd:
             raise ValueError(f"Not the arrays of an estimate: {', '.join(sorted(odd))} missing or unknown.")
