@@ -57,7 +57,7 @@ def checked_count(name: str, value: object, most: int, otherwise: str) -> int | 
 
 
 def worker_count(workers: object) -> tuple[int | None, float]:
-    """How many workers an argument of `render` asks for, and after how many CPU seconds they start.
+    """Number of workers requested from `render`, and the CPU seconds after which they start.
 
     Raises
     ------

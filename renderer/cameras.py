@@ -257,7 +257,7 @@ class Window(Pinhole):
         return self.whole.blur(forward)
 
     def places(self, pixels: Integers) -> Integers:
-        """Those pixels (2 or more, N) of the whole picture that are in this one, moved there."""
+        """Pixels (2 or more, N) of the whole picture that lie in this one, in its coordinates."""
         columns, rows = pixels[0] - self.left, pixels[1] - self.top
         inside = (columns >= 0) & (columns < self.width) & (rows >= 0) & (rows < self.height)
         return np.stack([columns, rows, *pixels[2:]])[:, inside]

@@ -30,7 +30,7 @@ def _found(folder: Path, parts: list[str]) -> Path | None:
 
 
 def _same(folder: Path, name: str) -> list[Path]:
-    """What a folder has of that name, the very same first."""
+    """Entries of a folder with that name, an exact match first."""
     same = [path for path in folder.iterdir() if path.name.casefold() == name.casefold()]
     return sorted(
         (path for path in same if not path.is_symlink()), key=lambda path: (path.name != name, path)

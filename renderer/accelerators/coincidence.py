@@ -55,7 +55,7 @@ def _places(families: Sequence[Family], begins: Integers, shapes: int) -> Intege
 def _sources(
     families: Sequence[Family], begins: Integers, earlier: Integers, later: Integers
 ) -> tuple[list[Earlier], list[RayStage]]:
-    """What offers hits with the earlier ones of pairs."""
+    """Sources of hits with the earlier primitives of pairs."""
     alone: list[Earlier] = []
     trees: list[RayStage] = []
     for begin, end, family in zip(begins, begins[1:], families, strict=False):

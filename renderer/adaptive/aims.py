@@ -1,4 +1,4 @@
-"""What the first pass of a picture asks for, and the error that the first passes aim at."""
+"""First requests of a picture, and the error at which its first passes aim."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
 
 
 def first_levels(plan: RenderPlan, tile: Tile) -> Levels:
-    """What the first pass wants of the pixels of a tile, (h, w)."""
+    """Levels requested by the first pass for the pixels of a tile, (h, w)."""
     assert isinstance(plan.quality, TargetQuality)
     policy = adaptive_part(plan).policy
     stride = policy.first_stride(plan.width, plan.height)

@@ -18,7 +18,7 @@ from renderer.shapes.rectangles import Rectangles
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pieces:
-    """What m outlines of lights cover of pixels, whatever is in front of them.
+    """Clipped parts of m light outlines within pixels, occluders ignored.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ NONE = Pieces(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3, 2)))
 def pieces_of(
     camera: Pinhole, visible: tuple[LightSurfaces, ...], columns: Integers, rows: Integers
 ) -> Pieces:
-    """What lights cover of pixels (n,), if nothing hides them."""
+    """Parts of pixels (n,) covered by unoccluded lights."""
     found = [
         _pieces(camera, lights.rectangles, light, columns, rows)
         for lights in visible

@@ -31,7 +31,7 @@ def labels_of(shapes: Integers) -> NDArray[np.int32]:
 
 
 def of_lights(labels: NDArray[np.int32]) -> Masks:
-    """Which labels are those of lights."""
+    """Mask of labels that stand for lights."""
     return np.asarray(labels < MISS)
 
 

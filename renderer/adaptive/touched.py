@@ -31,7 +31,7 @@ def touched_places(camera: Pinhole, families: Iterable[Family], within: int) -> 
 
 
 def blur(camera: Pinhole, depths: Floats) -> Floats:
-    """How far things at some depths are blurred, pixels."""
+    """Blur radius at given depths, pixels."""
     return camera.blur(depths) / depths * (camera.height / (2 * camera.half_height))
 
 

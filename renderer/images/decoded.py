@@ -1,4 +1,4 @@
-"""What is decoded of a picture file: its numbers as stored, and what they are."""
+"""Decoded picture files: numbers as stored, and their meaning."""
 
 from dataclasses import dataclass
 from typing import Any

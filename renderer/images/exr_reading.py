@@ -29,7 +29,7 @@ Planes = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExrPicture:
-    """What is read of an EXR file.
+    """Contents of an EXR file.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class ExrPicture:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """What the header of a part says.
+    """Header of a part.
 
     Attributes
     ----------

@@ -190,7 +190,7 @@ def write_image(
 
 
 def layer_path(picture: Path, name: str) -> Path:
-    """Where a layer is written: beside its picture, named after it."""
+    """Path of a layer: beside its picture, named after it."""
     return picture.with_name(f"{picture.name}.{name}.npy")
 
 

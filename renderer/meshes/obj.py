@@ -306,7 +306,7 @@ def _shown(word: bytes) -> str:
 
 
 class _Reader:
-    """What was read so far; each kind of statement is taken with its line, its words and its text."""
+    """State of the reader; one method per kind of statement, called with its line, words and text."""
 
     def __init__(self, name: str) -> None:
         self.name = name

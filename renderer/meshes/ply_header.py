@@ -65,7 +65,7 @@ class Element:
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What a file announces.
+    """Header of a PLY file.
 
     Attributes
     ----------

@@ -64,7 +64,7 @@ class Rows:
 
 
 class Body:
-    """What follows the header of a file.
+    """Body of a PLY file: the elements after its header.
 
     Parameters
     ----------

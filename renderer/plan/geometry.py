@@ -40,7 +40,7 @@ class Textures:
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
-        """What of the files is not used, or was chosen, for each texture that was built."""
+        """Warnings about the files of textures: unused alpha, chosen parts."""
         return tuple(self._warnings)
 
     def named(self, document: Scene, name: str, *, stored: bool) -> Texture:
@@ -65,7 +65,7 @@ class Textures:
         return texture
 
     def _notes(self, texture: Texture, *, stored: bool) -> tuple[str, ...]:
-        """What is to be said of a texture; AssetError where its numbers are no colours."""
+        """Warnings about a texture; AssetError if its numbers are not colours."""
         if not isinstance(texture, ImageTexture | MipmapTexture):
             return ()
         base = image_of(texture)

@@ -115,7 +115,7 @@ class RenderPlan:
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
-        """What is valid but probably not meant, in the scene and in the files of its shapes and textures."""
+        """Warnings about the scene and about the files of its shapes and textures."""
         return (*self.scene.warnings, *self.geometry.textures.warnings, *self.geometry.warnings)
 
     @property

@@ -69,7 +69,7 @@ def location(request: Request, family: Family, *, framed: bool, sloped: bool) ->
 
 
 def overlaps(request: Request) -> list[RayStage]:
-    """What breaks ties between surfaces in one place, if the scene has any."""
+    """Stage that resolves overlaps by scene order, if the scene has any."""
     stage = request.geometry.overlaps
     if stage is None:
         return []

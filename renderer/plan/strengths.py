@@ -23,7 +23,7 @@ def effective(document: Scene) -> Scene:
 
 
 def without_strength(document: Scene, names: list[str]) -> list[LeftOut]:
-    """What `effective` leaves out of some materials, and why."""
+    """Parts of materials that `effective` leaves out, with reasons."""
     found = []
     for name in names:
         material, pointer = document.materials[name], f"/materials/{escaped(name)}"

@@ -127,7 +127,7 @@ class Family(ABC):
     @property
     @abstractmethod
     def surface(self) -> str:
-        """What its shapes lie on: only those of families with the same word may coincide."""
+        """Kind of surface: only families of the same kind may coincide."""
 
     @abstractmethod
     def coincide(self, own: Integers, other: "Family", others: Integers) -> Masks:

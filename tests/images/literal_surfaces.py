@@ -43,7 +43,7 @@ def unit(a: V) -> V:
 
 @dataclass
 class Surface:
-    """What a hit needs: distances to it along a ray, then its outward normal, uv and tangent at a place."""
+    """Ray distances of a surface, and its outward normal, uv and tangent at a place."""
 
     distances: Callable[[V, V], list[float]]
     details: Callable[[V], tuple[V, V, V, float, float]]

@@ -47,7 +47,7 @@ QUIET = ["plain", "plain", "glossy"]
 
 @dataclass(frozen=True)
 class Place:
-    """Where a shape stands: its centre, size, and three unit vectors, the last one towards its front."""
+    """Placement of a shape: centre, size, and three unit vectors, the last towards its front."""
 
     center: Floats
     size: float

@@ -33,7 +33,7 @@ class Box:
     color: Floats
 
     def shares(self, other: "Box | None" = None) -> Floats:
-        """What it fills of each pixel, (SIDE, SIDE), or what it and another have in common."""
+        """Share of each pixel that it covers, (SIDE, SIDE), alone or in common with another."""
         low, high = self.ends[:2], self.ends[2:]
         if other:
             low, high = np.maximum(low, other.ends[:2]), np.minimum(high, other.ends[2:])
@@ -80,7 +80,7 @@ def document(seed: int, lamps: list[Box], plates: list[Box]) -> Json:
 
 
 def shown(lamps: list[Box], plates: list[Box]) -> Floats:
-    """What the picture must be, clipped to 0..1."""
+    """Exact picture, clipped to 0..1."""
     rest, found = np.ones((SIDE, SIDE)), np.zeros((SIDE, SIDE, 3))
     for plate in plates:
         rest -= plate.shares()

@@ -130,7 +130,7 @@ SHAPES: dict[str, tuple[Json, Field, Any]] = {
 
 
 def frame(field: Field, outward: Any, u: float, v: float) -> tuple[Vector, Vector, Vector]:
-    """Where u grows, where v grows, both across the normal and across each other, and the outward normal."""
+    """Orthonormal directions of growing u and of growing v, and the outward normal."""
     by_u = field(u + STEP, v) - field(u - STEP, v)
     by_v = field(u, v + STEP) - field(u, v - STEP)
     if outward is None:
