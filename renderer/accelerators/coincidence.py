@@ -1,9 +1,7 @@
 """Pairs of primitives in one place, found through trees of boxes: in one plane, or equal ellipsoids."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import combinations_with_replacement
-from typing import Self
 
 import numpy as np
 
@@ -69,84 +67,38 @@ def _sources(
     return alone, trees
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Distinct:
-    """A family with the first of equal primitives alone: of n copies of a mesh there are n pairs, not n^2.
+def _distinct(family: Family) -> Integers:
+    """The first of each group of equal primitives of a family, (K,).
 
-    Attributes
-    ----------
-    begin : int
-        Number of the family's first primitive among those of all families.
-    numbers : (N,) int64
-        Shapes of all its primitives.
-    part : Family
-        The K distinct primitives.
-    items : (K,) int64
-        Which of the family's they are.
-    groups : (N,) int64
-        For each of the family's, the distinct one that it equals.
-    order, ends : (N,) and (K + 1,) int64
-        The family's primitives by group, and where each group ends in them.
+    Rays hit equal ones at one distance, to the bit, and the first of them counts: they need no pairs, which
+    n copies of a mesh would have n^2 of.
     """
-
-    begin: int
-    numbers: Integers
-    part: Family
-    items: Integers
-    groups: Integers
-    order: Integers
-    ends: Integers
-
-    @classmethod
-    def of(cls, family: Family, begin: int) -> Self:
-        items, groups = _equal(family)
-        part = family if items.size == groups.size else family.part(items)
-        ends = np.cumsum(np.concatenate([[0], np.bincount(groups, minlength=items.size)]))
-        return cls(begin, family.numbers, part, items, groups, np.argsort(groups, kind="stable"), ends)
-
-    def copies(self) -> Found:
-        """The first ones, and equal ones of later shapes."""
-        first = self.items[self.groups]
-        later = np.flatnonzero(self.numbers != self.numbers[first])
-        return self.begin + first[later], self.begin + later
-
-    def before(self, own: Integers, other: "_Distinct", others: Integers) -> Found:
-        """Distinct primitives (P,), and those equal to others (P,) that are of later shapes."""
-        counts = np.diff(other.ends)[others]
-        pairs = np.arange(own.size).repeat(counts)
-        within = np.arange(pairs.size) - (np.cumsum(counts) - counts).repeat(counts)
-        first, copies = self.items[own[pairs]], other.order[other.ends[others[pairs]] + within]
-        later = other.numbers[copies] > self.numbers[first]
-        return self.begin + first[later], other.begin + copies[later]
-
-
-def _equal(family: Family) -> Found:
-    """The first of each group of equal primitives (K,), and the group of each primitive (N,)."""
     bits = family.corners().reshape(-1, family.numbers.size).astype(np.float64).view(np.uint64)
     weights = np.random.default_rng(0).integers(1, 1 << 63, (len(bits), 1), dtype=np.uint64)
     _, first, groups = np.unique((bits * weights).sum(axis=0), return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    items, groups = first[order], np.argsort(order)[groups.reshape(-1)]
-    copies = np.flatnonzero(items[groups] != np.arange(groups.size))
+    owners = first[groups.reshape(-1)]
+    copies = np.flatnonzero(owners != np.arange(owners.size))
     portions = (copies[start : start + PORTION] for start in range(0, copies.size, PORTION))
-    if all(family.coincide(part, family, items[groups[part]]).all() for part in portions):
-        return items, groups
+    if all(family.coincide(part, family, owners[part]).all() for part in portions):
+        return np.sort(first)
     # Other primitives in the same box: none are taken for equal.
-    return np.arange(groups.size), np.arange(groups.size)
+    return np.arange(owners.size)
 
 
 def _pairs(families: Sequence[Family], begins: Integers) -> Iterator[Found]:
     """Numbers of earlier and of later primitives, of all."""
     yield np.arange(0), np.arange(0)
-    distinct = [_Distinct.of(*each) for each in zip(families, begins[:-1].tolist(), strict=True)]
-    yield from (each.copies() for each in distinct)
+    distinct = [_distinct(family) for family in families]
+    parts = [family.part(items) for family, items in zip(families, distinct, strict=True)]
     # Few boxes are compared with a tree of many.
-    distinct.sort(key=lambda each: each.items.size)
-    for some, rest in combinations_with_replacement(distinct, 2):
-        if some.part.surface == rest.part.surface:
-            for own, others in coinciding(some.part, rest.part):
-                yield some.before(own, rest, others)
-                yield rest.before(others, some, own)
+    by_size = sorted(range(len(families)), key=lambda number: distinct[number].size)
+    for i, j in combinations_with_replacement(by_size, 2):
+        if parts[i].surface != parts[j].surface:
+            continue
+        for own, others in coinciding(parts[i], parts[j]):
+            a, b = begins[i] + distinct[i][own], begins[j] + distinct[j][others]
+            swapped = parts[i].numbers[own] > parts[j].numbers[others]
+            yield np.where(swapped, b, a), np.where(swapped, a, b)
 
 
 def coinciding(some: Family, others: Family) -> Iterator[Found]:

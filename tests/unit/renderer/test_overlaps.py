@@ -314,3 +314,18 @@ def test_the_first_of_many_copies_of_a_mesh_is_seen(place: int) -> None:
         plan_of(scene(*shapes, materials=MATERIALS)), np.stack((x, x * 0 + 0.1, z), 1) - down, down
     )
     assert hits.shape.tolist() == np.where((place == 0) & (x > 0), 1, 0).tolist()
+
+
+@pytest.mark.parametrize("place", [0, 7, 20])
+def test_picture_shows_the_first_of_many_copies(place: int) -> None:
+    shapes = [rug(5)] * 20
+    shapes.insert(place, rectangle([-1, 0.1, -1], [0, 0, 2], [1, 0, 0]))
+    view = camera(position=[0.1, 4, 0.2], look_at=[0, 0, 0], width=32, height=32)
+    plan = renderer.compile_scene(
+        scene(*shapes, materials=MATERIALS, camera=view), layers=["shape", "position"]
+    )
+    layers = renderer.render(plan).layers
+    inside = layers["shape"] >= 0
+    right = layers["position"][..., 0] > 0
+    assert inside.sum() > 50
+    assert (layers["shape"][inside] == np.where((place == 0) & right[inside], 1, 0)).all()
