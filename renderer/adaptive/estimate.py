@@ -343,7 +343,7 @@ class Estimate:
 
     def error_of(self, found: Findings) -> ErrorEstimate:
         """The error of the picture, with the bound that has to keep the target."""
-        unseen = unseen_glints(self.labels, self.counts(), self.adaptive.glints)
+        unseen = unseen_glints(self.labels, self.counts, self.adaptive.glints)
         return error_of(found.total, found.variance, self.have.size, self.confidence, unseen)
 
     def findings(self) -> Findings:

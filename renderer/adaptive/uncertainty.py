@@ -1,5 +1,6 @@
 """How far the picture is from the converged one, and how sure that is."""
 
+from collections.abc import Callable
 from dataclasses import astuple, dataclass, fields
 from statistics import NormalDist
 from typing import Any, Self
@@ -70,7 +71,7 @@ NEVER = 3.0
 """What is expected so many times is met at least once in 95 % of all cases (Poisson)."""
 
 
-def unseen_glints(labels: Labels, counts: Integers, brightness: Floats) -> float:
+def unseen_glints(labels: Labels, counts: Callable[[], Integers], brightness: Floats) -> float:
     """Sum of squared errors that reflections of lights may add without a single ray having hit them.
 
     All of n rays miss a reflection that fills a share 3 / n of what they look at in one case of 20. A light B
@@ -79,16 +80,16 @@ def unseen_glints(labels: Labels, counts: Integers, brightness: Floats) -> float
     Parameters
     ----------
     labels : (H, W) int32
-    counts : (H, W) int64
-        Rays through each pixel.
+    counts : callable
+        Gives the rays through each pixel, (H, W) int64; most scenes have no such lights.
     brightness : (shapes,) float64
         Of the brightest visible light as each shape reflects or transmits it, 0 where it is not above white.
     """
-    shown = of_labels(brightness > 0, labels)
-    pixels = int(np.count_nonzero(shown))
-    if not pixels:
+    if not brightness.any():
         return 0.0
-    return min(1.0, NEVER * float(brightness.max()) / int(counts[shown].sum())) * pixels
+    shown = of_labels(brightness > 0, labels)
+    rays = max(int(counts()[shown].sum()), 1)
+    return min(1.0, NEVER * float(brightness.max()) / rays) * int(np.count_nonzero(shown))
 
 
 def error_of(
