@@ -22,7 +22,12 @@ def _parsed_crop(text: str) -> tuple[int, ...]:
     parts = text.split(",")
     if len(parts) != 4 or not all(part.strip().isdecimal() for part in parts):
         raise CommandError("--crop must be X,Y,WIDTH,HEIGHT in whole pixels, like 100,50,64,64.")
-    return tuple(map(int, parts))
+    crop = tuple(map(int, parts))
+    if max(crop) > MOST_PIXELS:
+        raise CommandError(
+            f"--crop {text} is outside of any picture: a side has at most {MOST_PIXELS} pixels."
+        )
+    return crop
 
 
 def _option(*names: str, text: str, **more: Any) -> Any:
@@ -41,7 +46,8 @@ class SizeOptions:
         int | None, _option(text="Rows, pixels; without --width in proportion.", min=1, max=MOST_PIXELS)
     ] = None
     scale: Annotated[
-        float | None, _option(text="Columns and rows times this, like 0.25 for a quick look.", min=1e-4)
+        float | None,
+        _option(text="Columns and rows times this, like 0.25 for a quick look.", min=1e-4, max=1e4),
     ] = None
     crop: Annotated[
         Any,
@@ -71,7 +77,12 @@ class SizeOptions:
         from schemas.cameras import Camera
         from schemas.limits import limits_in_force
 
-        sized = camera.resized(*self._size(camera))
+        width, height = self._size(camera)
+        if max(width, height) > MOST_PIXELS:
+            raise CommandError(
+                f"That makes {width} x {height} pixels; sides have at most {MOST_PIXELS}. Make it smaller."
+            )
+        sized = camera.resized(width, height)
         crop = {} if self.crop is None else {"crop": self.crop}
         try:
             # Once more in full: a copy is not checked.

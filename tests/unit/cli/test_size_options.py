@@ -62,6 +62,11 @@ def test_quote_is_for_the_size_of_the_options(here: Penumbra, scene_file: Path) 
         (["--crop", "1,2,3,-4"], "--crop must be X,Y,WIDTH,HEIGHT"),
         (["--crop", "40,0,9,9"], "48 x 32 pixels"),
         (["--width", 60000], "at most"),
+        (["--height", 60000], "90000 x 60000 pixels"),
+        (["--scale", 2000], "96000 x 64000 pixels"),
+        (["--scale", "inf"], "at most"),
+        (["--scale", "nan"], "must be at"),
+        (["--crop", "5,5,99999999999999999999,5"], "outside of any picture"),
     ],
 )
 def test_options_that_cannot_be_are_refused(
