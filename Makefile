@@ -9,7 +9,7 @@ WEB := tools/web
 # How tests are spread over processes: those of a module stay together, as they share a service.
 PARALLEL := --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 # Folders whose tests start no service and render little.
-QUICK := tests/architecture $(addprefix tests/unit/,client converting renderer schemas service) schemas renderer
+QUICK := tests/schemas tests/renderer tests/service/client tests/service/converting schemas renderer
 # The newest LLVM of Debian: Mitsuba needs 17 or newer, and would take the first that it finds.
 LLVM := $(lastword $(sort $(wildcard /usr/lib/*/libLLVM.so.*)))
 # Scenes of docs/explanation/accuracy-costs-time.md, and the most seconds for each.
@@ -46,7 +46,7 @@ test-slow: .venv/installed-test  ## run the slow tests: injected faults, sweeps,
 test-peers bench-peers bench-references: export DRJIT_LIBLLVM_PATH ?= $(LLVM)
 test-peers: .venv/installed-test .venv/installed-bench  ## compare with Mitsuba, which needs LLVM, and POV-Ray; two minutes
 	$(BIN)/pytest -m peer \
-	  tests/images/test_against_mitsuba.py tests/images/test_against_povray.py tests/unit/benchmarks/test_peers.py
+	  tests/pictures/test_against_mitsuba.py tests/pictures/test_against_povray.py tests/unit/benchmarks/test_peers.py
 
 test-pythons:  ## run the quick tests on each Python here, with the pinned, newest and oldest dependencies; 20 minutes
 	$(PYTHON) tools/try_pythons.py --tests $(QUICK)

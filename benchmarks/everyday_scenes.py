@@ -1,7 +1,7 @@
 """Random scenes of the kinds that people build: rooms, tables, lamps at walls, boards, meshes, mirrors.
 
 Numbers are drawn, never picked, so that no one knows beforehand what a renderer finds hard about them. Rare
-and pathological scenes are the business of `tests/images/rare_scenes.py`.
+and pathological scenes are the business of `tests/pictures/rare_scenes.py`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Run tests on every supported Python of this machine, with pinned, newest and oldest dependencies.
 
     make test-pythons                                                     # the quick tests, on all of them
-    python tools/try_pythons.py 3.13-newest --tests tests/unit/renderer
+    python tools/try_pythons.py 3.13-newest --tests tests/renderer
 
 An interpreter that is on the path or that pyenv has is used; one that is missing is named. Each combination
 has an environment of its own in `out/pythons`. The oldest NumPy is tried on the oldest Python.

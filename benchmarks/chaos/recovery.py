@@ -17,8 +17,8 @@ from benchmarks.chaos.ground import LONGEST, picture, settings, submit, until
 from benchmarks.load.processes import workers_of
 from benchmarks.load.promises import Promise, promise
 from service.server import RunningServer, running
-from tests.integration.dask_cluster import Cluster
 from tests.postgres_server import PostgresServer, programs
+from tests.service.dask_cluster import Cluster
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from service.client import Client
 
 # Limits are repeated here so that `penumbra --help` need not load the client, the schemas and the settings;
-# tests/unit/cli/test_startup.py compares them.
+# tests/service/cli/test_startup.py compares them.
 DEFAULT_SERVER = "http://127.0.0.1:8000"
 LARGEST_SEED = 2**53 - 1
 MOST_WORKERS = 1024

@@ -17,7 +17,7 @@ from PIL import Image
 
 from scenes.pack_gradescope import ASSIGNMENT, CONSTRAINTS, pack
 from tests.acceptance.conftest import COMMAND, ENVIRONMENT
-from tests.unit.grading.exports.test_json_forms import GRADESCOPE
+from tests.service.grading.exports.test_json_forms import GRADESCOPE
 
 pytestmark = pytest.mark.slow
 

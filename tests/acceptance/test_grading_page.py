@@ -15,7 +15,7 @@ from PIL import Image
 
 from tests.acceptance.conftest import ENVIRONMENT, ROOT, shell
 from tests.pages import blocks, page
-from tests.unit.grading.exports.test_json_forms import CLASSROOM50, GRADESCOPE, RUNNER
+from tests.service.grading.exports.test_json_forms import CLASSROOM50, GRADESCOPE, RUNNER
 
 pytestmark = pytest.mark.slow
 

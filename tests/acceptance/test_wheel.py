@@ -24,9 +24,9 @@ from PIL import Image
 
 from service.cli.doctor import DEVELOPERS
 from tests.acceptance.conftest import ROOT
-from tests.integration.collector import collecting
 from tests.postgres_server import PostgresServer, programs
 from tests.s3_server import BUCKET, S3Server
+from tests.service.collector import collecting
 
 pytestmark = pytest.mark.slow
 

@@ -13,7 +13,7 @@ from PIL import Image
 from playwright.sync_api import Page
 
 from tests.browser.conftest import Open
-from tests.integration.support import finish, scene, submit
+from tests.service.support import finish, scene, submit
 
 Rectangle = tuple[int, int, int, int]
 

@@ -10,7 +10,7 @@ from typing import Any
 import httpx2
 from playwright.sync_api import Locator, Page, expect
 
-from tests.integration.support import submit
+from tests.service.support import submit
 
 GALLERY = Path(__file__).parents[2] / "scenes" / "gallery"
 # A worker may be busy with another test's job, and a machine with other work.

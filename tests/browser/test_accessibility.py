@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import COVERED, click_at, tab
 from tests.browser.scenes import TIMEOUT, opened, small, write
-from tests.integration.support import finish, submit
+from tests.service.support import finish, submit
 
 AXE = (Path(__file__).parent / "vendor" / "axe-core" / "axe.min.js").read_text()
 RUN = "async () => (await axe.run(document, { resultTypes: ['violations'] })).violations"

@@ -16,7 +16,7 @@ from playwright.sync_api import Page, expect
 from service.server import RunningServer
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import codes_of, finished, opened, point_at, served, tab
-from tests.integration.support import image, scene
+from tests.service.support import image, scene
 
 
 @pytest.fixture(scope="module")

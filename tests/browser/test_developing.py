@@ -16,7 +16,7 @@ from schemas.scene import Display
 from tests.browser.conftest import Open
 from tests.browser.pictures import COVERED, codes_of, finished, served
 from tests.browser.test_picture import awkward_numbers
-from tests.integration.support import image
+from tests.service.support import image
 
 SIDE = 160
 # On a renderer without a card, so that the shader runs on every machine.

@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import click_at, finished, opened
-from tests.integration.support import finish, image, scene
+from tests.service.support import finish, image, scene
 
 SHADOW = (28, 27)
 

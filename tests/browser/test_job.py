@@ -13,7 +13,7 @@ from playwright.sync_api import CDPSession, Page, expect
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import tab
 from tests.browser.scenes import TIMEOUT, endless, expect_written, opened, render_button, small
-from tests.integration.support import finish, submit, until
+from tests.service.support import finish, submit, until
 
 
 @pytest.fixture

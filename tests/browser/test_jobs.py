@@ -11,7 +11,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import Open
 from tests.browser.scenes import TIMEOUT, endless, small
-from tests.integration.support import finish, job_of, submit, until
+from tests.service.support import finish, job_of, submit, until
 
 
 def wide(width: int, height: int) -> dict[str, Any]:

@@ -36,7 +36,7 @@ from tests.browser.pictures import (
     served,
 )
 from tests.browser.scenes import ENDLESS_SIDE, TIMEOUT, endless
-from tests.integration.support import finish, image, long_scene, scene, submit, until
+from tests.service.support import finish, image, long_scene, scene, submit, until
 
 ENCODE = """async ([text, exposure, transfer]) => {
     const { Encoder } = await import("/web/views/picture/transfer.js");

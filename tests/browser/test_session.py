@@ -15,7 +15,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from tests.browser.conftest import Open
 from tests.browser.scenes import TIMEOUT, endless, opened, render_button, small, write
-from tests.integration.support import until
+from tests.service.support import until
 
 
 @pytest.fixture(scope="module")

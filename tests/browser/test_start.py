@@ -25,7 +25,7 @@ from tests.browser.scenes import (
     small,
     write,
 )
-from tests.integration.support import submit
+from tests.service.support import submit
 
 TILES = (GALLERY / "textures" / "tiles.png").read_bytes()
 

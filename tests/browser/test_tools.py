@@ -15,7 +15,7 @@ from schemas.scene import Display
 from service.server import RunningServer
 from tests.browser.conftest import Open
 from tests.browser.pictures import codes_of, finished, opened, point_at, served, tab
-from tests.integration.support import image, scene
+from tests.service.support import image, scene
 
 LUMA = [0.2126, 0.7152, 0.0722]
 RED = [255, 0, 0]

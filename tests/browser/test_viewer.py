@@ -25,7 +25,7 @@ from tests.browser.pictures import (
     tab,
 )
 from tests.browser.scenes import TIMEOUT, endless
-from tests.integration.support import image, scene
+from tests.service.support import image, scene
 
 SIZES = [(1280, 800), (1920, 1080), (390, 844), (360, 740)]
 TABS = ("Render", "Pixel", "Plan", "Compare")

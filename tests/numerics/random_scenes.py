@@ -24,8 +24,8 @@ from accuracy.hard_cases.documents import (
 from accuracy.hard_cases.oracle import Answer
 from schemas.quality import FixedQuality
 from schemas.reading import read_scene
-from tests.images.parts import plan_of
 from tests.numerics.tracing import EPS
+from tests.pictures.parts import plan_of
 
 Floats = np.ndarray
 RAYS = 100

@@ -21,7 +21,7 @@ from accuracy.hard_cases.shadows.scenes import (
 )
 from renderer.integrator import radiance
 from renderer.interaction import Rays
-from tests.images.parts import DOUBLE, SINGLE, plan_of
+from tests.pictures.parts import DOUBLE, SINGLE, plan_of
 
 BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
 KINDS = pytest.mark.parametrize("kind", WALLS)

@@ -12,7 +12,7 @@ from renderer.math.arrays import unit
 from renderer.shapes import triangles
 from renderer.shapes.triangles import Triangles
 from schemas.shapes import Triangle
-from tests.images.parts import Files
+from tests.pictures.parts import Files
 
 Floats = np.ndarray
 PLACES = [[0.0, 0.0, 0.0], [148376.0, 1234.0, -223423.0]]

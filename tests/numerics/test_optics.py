@@ -14,7 +14,7 @@ from renderer.integrator import local_radiance
 from renderer.interaction import Rays
 from renderer.materials.optics import fresnel, reflected, refracted, transmitted_cosine
 from renderer.math.arrays import dot, unit
-from tests.images.parts import DOUBLE, plan_of
+from tests.pictures.parts import DOUBLE, plan_of
 
 EPS = float(np.finfo(np.float64).eps)
 UP = np.array([[0.0], [1.0], [0.0]])

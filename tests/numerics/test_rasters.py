@@ -17,7 +17,7 @@ from renderer.cameras import Pinhole, build_pinhole
 from renderer.interaction import Rays
 from renderer.shapes.triangles import Triangles, build
 from schemas.shapes import Triangle
-from tests.images.parts import Files, plan_of
+from tests.pictures.parts import Files, plan_of
 
 Floats = np.ndarray
 WIDTH, HEIGHT = 48, 32

@@ -15,7 +15,7 @@ from renderer.plan.building import compile_visibility
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
 from renderer.visibility.solids import SolidShadows
 from renderer.workspace import Workspace
-from tests.images.parts import DOUBLE, SINGLE, image_of, plan_of
+from tests.pictures.parts import DOUBLE, SINGLE, image_of, plan_of
 
 PLACES = pytest.mark.parametrize(
     "place", [[0.0, 0.0, 0.0], [148376.0, 1234.0, -223423.0]], ids=["near", "far"]

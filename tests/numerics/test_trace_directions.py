@@ -13,9 +13,9 @@ from renderer.accelerators.trees import FEW
 from schemas.quality import FixedQuality
 from schemas.quantities import FARTHEST, LONGEST, SHORTEST
 from schemas.reading import read_scene
-from tests.images.parts import DOUBLE, SINGLE
 from tests.numerics.random_scenes import TRIANGLES, Part, drawn, mesh, nearest, seen, ways_to_lights
 from tests.numerics.tracing import traced
+from tests.pictures.parts import DOUBLE, SINGLE
 
 SCENES = pytest.mark.parametrize("seed", range(5))
 BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])

@@ -27,8 +27,8 @@ from renderer.visibility.polygon_scatter import ScatterPolygonShadows
 from renderer.visibility.trees import FEW_NODES, SHAFT_LEVELS, TreeShadows
 from renderer.workspace import Workspace
 from schemas.shapes import Triangle
-from tests.images.parts import DOUBLE, Files, plan_of
 from tests.numerics.tracing import towards, traced
+from tests.pictures.parts import DOUBLE, Files, plan_of
 
 Floats = np.ndarray
 FAR = [148376.0, 1234.0, -223423.0]

@@ -7,8 +7,8 @@ from accuracy.hard_cases import oracle, solids
 from accuracy.hard_cases.documents import bulb, lamp, mesh, rectangle, scene, sun
 from renderer.accelerators.trees import FEW
 from schemas.reading import read_scene
-from tests.images.parts import DOUBLE, SINGLE
 from tests.numerics.tracing import EPS, towards, traced
+from tests.pictures.parts import DOUBLE, SINGLE
 
 FAR = [148376.0, 1234.0, -223423.0]
 PLACES = [[0.0, 0.0, 0.0], FAR]

@@ -8,7 +8,7 @@ import numpy as np
 import renderer
 from accuracy.hard_cases.documents import Json, sampled, scene
 from schemas.quality import FixedQuality
-from tests.images.parts import plan_of
+from tests.pictures.parts import plan_of
 
 EPS = 2.0**-52
 

@@ -20,9 +20,9 @@ from accuracy.study.journal import describe
 from schemas.grading.manifest_reading import read_manifest
 from service.grading.grading import grade
 from service.grading.mistakes.hints import HINTS
-from tests.assignment import submissions
-from tests.assignment.mistakes import MISTAKES
-from tests.assignment.programs import reached
+from tests.service.grading.assignment import submissions
+from tests.service.grading.assignment.mistakes import MISTAKES
+from tests.service.grading.assignment.programs import reached
 from tools.docs.figures import FOLDER, measured_on, read
 from tools.docs.templates import table
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from schemas.grading.grades import Grade, TestGrade
     from schemas.grading.manifests import Manifest
-    from tests.assignment.mistakes import Mistake
+    from tests.service.grading.assignment.mistakes import Mistake
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

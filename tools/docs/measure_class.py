@@ -24,8 +24,8 @@ import numpy as np
 from PIL import Image
 
 from accuracy.study.journal import describe
-from tests.assignment import program
-from tests.assignment.programs import PROGRAMS
+from tests.service.grading.assignment import program
+from tests.service.grading.assignment.programs import PROGRAMS
 from tools.docs.generate_assignment_page import ASSIGNMENT, MANIFEST, ROOT
 from tools.docs.measure_likeness import save
 

@@ -18,15 +18,15 @@ from PIL import Image, ImageFilter
 from accuracy.comparison import Picture, picture_of
 from accuracy.comparison.fingerprints import Fingerprint, agreement, fingerprint, noise_of, pairs
 from accuracy.study.journal import describe
-from tests.assignment.program import read
-from tests.assignment.tracer import Tracer, encoded
+from tests.service.grading.assignment.program import read
+from tests.service.grading.assignment.tracer import Tracer, encoded
 from tools.docs.figures import FOLDER
 from tools.docs.generate_assignment_page import ASSIGNMENT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from tests.assignment.shapes import Array
+    from tests.service.grading.assignment.shapes import Array
 
 FIGURES = FOLDER / "class.json"
 

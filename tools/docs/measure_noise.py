@@ -29,8 +29,8 @@ from service.grading.folders import Folder
 from service.grading.selection import select
 from service.grading.signals import signals
 from service.grading.wanted import read_picture
-from tests.assignment import noise, program
-from tests.assignment.tracer import Tracer, encoded
+from tests.service.grading.assignment import noise, program
+from tests.service.grading.assignment.tracer import Tracer, encoded
 from tools.docs import figures, fill_figures
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 
     from accuracy.comparison import Picture
     from service.grading.outcomes import Outcome
-    from tests.assignment.noise import Added
-    from tests.assignment.shapes import Array
+    from tests.service.grading.assignment.noise import Added
+    from tests.service.grading.assignment.shapes import Array
 
 SEEDS = 50
 """Honest pictures of each scene and number of samples: 600 of each number in all."""

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from accuracy.study.journal import describe
-from tests.assignment import program
-from tests.assignment.programs import PROGRAMS, Program, reached
+from tests.service.grading.assignment import program
+from tests.service.grading.assignment.programs import PROGRAMS, Program, reached
 from tools.docs import generate_assignment_page as assignment
 from tools.docs.figures import read
 

@@ -1,0 +1,83 @@
+"""A crop is the same part of the whole picture, byte for byte."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import renderer
+from schemas.errors import SceneError
+from schemas.quality import TargetQuality
+from tests.pictures import pictures
+from tests.pictures.parts import image_of
+
+CROP = (7, 3, 11, 9)
+GALLERY = Path(__file__).parents[2] / "scenes" / "gallery"
+
+
+def cropped(document: dict[str, Any], crop: tuple[int, ...] | None = CROP) -> dict[str, Any]:
+    return {**document, "camera": {**document["camera"], "crop": crop}}
+
+
+def part(image: np.ndarray) -> np.ndarray:
+    x, y, width, height = CROP
+    return image[y : y + height, x : x + width]
+
+
+@pytest.mark.parametrize("name", ["basic", "lens", "mesh", "glass", "normal_texturing", "mipmap", "relief"])
+@pytest.mark.parametrize("pattern", ["random", "sobol"])
+def test_crop_has_the_pixels_of_the_whole_picture(name: str, pattern: str) -> None:
+    document = json.loads((GALLERY / f"{name}.json").read_text())
+    document["camera"] |= {"width": 26, "height": 18}
+    document["sampling"] = {
+        "antialiasing": {"pattern": pattern, "samples": 4},
+        "light": {"pattern": pattern, "samples": 4},
+    }
+
+    def drawn(scene: dict[str, Any]) -> renderer.RenderResult:
+        loaded = renderer.load_scene(scene, assets=GALLERY)
+        return renderer.render(renderer.compile_scene(loaded, layers=["depth", "shape"]), tile_size=8)
+
+    whole, crop = drawn(document), drawn(cropped(document))
+    assert crop.image.tobytes() == part(whole.image).tobytes()
+    for layer, values in crop.layers.items():
+        assert values.tobytes() == part(whole.layers[layer]).tobytes()
+
+
+@pytest.mark.parametrize("lens_radius", [0.0, 0.1])
+def test_crop_of_target_quality_is_as_near_as_the_whole_picture(lens_radius: float) -> None:
+    room = pictures.of_room()
+    room["camera"] |= {"lens_radius": lens_radius, "width": 64, "height": 48}
+    x, y, width, height = 20, 10, 32, 24
+    true = image_of({**room, "sampling": {"antialiasing": {"pattern": "sobol", "samples": 256}}})
+    plan = renderer.compile_scene(
+        cropped(room, (x, y, width, height)), TargetQuality(mode="target", error=0.01)
+    )
+    image = renderer.render(plan).image
+    assert image.shape == (height, width, 3)
+    left = np.clip(image, 0, 1) - np.clip(true, 0, 1)[y : y + height, x : x + width]
+    assert np.sqrt(np.mean(left**2)) < 0.0125
+
+
+@pytest.mark.parametrize(
+    ("crop", "message"),
+    [
+        ((14, 0, 11, 9), "24 x 16"),
+        ((0, 8, 24, 9), "24 x 16"),
+        ((0, 0, 25, 1), "24 x 16"),
+        ((3, 3, 0, 5), "no pixels"),
+    ],
+)
+def test_crop_beyond_the_picture_or_empty_is_refused(crop: tuple[int, ...], message: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        renderer.load_scene(cropped(pictures.of_room(), crop))
+    (problem,) = caught.value.errors
+    assert problem.pointer == "/camera/crop"
+    assert message in problem.detail
+
+
+def test_whole_crop_is_the_whole_picture() -> None:
+    room = pictures.of_room()
+    assert image_of(cropped(room, (0, 0, 24, 16))).tobytes() == image_of(room).tobytes()

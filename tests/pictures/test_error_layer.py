@@ -1,0 +1,157 @@
+"""The layer `error`: the standard error that the spread of the camera samples gives, in every engine."""
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import renderer
+from accuracy.hard_cases.documents import Json, camera, phong, rectangle, sampled, scene, sphere
+from renderer.layers import LAYERS, LayerBuffers, Spread, merged, standard_errors
+from renderer.tiling import tiles
+from schemas.tiles import Pass, Tile
+from tests.pictures import pictures
+from tests.pictures.parts import samples_of
+
+ONE = Tile(0, 0, 0, 1, 1)
+
+
+def plan_with_errors(document: Json) -> renderer.RenderPlan:
+    return renderer.compile_scene(document, layers=["error"])
+
+
+def errors_of(document: Json, **options: Any) -> NDArray[np.float32]:
+    return renderer.render(plan_with_errors(document), **options).layers["error"]
+
+
+def record(*samples: float, first: int = 0) -> NDArray[np.float64]:
+    """The record of one pixel with equal channels."""
+    spread = Spread(ONE, Pass(1, 1, first, first + len(samples)))
+    spread.add(np.array([0]), np.array([0]), np.tile(np.array(samples), (3, 1)))
+    return spread.record
+
+
+def exactly(samples: list[float]) -> float:
+    """Standard error of the mean in rational arithmetic."""
+    values = [Fraction(sample) for sample in samples]
+    mean = sum(values) / len(values)
+    squares = sum((value - mean) ** 2 for value in values)
+    return float(squares / (len(values) * (len(values) - 1))) ** 0.5
+
+
+@pytest.mark.parametrize("pattern", ["random", "stratified", "sobol", "uniform", "rotated"])
+@pytest.mark.parametrize("samples", [4, 25])
+def test_it_is_the_spread_of_the_samples_over_the_root_of_their_number(pattern: str, samples: int) -> None:
+    """To the half spacing of float32, and what rounding leaves of a spread of nothing."""
+    light = "uniform" if pattern == "rotated" else pattern
+    plan = plan_with_errors(pictures.of_room(sampling=sampled(samples, 4, pattern, light)))
+    values = samples_of(plan)
+    expected = values.std(axis=2, ddof=1) / np.sqrt(samples)
+    found = renderer.render(plan).layers["error"]
+    assert found.dtype == np.float32
+    assert np.all(np.abs(found - expected) <= 2.0**-24 * expected + 2.0**-48)
+    assert np.count_nonzero(found) > found.size / 4
+
+
+@pytest.mark.parametrize("size", [1, 5, 16, 64])
+def test_it_has_the_same_bytes_for_all_sizes_of_tiles(size: int) -> None:
+    document = pictures.of_room(sampling=sampled(20, 3, "random", "random", seed=4))
+    assert errors_of(document, tile_size=size).tobytes() == errors_of(document).tobytes()
+
+
+@pytest.mark.slow
+def test_it_has_the_same_bytes_for_all_numbers_of_workers() -> None:
+    document = pictures.of_room(sampling=sampled(20, 3, "random", "random", seed=4))
+    assert errors_of(document, workers=2, tile_size=9).tobytes() == errors_of(document).tobytes()
+
+
+def test_tiles_may_come_in_any_order() -> None:
+    plan = plan_with_errors(pictures.of_room(sampling=sampled(9, 1, "random")))
+    buffers = LayerBuffers(plan.layers, plan.height, plan.width)
+    for tile in reversed(tiles(plan, plan.passes[1], 7)):
+        for pass_ in plan.passes[1:]:
+            buffers.take(tile, renderer.render_tile(plan, tile, pass_).layers)
+    assert buffers.finished()["error"].tobytes() == renderer.render(plan).layers["error"].tobytes()
+
+
+@pytest.mark.parametrize("cuts", [[1], [3], [1, 4], [2, 3, 5]])
+@pytest.mark.parametrize(
+    "samples",
+    [
+        [0.1, 0.7, 0.2, 0.2, 0.9, 0.4],
+        [1e6 + x for x in (0.125, 0.25, 0.5, 0.75, 0.875, 1.0)],
+        [1e-30, 3e-30, 2e-30, 5e-30, 1e-30, 4e-30],
+    ],
+    ids=["plain", "far from 0", "dark"],
+)
+def test_records_merge_to_what_all_samples_together_give(samples: list[float], cuts: list[int]) -> None:
+    parts = np.split(np.array(samples), cuts)
+    whole = record(*parts[0])
+    for part in parts[1:]:
+        whole = merged(whole, record(*part))
+    assert whole[6, 0, 0] == 6
+    assert abs(standard_errors(whole)[0, 0, 0] - exactly(samples)) <= 2.0**-23 * exactly(samples)
+
+
+@pytest.mark.parametrize("value", [0.1, 1 / 3, 1e30, 1e-300])
+def test_equal_samples_have_an_error_of_exactly_0(value: float) -> None:
+    whole = merged(record(value), record(*[value] * 3))
+    whole = merged(whole, record(*[value] * 12))
+    assert not standard_errors(whole).any()
+
+
+def test_the_background_has_an_error_of_exactly_0() -> None:
+    document = scene(sphere([0, 0, 90], 1), background=[0.1, 0.3, 0.7], sampling=sampled(16, 1, "random"))
+    assert not errors_of(document).any()
+
+
+@pytest.mark.parametrize("pattern", ["center", "uniform", "random"])
+def test_one_sample_says_nothing_about_its_error(pattern: str) -> None:
+    assert np.all(errors_of(pictures.of_room(sampling=sampled(1, 1, pattern))) == np.inf)
+
+
+def test_before_the_second_sample_the_error_is_unknown() -> None:
+    buffers = LayerBuffers([LAYERS["error"]], 1, 2)
+    buffers.take(ONE, {"error": record(0.5)})
+    assert np.all(buffers.finished()["error"] == np.inf)
+
+
+def test_samples_brighter_than_a_picture_can_say_leave_no_nan() -> None:
+    """Two samples: half their distance."""
+    most = np.finfo(np.float32).max
+    assert np.all(standard_errors(record(np.inf, np.inf)) == 0)
+    assert np.all(standard_errors(merged(record(0.0), record(1e300))) == most / 2)
+
+
+def chess(pattern: str) -> Json:
+    """A board straight before the camera; each pixel shows two by two of its fields."""
+    return scene(
+        rectangle([-6, -3, 0], [12, 0, 0], [0, 6, 0]),
+        camera=camera(position=[0, 0, 3], look_at=[0, 0, 0], vertical_fov=90, width=64, height=32),
+        ambient=[1, 1, 1],
+        textures={"board": {"type": "checker", "even": [0, 0, 0], "odd": [1, 1, 1], "repeat": [128, 64]}},
+        materials={"plain": phong(color_texture="board", ambient=1, diffuse=0)},
+        sampling=sampled(16, 1, pattern, seed=2),
+    )
+
+
+def test_random_samples_are_as_far_off_as_it_says() -> None:
+    """Each sample is 0 or 1 with probability 1/2, so the square of the error is 1/64 in the mean.
+
+    Over 2,048 pixels the mean of s^2 has a standard deviation of 0.00051, and that of (mean - 1/2)^2 one of
+    0.00047; a bound of six of them is passed once in 500 million times.
+    """
+    result = renderer.render(plan_with_errors(chess("random")))
+    said = np.mean(result.layers["error"][..., 0].astype(np.float64) ** 2)
+    was = np.mean((result.image[..., 0] - 0.5) ** 2)
+    assert abs(said - 1 / 64) <= 6 * 0.00051 / 16
+    assert abs(was - 1 / 64) <= 6 * 0.00047
+
+
+def test_of_stratified_samples_it_says_too_much() -> None:
+    """Eight of sixteen strata lie in white fields, so every pixel is right; 16 / 4 / (16 * 15) = 1 / 60."""
+    result = renderer.render(plan_with_errors(chess("stratified")))
+    assert np.all(result.image == 0.5)
+    assert np.all(result.layers["error"] == np.float32(np.sqrt(1 / 60)))

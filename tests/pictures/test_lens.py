@@ -1,0 +1,196 @@
+"""Depth of field against the closed forms of a thin lens."""
+
+import math
+
+import numpy as np
+import pytest
+
+from accuracy.hard_cases.documents import (
+    camera,
+    ellipsoid,
+    lamp,
+    phong,
+    rectangle,
+    sampled,
+    scene,
+    sphere,
+    sun,
+    triangle,
+)
+from renderer.cameras import ThinLens
+from renderer.lights.emitters import PIXEL_DIMENSIONS
+from renderer.math.streams import keys
+from renderer.samplers import PATTERNS as PATTERN_FUNCTIONS
+from tests.pictures.parts import image_of, plan_of
+
+PATTERNS = ["center", "uniform", "rotated", "random", "stratified", "sobol"]
+SIGMAS = 4
+"""A right renderer fails one such comparison of normal numbers in 16,000."""
+
+
+def lens_points(pattern: str, samples: int, pixels: int = 1) -> np.ndarray:
+    """Places on the lens of radius 1, (2, pixels, samples)."""
+    lens = plan_of(
+        scene(camera=camera(lens_radius=1), sampling=sampled(samples=samples, pattern=pattern))
+    ).camera
+    assert isinstance(lens, ThinLens)
+    pixel, sample = np.indices((pixels, samples)).reshape(2, -1)
+    return np.stack(lens.places(pixel, sample)).reshape(2, pixels, samples)
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_places_on_the_lens_fill_its_disk_evenly(pattern: str) -> None:
+    samples = 1 if pattern == "center" else 16
+    x, y = lens_points(pattern, samples, pixels=20000 // samples)
+    squared = (x * x + y * y).ravel()
+    assert squared.max() <= 1
+    # On an even disk the squared radius is uniform on 0..1 and the angle on 0..2 pi; both in eight classes.
+    for share in (squared, np.arctan2(y, x).ravel() / (2 * math.pi) + 0.5):
+        counts = np.bincount((share * 8).astype(int).clip(0, 7), minlength=8)
+        expected = squared.size / 8
+        deviation = math.sqrt(squared.size * 1 / 8 * 7 / 8)
+        assert np.abs(counts - expected).max() <= SIGMAS * deviation
+
+
+def test_a_place_in_the_pixel_says_nothing_about_the_place_on_the_lens() -> None:
+    x, y = lens_points("uniform", 16, pixels=4000)
+    # The mean over pixels of each sample number, the same place in all pixels, is that of an even disk.
+    for part in (x, y):
+        assert np.abs(part.mean(axis=0)).max() <= SIGMAS * 0.5 / math.sqrt(4000)
+
+
+def test_halves_of_the_pixel_do_not_go_with_halves_of_the_lens() -> None:
+    pixel, sample = np.indices((500, 16)).reshape(2, -1)
+    inside, _ = PATTERN_FUNCTIONS["sobol"](keys(0, PIXEL_DIMENSIONS, pixel), sample, 16)
+    left = inside.reshape(500, 16) < 0.5
+    both = (left & (lens_points("sobol", 16, pixels=500)[0] < 0)).sum(axis=1)
+    # Eight of sixteen samples each; Sobol points in the same order would coincide in all eight or in none.
+    assert abs(both.mean() - 4) <= SIGMAS * 2 / np.sqrt(500)
+    assert ((both > 0) & (both < 8)).mean() > 0.8
+
+
+@pytest.mark.parametrize("pattern", ["uniform", "sobol"])
+def test_the_places_of_a_pixel_are_spread_over_the_lens(pattern: str) -> None:
+    x, y = lens_points(pattern, 16, pixels=50)
+    squares = np.floor((np.arctan2(y, x) / (2 * math.pi) + 0.5) * 4).astype(int)
+    for pixel in squares:
+        # Sixteen scrambled Sobol points put four into each quarter of the square that becomes the disk.
+        assert np.bincount(pixel % 4, minlength=4).min() >= 2
+
+
+def test_rays_of_a_place_on_the_picture_join_in_the_plane_in_focus() -> None:
+    view = camera(lens_radius=0.7, focus_distance=3.5)
+    plan = plan_of(scene(camera=view, sampling=sampled(samples=16, pattern="stratified")))
+    lens = plan.camera
+    x, y = np.full(64, 5.25), np.full(64, 11.5)
+    origins, directions = lens.rays(x, y, np.arange(64), np.zeros(64, dtype=np.int64))
+    assert np.ptp(origins, axis=1).min() > 0.05
+    ends = origins + 3.5 * directions
+    assert ends == pytest.approx(ends[:, :1].repeat(64, axis=1), abs=1e-14)
+    assert (lens.forward * (origins - lens.position)).sum(axis=0) == pytest.approx(0, abs=1e-15)
+
+
+def test_what_lies_in_the_plane_in_focus_looks_as_through_a_pinhole() -> None:
+    textures = {"board": {"type": "checker", "repeat": [7, 5]}}
+    materials = {"plain": phong(color_texture="board", ambient=1, diffuse=0)}
+    board = rectangle([-2, -2, 0], [4, 0, 0], [0, 4, 0])
+    view = {"position": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov": 50, "width": 40, "height": 30}
+    for extra in ({}, {"focus_distance": 5}):
+        hole, lens = (
+            image_of(scene(board, camera={**view, **more}, textures=textures, materials=materials))
+            for more in ({}, {"lens_radius": 0.8, **extra})
+        )
+        assert np.array_equal(hole, lens)
+
+
+def spot(depth: float, radius: float, focus: float, samples: int) -> np.ndarray:
+    """The picture of a small bright square at some depth on the axis."""
+    size = 1e-2 * depth
+    light = lamp([-size / 2, -size / 2, -depth], [size, 0, 0], [0, size, 0], color=(1, 1, 1))
+    view = {
+        "position": [0, 0, 0],
+        "look_at": [0, 0, -1],
+        "vertical_fov": 20,
+        "width": 33,
+        "height": 33,
+        "lens_radius": radius,
+        "focus_distance": focus,
+    }
+    settings = sampled(samples=samples, pattern="random", seed=3)
+    return image_of(scene(lights=[light], camera=view, background=[0, 0, 0], sampling=settings))[:, :, 0]
+
+
+@pytest.mark.parametrize(
+    ("depth", "radius", "focus"),
+    [(2.0, 0.2, 3.0), (6.0, 0.3, 3.0), (1e3, 0.25, 3.0)],
+    ids=["near", "far", "sky"],
+)
+def test_a_bright_point_spreads_over_the_circle_of_confusion(
+    depth: float, radius: float, focus: float
+) -> None:
+    # The square is brightened by its size on the screen: each sample finds it with a small chance.
+    image = spot(depth, radius, focus, samples=4096)
+    pixels = 33 / (2 * math.tan(math.radians(10)))
+    circle = radius * abs(1 / focus - 1 / depth) * pixels
+    y, x = np.indices(image.shape) - 16.0
+    seen = np.flatnonzero(image)
+    apart = np.hypot(x, y).ravel()
+    # All light lies within the circle, but for half the square and half a pixel's diagonal.
+    assert apart[seen].max() <= circle + (1e-2 * pixels + 1) / math.sqrt(2)
+    found = np.rint(image.ravel() * 4096)
+    count = found.sum()
+    assert count > 100
+    # Uniform on a disk: r^2 has mean circle^2 / 2, variance circle^4 / 12. Pixels and the square widen it.
+    widened = circle**2 / 2 + (1 + (1e-2 * pixels) ** 2) / 6
+    deviation = math.sqrt(circle**4 / 12 + circle**2 / 3 + 1) / math.sqrt(count)
+    assert (found * apart**2).sum() / count == pytest.approx(widened, abs=SIGMAS * deviation)
+
+
+def crowd(**lens: object) -> dict:
+    """Shapes of all kinds, near and far, many of them at the borders of blocks."""
+    shapes = [
+        *(sphere([x, y, z], 0.3) for x in (-3, 0, 3) for y in (0, 2) for z in (-4, 0, 3)),
+        *(triangle([x, 3, 1], [x + 0.7, 3, 2], [x, 3.9, 0]) for x in (-2.0, -0.5, 1.0)),
+        rectangle([-5, -0.5, -6], [0, 0, 12], [10, 0, 0]),
+        ellipsoid([0.2, 1, 4.5], [0.3, 0, 0], [0, 0.1, 0], [0, 0, 0.6]),
+    ]
+    view = camera(position=[0, 1.5, 6], look_at=[0, 1, 0], width=64, height=48, **lens)
+    return scene(
+        *shapes, lights=[sun([-1, -3, -1])], camera=view, sampling=sampled(samples=16, pattern="sobol")
+    )
+
+
+@pytest.mark.parametrize("radius", [1e-3, 0.2, 1.5])
+@pytest.mark.parametrize("focus", [0.5, 6.1, 1e6])
+def test_a_lens_sees_the_same_with_culling_and_without(radius: float, focus: float) -> None:
+    document = crowd(lens_radius=radius, focus_distance=focus)
+    assert np.array_equal(image_of(document), image_of(document, culling=False))
+
+
+def test_a_lens_that_reaches_into_an_ellipsoid_sees_its_shadow_from_inside() -> None:
+    ball = sphere([0, 0, 0], 1)
+    view = camera(
+        position=[0, 0, 1.2], look_at=[0, 0, 0], lens_radius=2, focus_distance=10, width=4, height=4
+    )
+    settings = {"camera": view, "ambient": [0, 0, 0], "lights": [sun([0, 0, -1])]}
+    plan = plan_of(scene(ball, **settings))
+    assert any(stage.name == "shadows of ellipsoids" for stage in plan.describe().stages)
+
+
+def test_a_lens_of_radius_0_is_left_out_and_changes_no_bit() -> None:
+    plain, written = crowd(), crowd(lens_radius=0, focus_distance=2)
+    plan = plan_of(written)
+    assert np.array_equal(image_of(plain), image_of(written))
+    assert plan.describe().stages == plan_of(plain).describe().stages
+    left = [entry for entry in plan.describe().left_out if entry.effect == "camera.lens"]
+    assert [(entry.pointers, entry.reason) for entry in left] == [
+        (("/camera/lens_radius",), "the lens radius is 0"),
+        (("/camera/focus_distance",), "the lens radius is 0"),
+    ]
+
+
+def test_a_lens_is_a_stage_of_the_lines_that_ask_for_it() -> None:
+    stages = plan_of(crowd(lens_radius=0.1, focus_distance=2)).describe().stages
+    requested = [stage.pointers for stage in stages if stage.effect == "camera.lens"]
+    assert requested == [("/camera/lens_radius", "/camera/focus_distance")]
+    assert plan_of(crowd(lens_radius=0.1)).camera.focus == pytest.approx(math.hypot(0.5, 6))

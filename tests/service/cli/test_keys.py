@@ -1,0 +1,49 @@
+"""Keys of a service, made and listed where the service has its database."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from service.cli.errors import ExitCode
+from tests.service.cli.conftest import Penumbra
+
+
+def test_a_new_key_is_printed_alone_and_the_message_says_which_service_knows_it(here: Penumbra) -> None:
+    outcome = here("keys", "add", "ada", "--data", "lab")
+    assert outcome.code == 0
+    assert outcome.out.startswith("pnm_")
+    assert outcome.out.count("\n") == 1
+    assert "of ada is in the data folder lab" in outcome.err
+    assert outcome.out.strip() not in outcome.err
+
+
+@pytest.mark.parametrize("words", [["ls"], ["revoke", "0123"]], ids=lambda words: words[0])
+def test_a_misspelt_folder_does_not_become_an_empty_service(
+    here: Penumbra, tmp_path: Path, words: list[str]
+) -> None:
+    outcome = here("keys", *words, "--data", "typo")
+    assert outcome.code == ExitCode.USAGE
+    assert "There is no database of a service in typo. Give its --data or --database." in outcome.err
+    assert not (tmp_path / "typo").exists()
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "reason"),
+    [
+        ("--data", "scene.json", "it is a file"),
+        ("--database", "mysql://localhost/penumbra", "postgresql://user@host/name"),
+        ("--database", "postgresql://127.0.0.1:1/penumbra", "Connection refused"),
+    ],
+)
+@pytest.mark.usefixtures("scene_file")
+def test_a_database_that_cannot_be_opened_is_the_mistake_of_an_option_and_no_bug(
+    here: Penumbra, option: str, value: str, reason: str
+) -> None:
+    outcome = here("keys", "add", "ada", option, value)
+    assert outcome.code == ExitCode.USAGE
+    assert outcome.out == ""
+    assert reason in outcome.err
+    assert "bug" not in outcome.err
+    assert "Traceback" not in outcome.err

@@ -1,0 +1,219 @@
+"""Values given to the clients, and the errors if they cannot be used: nothing is sent here."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import io
+import json
+import pickle
+import re
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import numpy as np
+import pytest
+from PIL import Image
+
+import schemas
+from schemas.api.jobs import Failure, Job
+from schemas.errors import Problem, ProblemDocument, SceneError
+from service.client import (
+    AsyncClient,
+    Client,
+    ClientError,
+    JobCancelledError,
+    JobFailedError,
+    RequestInvalidError,
+    TimedOutError,
+    UnreachableError,
+    calls,
+    flows,
+)
+from service.client.comparing import sent
+from service.client.exchange import refused
+from service.client.parcels import pack, rows
+from service.client.pictures import Picture, write
+from tests.service.cli.conftest import SCENE
+
+NO_SERVER = "http://127.0.0.1:9"
+
+
+def job(job_id: str) -> Job:
+    links = dict.fromkeys(("self", "cancel", "tiles", "events", "plan", "image_png", "image_npy"), "")
+    return Job.model_validate(
+        {"id": job_id, "state": "succeeded", "width": 1, "height": 1, "last_seq": 1, "links": links}
+        | {"progress": {"done": 1, "total": 1, "share": 1}, "created_at": "2026-01-01T00:00:00Z"}
+        | {"cost": {"predicted_cpu_seconds": 0, "cpu_seconds": 0, "rays": {}}, "quality": {}}
+    )
+
+
+def test_a_job_is_compared_by_its_id() -> None:
+    assert sent(job("abc"), None) == sent("job:abc", None) == {"job": "abc"}
+    assert sent(job("abc"), "srgb") == {"job": "abc", "encoding": "srgb"}
+
+
+PIXELS = np.linspace(0, 1, 24, dtype=np.float32).reshape(2, 4, 3)
+
+
+class Rendered:
+    image = PIXELS
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [PIXELS, PIXELS.astype(np.float64), PIXELS[::-1, ::-1][::-1, ::-1], Rendered()],
+    ids=["float32", "float64", "not contiguous", "a result"],
+)
+def test_an_array_is_compared_as_an_array_file(picture: Any) -> None:
+    assert np.array_equal(np.load(io.BytesIO(base64.b64decode(sent(picture, None)["content"]))), PIXELS)
+
+
+def test_pictures_are_compared_in_whatever_form_they_are(tmp_path: Path) -> None:
+    image = Image.new("RGB", (2, 2), (10, 20, 30))
+    image.save(tmp_path / "a.png")
+    content = (tmp_path / "a.png").read_bytes()
+    for form in (content, bytearray(content), memoryview(content), Picture(content, 1.0), tmp_path / "a.png"):
+        assert base64.b64decode(sent(form, None)["content"]) == content
+    made = Image.open(io.BytesIO(base64.b64decode(sent(image, None)["content"])))
+    assert (made.format, made.getpixel((1, 1))) == ("PNG", (10, 20, 30))
+
+
+@pytest.mark.parametrize("odd", [None, 5, [[1, 2, 3]]], ids=repr)
+def test_what_is_no_picture_is_refused_by_its_type(odd: Any) -> None:
+    with pytest.raises(TypeError, match=f"not {type(odd).__name__}"):
+        sent(odd, None)
+
+
+def test_the_folder_of_a_scenes_files_may_be_a_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.png").write_bytes(b"one")
+    scene = {"version": 1, "textures": {"x": {"type": "image", "asset": "a.png"}}}
+    monkeypatch.chdir(tmp_path)
+    for folder in (".", Path(), str(tmp_path)):
+        assert list(pack(scene, assets=folder).contents.values()) == [b"one"]
+    with pytest.raises(NotADirectoryError, match="nowhere"):
+        pack(scene, assets="nowhere")
+
+
+def test_scenes_of_numpy_and_of_models_are_sent_as_they_are_meant() -> None:
+    camera = SCENE["camera"] | {"width": np.int64(48), "position": np.array([0, 2, 8])}
+    assert pack(SCENE | {"camera": camera}).document == SCENE
+    checked = schemas.Scene.model_validate(SCENE)
+    again = schemas.Scene.model_validate(pack(checked).document)
+    assert again == checked
+
+
+def test_numbers_of_a_request_may_be_of_numpy() -> None:
+    requested = flows.given(
+        quality=schemas.TargetQuality(error=0.5),
+        priority=np.int64(3),
+        time_limit=np.float32(2),
+        layers=iter("a"),
+    )
+    assert requested == {"quality": {"error": 0.5}, "priority": 3, "time_limit": 2.0, "layers": ["a"]}
+    assert json.loads(json.dumps(requested)) == requested
+
+
+@pytest.mark.parametrize("number", [float("nan"), np.inf, np.float32("nan")], ids=repr)
+def test_a_number_that_json_cannot_carry_is_named_in_its_place(number: Any) -> None:
+    for make, pointer in (
+        (lambda: pack(SCENE | {"ambient": [1, number, 1]}), "/ambient/1"),
+        (lambda: pack(json.dumps(SCENE | {"ambient": [1, float(number), 1]}).encode()), "/ambient/1"),
+        (lambda: flows.given(quality={"error": number}), "/quality/error"),
+    ):
+        with pytest.raises(SceneError) as caught:
+            make()
+        assert [(problem.pointer, problem.code) for problem in caught.value.errors] == [
+            (pointer, "not_finite")
+        ]
+
+
+@pytest.mark.parametrize("source", [None, 5, ["scene.json"]], ids=repr)
+def test_what_can_be_no_scene_is_refused_by_its_type(source: Any) -> None:
+    with pytest.raises(TypeError, match=f"not {type(source).__name__}"):
+        pack(source)
+
+
+def test_rays_are_checked_as_those_that_are_cast_here() -> None:
+    assert rows([], np.zeros((0, 3))) == {"origins": [], "directions": []}
+    assert rows(np.zeros((1, 3), np.float16), [[0, 0, 1]])["directions"] == [[0.0, 0.0, 1.0]]
+    with pytest.raises(ValueError, match=r"directions .*\(N, 3\), not \(3,\)"):
+        rows([[0, 0, 0]], [0, 0, 1])
+
+
+@pytest.mark.parametrize("odd", ["", ".", "..", None, 5], ids=repr)
+def test_an_invalid_job_id_is_refused(odd: Any) -> None:
+    with pytest.raises(ValueError, match=re.escape(repr(odd))):
+        calls.job_path(odd)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [lambda client: client.version(), lambda client: client.get("1"), lambda client: client.submit(SCENE)],
+)
+def test_a_closed_client_says_that_it_is_closed(use: Callable[[Any], Any]) -> None:
+    with Client(NO_SERVER) as client:
+        pass
+    client.close()
+    with pytest.raises(ClientError, match="closed"):
+        use(client)
+
+    async def awaited(use: Callable[[Any], Awaitable[Any]]) -> None:
+        async with AsyncClient(NO_SERVER) as later:
+            pass
+        await use(later)
+
+    with pytest.raises(ClientError, match="closed"):
+        asyncio.run(awaited(use))
+
+
+PROBLEMS = (
+    Problem(
+        pointer="/camra",
+        detail="This field is not known here.",
+        code="x",
+        suggestion="camera",
+        line=1,
+        column=9,
+    ),
+    Problem(pointer="", detail="The field 'camera' is missing. Add it.", code="y"),
+)
+DOCUMENT = ProblemDocument(title="Unprocessable Entity", status=422, errors=PROBLEMS, more=3)
+
+
+def test_a_refusal_says_what_is_wrong_where_and_what_was_meant() -> None:
+    answer = httpx2.Response(
+        422, headers={"Content-Type": "application/problem+json"}, content=DOCUMENT.model_dump_json()
+    )
+    _, first, second, more = str(refused(answer)).splitlines()
+    assert first.startswith(f"/camra: {PROBLEMS[0].detail}")
+    assert first.endswith("'camera'?")
+    assert second == f"(whole document): {PROBLEMS[1].detail}"
+    assert "3 more" in more
+    here = str(SceneError(PROBLEMS))
+    assert here.startswith("line 1, column 9: /camra: ")
+    assert here.endswith("(and 1 more)")
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        RequestInvalidError(422, DOCUMENT, retry_after=2.0),
+        UnreachableError("away", sent=False, job_id="1"),
+        TimedOutError("It took long.", job_id="1"),
+        JobCancelledError(job_id="1"),
+        JobFailedError(job_id="1", failure=Failure(code="x", message="y", retryable=True)),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_an_error_travels_between_processes(error: ClientError) -> None:
+    again = pickle.loads(pickle.dumps(error))  # noqa: S301 - made in this very line
+    assert (type(again), str(again), vars(again)) == (type(error), str(error), vars(error))
+
+
+def test_a_picture_for_a_folder_that_is_not_there_names_the_folder(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError) as caught:
+        write(tmp_path / "nowhere" / "a.png", b"")
+    assert caught.value.filename == str(tmp_path / "nowhere")

@@ -1,0 +1,281 @@
+"""A simple ray tracer that solves the assignment with random samples, and can make mistakes on purpose."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from tests.service.grading.assignment.shapes import OFFSET, Array, Ball, Flat, Wrong, dot, shape_of, unit
+
+Json = dict[str, Any]
+
+
+def is_stretched(shape: Json) -> bool:
+    """Whether the shape is an ellipsoid given by its axes, not a sphere."""
+    return "axes" in shape
+
+
+def with_camera(scene: Json, wrong: Wrong) -> Json:
+    """The scene as the program reads its camera."""
+    if "size_swapped" not in wrong:
+        return scene
+    camera = scene["camera"]
+    return scene | {"camera": camera | {"width": camera["height"], "height": camera["width"]}}
+
+
+class Tracer:
+    """A scene, the names of the mistakes to make, and a random generator."""
+
+    def __init__(self, scene: Json, folder: Path, wrong: Wrong = frozenset(), seed: int = 0) -> None:
+        self.scene, self.wrong = with_camera(scene, wrong), wrong
+        self.random = np.random.default_rng(seed)
+        kept = [shape for shape in scene["shapes"] if "shape_missing" not in wrong or not is_stretched(shape)]
+        self.shapes = [shape_of(shape) for shape in kept]
+        self.numbers = np.array([scene["shapes"].index(shape) for shape in kept] + [-1])
+        self.materials = [scene["materials"][shape["material"]] for shape in kept]
+        self.textures = scene.get("textures", {})
+        self.files = {
+            name: np.asarray(Image.open(folder / texture["asset"]).convert("RGB")) / 255
+            for name, texture in self.textures.items()
+            if texture["type"] == "image"
+        }
+
+    def picture(self, samples: int = 16, pattern: str = "random") -> Array:
+        """The linear picture, (H, W, 3)."""
+        return self.averaged(self.colors, samples, pattern)
+
+    def normal_picture(self, samples: int = 16) -> Array:
+        """Normals n as (n + 1) / 2, black for misses, (H, W, 3)."""
+        return self.averaged(self.normal_colors, samples, "random")
+
+    def averaged(self, seen: Callable[[Array, Array], Array], samples: int, pattern: str) -> Array:
+        camera = self.scene["camera"]
+        height, width = camera["height"], camera["width"]
+        j, i = np.mgrid[:height, :width].reshape(2, -1)
+        total = np.zeros((height * width, 3))
+        if "one_sample" in self.wrong:
+            samples, pattern = 1, "center"
+        if "corner_sampling" in self.wrong:
+            samples, pattern = 1, "corner"
+        if "same_places" in self.wrong:
+            pattern = "center"
+        for number in range(samples):
+            a, b = self.places(number, samples, pattern, i.size)
+            total += seen(*self.rays(i + a, j + b))
+        return (total / samples).reshape(height, width, 3)
+
+    def places(self, number: int, samples: int, pattern: str, count: int) -> tuple[Array, Array]:
+        """Positions of a sample in its pixels, 0 to 1."""
+        side = round(samples**0.5)
+        column, row = number % side, number // side
+        if pattern == "center":
+            return np.full(count, 0.5), np.full(count, 0.5)
+        if pattern == "corner":
+            return np.zeros(count), np.zeros(count)
+        if pattern == "grid":
+            return np.full(count, (column + 0.5) / side), np.full(count, (row + 0.5) / side)
+        a, b = self.random.random((2, count))
+        return ((column + a) / side, (row + b) / side) if pattern == "jittered" else (a, b)
+
+    def rays(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Origins and directions of rays through points of the picture, in pixels from the upper left."""
+        camera, wrong = self.scene["camera"], self.wrong
+        position = np.array(camera["position"], float)
+        f, r, u = self.axes()
+        angle = np.radians(camera["vertical_fov"])
+        h = np.tan(angle if "fov_not_halved" in wrong else angle / 2)
+        aspect = camera["width"] / camera["height"]
+        if "fov_horizontal" in wrong:
+            h /= aspect
+        if "aspect_ignored" in wrong:
+            aspect = 1
+        if "one_pixel_off" in wrong:
+            x = x + 1
+        if "half_pixel_off" in wrong:
+            x, y = x - 0.5, y - 0.5
+        less = 1 if "size_minus_one" in wrong else 0
+        across, down = 2 * x / (camera["width"] - less) - 1, 1 - 2 * y / (camera["height"] - less)
+        if "mirrored" in wrong:
+            across = -across
+        if "upside_down" in wrong:
+            down = -down
+        d = f + np.outer(across * h * aspect, r) + np.outer(down * h, u)
+        return np.broadcast_to(position, d.shape), unit(d)
+
+    def axes(self) -> tuple[Array, Array, Array]:
+        """The camera's forward, right and up vectors."""
+        camera, wrong = self.scene["camera"], self.wrong
+        up = np.array((0, 1, 0) if "up_ignored" in wrong else camera.get("up", (0, 1, 0)), float)
+        f = unit(np.array(camera["look_at"]) - np.array(camera["position"], float))
+        r = np.cross(f, up)
+        if "axes_not_unit" not in wrong:
+            r = unit(r)
+        return f, r, unit(up) if "axes_not_orthogonal" in wrong else np.cross(r, f)
+
+    def hits(self, origins: Array, directions: Array) -> tuple[Array, Array]:
+        """t of the nearest hit, and the index of its shape or -1."""
+        nearest, number = np.full(len(directions), np.inf), np.full(len(directions), -1)
+        for i, shape in enumerate(self.shapes):
+            t = shape.distances(origins, directions, self.wrong)
+            if "far_clipped" in self.wrong:
+                t = np.where(t < 1000, t, np.inf)
+            closer = np.isfinite(t) if "last_shape_wins" in self.wrong else t < nearest
+            nearest[closer], number[closer] = t[closer], i
+        return nearest, number
+
+    def normals(self, number: Array, places: Array, directions: Array) -> Array:
+        """Normals that face the ray origins."""
+        found = np.zeros(places.shape)
+        for i in np.unique(number[number >= 0]):
+            seen = number == i
+            outward = self.shapes[i].normals(places[seen], self.wrong)
+            found[seen] = self.facing(outward, -directions[seen]) * outward
+        return found
+
+    def facing(self, outward: Array, viewers: Array) -> Array:
+        """1 where outward normals face the viewer, -1 where they must be turned, (N, 1)."""
+        sign = np.where(dot(outward, viewers) < 0, -1.0, 1.0)[:, None]
+        return -sign if "normal_flipped" in self.wrong else sign
+
+    def normal_colors(self, origins: Array, directions: Array) -> Array:
+        t, number = self.hits(origins, directions)
+        places = origins + np.where(number < 0, 0, t)[:, None] * directions
+        return np.where((number >= 0)[:, None], (self.normals(number, places, directions) + 1) / 2, 0)
+
+    def colors(self, origins: Array, directions: Array) -> Array:
+        t, number = self.hits(origins, directions)
+        total = np.tile(np.array(self.scene["background"], float), (len(t), 1))
+        for i in np.unique(number[number >= 0]):
+            seen = number == i
+            places = origins[seen] + t[seen, None] * directions[seen]
+            total[seen] = self.shade(i, places, -directions[seen])
+        return total
+
+    def shade(self, i: int, places: Array, viewers: Array) -> Array:
+        shape, material = self.shapes[i], self.materials[i]
+        outward = shape.normals(places, self.wrong)
+        facing = self.facing(outward, viewers)
+        color = self.color(material, shape.coordinates(places))
+        normals = facing * outward
+        if material.get("normal_map") and "normal_map_ignored" not in self.wrong:
+            normals = facing * self.mapped(material["normal_map"], shape, places, outward)
+        ambient = 0 if "no_ambient" in self.wrong else material["ambient"]
+        total = np.array(self.scene["ambient"]) * ambient * color
+        for light in self.scene["lights"]:
+            towards, reach = self.light_points(light, places)
+            l = towards if "light_not_normalised" in self.wrong else unit(towards)
+            share = self.seen(i, places + self.offset() * facing * outward, towards, reach)
+            total = total + share[:, None] * np.array(light["color"]) * self.phong(
+                material, color, normals, l, viewers
+            )
+        return total
+
+    def phong(self, material: Json, color: Array, n: Array, l: Array, v: Array) -> Array:
+        lambert = dot(n, l)[:, None]
+        lit, shininess = lambert > 0, material.get("shininess", 1)
+        if "shininess_doubled" in self.wrong:
+            shininess = 2 * shininess
+        gloss = dot(n, unit(l + v)) if "blinn" in self.wrong else dot(2 * lambert * n - l, v)
+        if "specular_unclamped" not in self.wrong:
+            gloss = np.maximum(gloss, 0)
+        high = np.where(lit[:, 0], gloss**shininess, 0)[:, None]
+        if "no_highlight" in self.wrong:
+            high = 0 * high
+        if "no_max" not in self.wrong:
+            lambert = np.maximum(lambert, 0)
+        return material["diffuse"] * color * lambert + material.get("specular", 0) * high
+
+    def light_points(self, light: Json, places: Array) -> tuple[Array, float]:
+        """Vectors from each point to a point of the light, and the t at which shadow rays end."""
+        if light["type"] == "directional":
+            return np.broadcast_to(-np.array(light["direction"], float), places.shape), np.inf
+        if light["type"] == "point":
+            return np.array(light["position"]) - places, 1.0
+        corner, edges = np.array(light["corner"]), np.array(light["edges"])
+        shares = self.random.random((len(places), 2))
+        if "hard_shadow" in self.wrong:
+            shares[:] = 0.5
+        if "same_light_points" in self.wrong:
+            shares[:] = shares[0]
+        if "light_off_center" in self.wrong:
+            shares = shares + 0.5
+        return corner + shares @ edges - places, 1.0
+
+    def offset(self) -> float:
+        """How far above the surface shadow rays start."""
+        return 0.0 if "acne" in self.wrong else OFFSET
+
+    def seen(self, own: int, places: Array, towards: Array, reach: float) -> Array:
+        """1 where the light is visible, 0 where it is blocked."""
+        if "no_shadows" in self.wrong:
+            return np.ones(len(places))
+        if "shadow_ray_endless" in self.wrong:
+            reach = np.inf
+        seen = np.ones(len(places), bool)
+        for i, shape in enumerate(self.shapes):
+            if i == own and isinstance(shape, Flat) and "acne" not in self.wrong:
+                continue
+            seen &= shape.distances(places, towards, self.wrong) >= reach
+        return seen.astype(float)
+
+    def color(self, material: Json, coordinates: Array) -> Array:
+        name = material.get("color_texture")
+        if name is None:
+            return np.array(material["color"], float)
+        texture, (u, v) = self.textures[name], coordinates.T
+        if texture["type"] == "checker":
+            fields = np.floor(u * texture["repeat"][0]) + np.floor(v * texture["repeat"][1])
+            return np.where((fields % 2 == 0)[:, None], texture["even"], texture["odd"])
+        return self.looked_up(name, u, v)
+
+    def looked_up(self, name: str, u: Array, v: Array) -> Array:
+        """Bilinear interpolation of a texture."""
+        texels = self.files[name]
+        srgb = self.textures[name]["encoding"] == "srgb"
+        if ("texture_not_decoded" in self.wrong and srgb) or ("normal_map_srgb" in self.wrong and not srgb):
+            srgb = not srgb
+        if srgb:
+            texels = np.where(texels <= 0.04045, texels / 12.92, ((texels + 0.055) / 1.055) ** 2.4)
+        if "texture_upside_down" in self.wrong:
+            v = 1 - v
+        if "texture_mirrored" in self.wrong:
+            u = 1 - u
+        height, width = texels.shape[:2]
+        x, y = u * width - 0.5, (1 - v) * height - 0.5
+        i, j = np.floor(x).astype(int), np.floor(y).astype(int)
+        a, b = (x - i)[:, None], (y - j)[:, None]
+        left, right = np.clip(i, 0, width - 1), np.clip(i + 1, 0, width - 1)
+        top, low = np.clip(j, 0, height - 1), np.clip(j + 1, 0, height - 1)
+        upper = texels[top, left] * (1 - a) + texels[top, right] * a
+        lower = texels[low, left] * (1 - a) + texels[low, right] * a
+        return upper * (1 - b) + lower * b
+
+    def mapped(self, name: str, shape: Ball | Flat, places: Array, outward: Array) -> Array:
+        """Outward normals from a normal map on a flat shape."""
+        assert isinstance(shape, Flat)
+        u, v = shape.coordinates(places).T
+        x, y, z = (self.looked_up(name, u, v) * 2 - 1).T
+        if "normal_map_green" in self.wrong:
+            y = -y
+        if "normal_map_swapped" in self.wrong:
+            x, y = y, x
+        tangent, outward = unit(shape.first), unit(outward)
+        return unit(np.outer(x, tangent) + y[:, None] * np.cross(outward, tangent) + z[:, None] * outward)
+
+
+def encoded(linear: Array, wrong: Wrong = frozenset()) -> Array:
+    """Encode a linear picture as 8-bit sRGB codes."""
+
+    def srgb(x: Array) -> Array:
+        return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
+
+    values = np.clip(1.1 * linear if "brighter" in wrong else linear, 0, 1)
+    if "bgr" in wrong:
+        values = values[:, :, ::-1]
+    if "gamma_power" in wrong:
+        return np.round(values ** (1 / 2.2) * 255).astype(np.uint8)
+    for _ in range(0 if "gamma_missing" in wrong else 2 if "gamma_twice" in wrong else 1):
+        values = srgb(values)
+    return np.round(values * 255).astype(np.uint8)

@@ -1,0 +1,214 @@
+"""JUnit XML, rows of a gradebook, and Markdown."""
+
+from __future__ import annotations
+
+import csv
+import io
+from xml.etree import ElementTree
+
+import pytest
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
+
+from schemas.grading.grades import Grade
+from service.grading.exports import EXPORTS
+from service.grading.exports.texts import harmless, line
+from tests.service.grading.exports.jenkins_xunit import faults
+from tests.service.grading.exports.samples import (
+    FOR_STAFF,
+    HIDDEN,
+    HOSTILE,
+    broken,
+    failed,
+    hostile,
+    many,
+    not_gradable,
+    result,
+    secret,
+    tried,
+)
+
+GITLAB_BYTES = 30_000_000
+GITHUB_BYTES = 1 << 20
+
+
+def tree(grade: Grade) -> ElementTree.Element:
+    """The JUnit XML of a result, parsed."""
+    root = ElementTree.fromstring(EXPORTS["junit"](grade, None))  # noqa: S314 - made here
+    assert list(faults(root)) == []
+    return root
+
+
+def numbers(case: ElementTree.Element) -> dict[str, str]:
+    """The lines of a case's output."""
+    lines = (case.findtext("system-out") or "").splitlines()
+    return {name: value for name, _, value in (text.partition(": ") for text in lines)}
+
+
+@pytest.mark.parametrize(
+    ("path", "attribute", "child"),
+    [
+        (".", "skipped", None),
+        ("testsuite", "points", None),
+        ("testsuite/testcase", "status", None),
+        ("testsuite/testcase", None, "properties"),
+        ("testsuite", None, "failure"),
+    ],
+)
+def test_the_rules_of_these_tests_refuse_what_jenkins_refuses(
+    path: str, attribute: str | None, child: str | None
+) -> None:
+    root = tree(result(tried()))
+    element = root.find(path)
+    assert element is not None
+    if attribute is not None:
+        element.set(attribute, "1")
+    if child is not None:
+        ElementTree.SubElement(element, child)
+    assert len(list(faults(root))) == 1
+
+
+@pytest.mark.parametrize("name", ["name", "tests", "failures", "errors"])
+def test_the_rules_of_these_tests_require_what_jenkins_requires(name: str) -> None:
+    root = tree(result(tried()))
+    del root[0].attrib[name]
+    assert list(faults(root)) == [f"testsuite has no {name}"]
+
+
+def test_each_test_is_a_case_and_its_points_are_in_its_output() -> None:
+    tests = [tried(points=10.0), failed(), failed("part", points=2.5, status="partial")]
+    cases = tree(result(*tests)).findall("testsuite/testcase")
+    assert [case.attrib["name"] for case in cases] == ["Soft", "Phong", "Part"]
+    assert [numbers(case)["points"] for case in cases] == ["10", "0", "2.5"]
+    assert numbers(cases[1]) | {"metric": "bias_blocks", "verdict": "mismatch"} == numbers(cases[1])
+
+
+def test_outcomes_are_mapped_to_junit_and_counted() -> None:
+    tests = [tried(), failed(), failed("part", status="partial", points=5.0), not_gradable(), broken()]
+    root = tree(result(*tests, failed("absent", status="skipped")))
+    outcomes = [
+        [child.tag for child in case if child.tag != "system-out"]
+        for case in root.findall("testsuite/testcase")
+    ]
+    assert outcomes == [[], ["failure"], ["failure"], ["error"], ["error"], ["skipped"]]
+    counted = {"tests": "6", "failures": "2", "errors": "2"}
+    assert root.attrib | counted == root.attrib
+    assert root[0].attrib | counted | {"skipped": "1"} == root[0].attrib
+
+
+def test_the_reason_names_the_worst_region() -> None:
+    failure = tree(result(failed())).find("testsuite/testcase/failure")
+    assert failure is not None
+    assert failure.attrib["message"] == "The ball is missing."
+    assert "columns 2 to 9, rows 3 to 8, mostly ball: too dark by 0.125" in (failure.text or "")
+
+
+def test_tests_of_the_same_name_are_different_cases() -> None:
+    cases = tree(result(tried("a", name="Same"), tried("b", name="Same"))).iter("testcase")
+    assert len({(case.attrib["classname"], case.attrib["name"]) for case in cases}) == 2
+
+
+def test_untrusted_strings_are_text_in_xml() -> None:
+    cases = tree(hostile()).findall("testsuite/testcase")
+    assert [case.attrib["name"] for case in cases] == [line(words[:200]) for words in HOSTILE]
+    texts = [failure.text or "" for case in cases for failure in case.findall("failure")]
+    assert all(text.startswith(harmless(words)) for text, words in zip(texts, HOSTILE, strict=True))
+
+
+@pytest.mark.parametrize("form", ["junit", "markdown", "csv"])
+def test_students_do_not_see_hidden_tests_or_signals(form: str) -> None:
+    document = EXPORTS[form](result(tried(), secret()), None).decode()
+    assert HIDDEN not in document
+    assert FOR_STAFF not in document
+    assert "identical_bytes" not in document
+    assert "idden" in document
+
+
+@pytest.mark.parametrize(("form", "limit"), [("junit", GITLAB_BYTES), ("markdown", GITHUB_BYTES)])
+def test_200_tests_with_all_words_stay_within_the_limit(form: str, limit: int) -> None:
+    assert len(EXPORTS[form](many(), None)) <= limit
+
+
+def table(form: str, grade: Grade) -> dict[str, str]:
+    header, row = csv.reader(io.StringIO(EXPORTS[form](grade, None).decode(), newline=""))
+    return dict(zip(header, row, strict=True))
+
+
+def test_a_row_has_the_total_and_the_points_of_each_test() -> None:
+    row = table("csv", result(tried(), failed(), secret()))
+    assert row == {
+        "student": "Zoë",
+        "submitted": "2026-06-01T16:32:01+02:00",
+        "assignment": "Ray tracer",
+        "score": "14.0",
+        "max_score": "30.0",
+        "ungraded": "0",
+        "points_soft": "10.0",
+        "points_phong": "0.0",
+        "points_hidden": "4.0",
+    }
+
+
+def test_points_of_a_row_are_rounded() -> None:
+    tests = [tried(f"part-{n}", points=10 / 3, status="partial") for n in range(3)]
+    row = table("csv", result(*tests, score=10.000000000000002))
+    assert (row["points_part-0"], row["score"]) == ("3.33", "10.0")
+
+
+def test_the_row_for_staff_has_hidden_tests_and_signals() -> None:
+    row = table("csv-staff", result(tried(), secret()))
+    assert row[f"points_{HIDDEN}"] == "4.0"
+    assert row["signals"] == "soft: identical_bytes"
+
+
+def test_what_could_not_be_graded_is_an_empty_cell_and_so_is_the_total() -> None:
+    row = table("csv", result(tried(), not_gradable()))
+    assert (row["points_camera"], row["points_soft"], row["score"], row["ungraded"]) == ("", "10.0", "", "1")
+
+
+@pytest.mark.parametrize("form", ["csv", "csv-staff"])
+@pytest.mark.parametrize("words", [*HOSTILE, "=1+1", "+1", "-1", "@a", "\t=1", "\uff1d1", " =1"])
+def test_no_untrusted_cell_is_a_formula(form: str, words: str) -> None:
+    row = table(form, result(tried(), student=words, title=words))
+    assert row["student"].removeprefix("'") == line(words)
+    for cell in (row["student"], row["assignment"]):
+        assert cell[:1] not in set("=+-@\t\r\n\uff1d\uff0b\uff0d\uff20")
+
+
+def tokens(grade: Grade) -> list[Token]:
+    """The summary, parsed as GitHub's Markdown."""
+    blocks = MarkdownIt("commonmark").enable("table").parse(EXPORTS["markdown"](grade, None).decode())
+    return [token for block in blocks for token in (block, *(block.children or ()))]
+
+
+def test_untrusted_strings_are_text_in_markdown() -> None:
+    grade = hostile()
+    found = tokens(grade)
+    assert {token.type for token in found if not token.type.startswith(("t", "paragraph", "heading"))} == {
+        "inline",
+        "strong_open",
+        "strong_close",
+    }
+    rows = sum(token.type == "tr_open" for token in found)
+    cells = sum(token.type == "td_open" for token in found)
+    assert (rows, cells) == (1 + len(grade.tests), 4 * len(grade.tests))
+
+
+def test_text_survives_markdown_unchanged() -> None:
+    words = "a|b <i> [x](y) `c` *d* _e_ https://example.org $x$ 1. #2 ~f~ \\ &amp;"
+    texts = "".join(token.content for token in tokens(result(failed(message=words))) if token.type == "text")
+    assert words in texts
+
+
+def test_a_summary_shows_points_and_reasons() -> None:
+    contents = [
+        token.content.replace("\\", "")
+        for token in tokens(result(tried(), failed(points=2.5, status="partial"), not_gradable()))
+        if token.type == "inline"
+    ]
+    assert contents[:2] == [
+        "Ray tracer",
+        "**12.5 of 30 points. 1 test could not be graded: 10 points are open, not lost.**",
+    ]
+    assert contents[10:14] == ["Phong", "2.5 of 10", "partly", "The ball is missing."]
+    assert contents[15:17] == ["–", "could not be graded"]

@@ -1,0 +1,306 @@
+"""Mistakes made in plans: each gives the numbers that its formula gives by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import renderer
+from accuracy.hard_cases.documents import phong, rectangle, scene
+from renderer.cameras import Pinhole
+from renderer.images.reading import decode_image
+from renderer.plan.plan import RenderPlan
+from service.grading.mistakes.altered_cameras import altered_cameras
+from service.grading.mistakes.altered_hits import with_last_hits
+from service.grading.mistakes.altered_scenes import alterations
+from service.grading.mistakes.altered_shading import altered_shading, without_shadows
+from service.grading.mistakes.altered_textures import altered_textures
+from service.grading.mistakes.hints import HINTS
+from service.grading.mistakes.shadow_acne import acne
+from tests.pictures.parts import Files
+from tests.renderer.picture_files import deep_png, exr
+
+Document = dict[str, Any]
+
+EYE = np.array([0.0, 1.0, 3.0])
+LAMP = np.array([0.4, 0.9, 3.2])
+"""Close to the eye and low: the reflection leaves away from the eye."""
+
+COLOR = np.array([0.5, 0.25, 0.75])
+DIFFUSE, SPECULAR = 0.5, 0.4
+
+ROUNDING = 1e-5
+"""Pair work is in float32, whose 2**-24 powers and products raise some hundred times."""
+
+
+def floor(shininess: float = 2.0, lamp: np.ndarray = LAMP, **camera: Any) -> Document:
+    """One pixel that shows the middle of a floor under a lamp."""
+    return {
+        "version": 1,
+        "camera": {"position": EYE.tolist(), "look_at": [0, 0, 0], "width": 1, "height": 1} | camera,
+        "materials": {
+            "floor": {
+                "type": "phong",
+                "color": COLOR.tolist(),
+                "ambient": 0,
+                "diffuse": DIFFUSE,
+                "specular": SPECULAR,
+                "shininess": shininess,
+            }
+        },
+        "shapes": [
+            {"type": "rectangle", "corner": [-1, 0, -1], "edges": [[0, 0, 2], [2, 0, 0]], "material": "floor"}
+        ],
+        "lights": [{"type": "point", "position": lamp.tolist(), "color": [1, 1, 1]}],
+        "sampling": {"antialiasing": {"pattern": "center", "samples": 1}},
+    }
+
+
+def changes(cause: str, plan: RenderPlan) -> list[RenderPlan]:
+    """The plan with a mistake, once for each variant."""
+    document = plan.document
+    return [
+        change(plan)
+        for name, change in (*altered_shading(document), *altered_cameras(document))
+        if name == cause
+    ]
+
+
+def shown(cause: str, document: Document) -> list[np.ndarray]:
+    """The pixel with a mistake, once for each variant."""
+    return [renderer.render(plan).image[0, 0] for plan in changes(cause, renderer.compile_scene(document))]
+
+
+def unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
+
+
+NORMAL, VIEWER, LIGHT = np.array([0.0, 1.0, 0.0]), unit(EYE), unit(LAMP)
+LAMBERT = float(NORMAL @ LIGHT)
+GLOSS = float((2 * LAMBERT * NORMAL - LIGHT) @ VIEWER)
+MATT = DIFFUSE * LAMBERT * COLOR
+
+
+def test_the_reflection_leaves_away_from_the_eye() -> None:
+    assert LAMBERT > 0 > GLOSS
+    right = renderer.render(renderer.compile_scene(floor())).image[0, 0]
+    np.testing.assert_allclose(right, MATT, rtol=ROUNDING)
+
+
+@pytest.mark.parametrize("shininess", [1.0, 2.0, 3.0])
+def test_negative_bases_of_highlights_keep_their_sign_with_odd_exponents(shininess: float) -> None:
+    expected = MATT + SPECULAR * GLOSS**shininess
+    for pixel in shown("highlight_not_clamped", floor(shininess)):
+        np.testing.assert_allclose(pixel, expected, rtol=ROUNDING)
+
+
+def test_negative_bases_have_no_power_with_other_exponents() -> None:
+    for pixel in shown("highlight_not_clamped", floor(2.5)):
+        np.testing.assert_allclose(pixel, MATT, rtol=ROUNDING)
+
+
+def test_the_halfway_vector_gives_highlights_elsewhere() -> None:
+    high = SPECULAR * float(NORMAL @ unit(LIGHT + VIEWER)) ** 2
+    for pixel in shown("halfway_vector", floor()):
+        np.testing.assert_allclose(pixel, MATT + high, rtol=ROUNDING)
+
+
+def test_a_long_vector_to_the_light_lengthens_both_cosines() -> None:
+    lamp = np.array([-0.4, 0.9, -2.0])
+    gloss = float((2 * lamp[1] * NORMAL - lamp) @ VIEWER)
+    assert gloss > 1
+    for pixel in shown("light_not_normalised", floor(lamp=lamp)):
+        np.testing.assert_allclose(pixel, DIFFUSE * lamp[1] * COLOR + SPECULAR * gloss**2, rtol=ROUNDING)
+
+
+def test_highlights_may_take_the_colour_of_the_surface() -> None:
+    lamp = np.array([0.0, 1.0, -3.0])
+    for pixel in shown("highlight_colored", floor(lamp=lamp)):
+        # The mirror direction: r . v is 1.
+        np.testing.assert_allclose(pixel, (DIFFUSE * unit(lamp)[1] + SPECULAR) * COLOR, rtol=ROUNDING)
+
+
+def test_flipped_normals_let_lights_reach_the_wrong_side() -> None:
+    below = LAMP * [1, -1, 1]
+    (above,), (under,) = shown("normals_flipped", floor()), shown("normals_flipped", floor(lamp=below))
+    assert (above == 0).all()
+    gloss = max(0.0, float((-2 * LAMBERT * NORMAL - unit(below)) @ VIEWER))
+    np.testing.assert_allclose(under, MATT + SPECULAR * gloss**2, rtol=ROUNDING)
+
+
+def test_a_round_shape_with_flipped_normals_shadows_itself() -> None:
+    ball = {"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "floor"}
+    for lamp in (LAMP, -10 * LAMP):
+        (pixel,) = shown("normals_flipped", floor(lamp=lamp) | {"shapes": [ball]})
+        assert (pixel == 0).all()
+
+
+def test_light_from_below_is_subtracted() -> None:
+    for pixel in shown("cosine_not_clamped", floor(lamp=LAMP * [1, -1, 1])):
+        np.testing.assert_allclose(pixel, -MATT, rtol=ROUNDING)
+
+
+def test_a_round_shape_loses_no_light_on_its_dark_side_if_it_shadows_itself() -> None:
+    ball = {"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "floor"}
+    shadowed, lit = shown("cosine_not_clamped", floor(lamp=-10 * LAMP) | {"shapes": [ball]})
+    assert (shadowed == 0).all()
+    assert (lit < 0).all()
+
+
+@pytest.mark.parametrize("cause", ["normals_of_spheres", "normals_not_normalised"])
+def test_wrong_normals_are_shaded_with(cause: str) -> None:
+    ball = {
+        "type": "ellipsoid",
+        "center": [0.1, 0, 0],
+        "axes": [[1.5, 0, 0], [0, 0.5, 0], [0, 0, 0.8]],
+        "material": "floor",
+    }
+    document = floor(lamp=np.array([1.0, 5.0, 2.0])) | {"shapes": [ball]}
+    document["materials"]["floor"]["specular"] = 0
+    place = renderer.trace(renderer.compile_scene(document), [EYE], [-EYE]).position[0]
+    away = place - ball["center"]
+    light = unit(np.array([1.0, 5.0, 2.0]) - place)
+    wrong = [unit(away)] if cause == "normals_of_spheres" else [away, away / np.array([1.5, 0.5, 0.8]) ** 2]
+    for pixel, normal in zip(shown(cause, document), wrong, strict=True):
+        np.testing.assert_allclose(pixel, DIFFUSE * float(normal @ light) * COLOR, rtol=ROUNDING)
+
+
+WIDTH, HEIGHT = 8, 6
+UP = np.array([0.3, 1.2, 0.1])
+
+
+def camera_with(cause: str) -> list[Pinhole]:
+    plan = renderer.compile_scene(floor(width=WIDTH, height=HEIGHT, up=UP.tolist(), vertical_fov=50))
+    return [altered.camera for altered in changes(cause, plan)]
+
+
+def directions(right: np.ndarray, up: np.ndarray, across: float, upwards: float) -> np.ndarray:
+    """A direction by the formula of the assignment, at shares -1 to 1 of the half screen."""
+    half = np.tan(np.radians(25))
+    return unit(-EYE) + half * WIDTH / HEIGHT * across * right + half * upwards * up
+
+
+FORWARD = unit(-EYE)
+RIGHT = unit(np.cross(FORWARD, UP))
+LONG = np.cross(FORWARD, UP)
+PLACE = (2.25, 1.5)
+ACROSS, UPWARDS = 2 * PLACE[0] / WIDTH - 1, 1 - 2 * PLACE[1] / HEIGHT
+MISCOUNTED = [
+    (2 * (PLACE[0] - first) / (WIDTH - 1) - 1, 1 - 2 * (PLACE[1] - first) / (HEIGHT - 1))
+    for first in (0, 0.5)
+]
+TRUE_UP = np.cross(RIGHT, FORWARD)
+
+
+@pytest.mark.parametrize(
+    ("cause", "expected"),
+    [
+        (
+            "camera_axes_not_unit",
+            [
+                directions(LONG, np.cross(LONG, FORWARD), ACROSS, UPWARDS),
+                directions(LONG, TRUE_UP, ACROSS, UPWARDS),
+            ],
+        ),
+        ("camera_axes_not_orthogonal", [directions(RIGHT, unit(UP), ACROSS, UPWARDS)]),
+        ("size_minus_one", [directions(RIGHT, TRUE_UP, *shares) for shares in MISCOUNTED]),
+        ("aspect_ignored", [directions(RIGHT, TRUE_UP, ACROSS * HEIGHT / WIDTH, UPWARDS)]),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_a_wrong_camera_has_the_rays_of_its_formula(cause: str, expected: list[np.ndarray]) -> None:
+    cameras = camera_with(cause)
+    for camera, direction in zip(cameras, expected, strict=True):
+        found = camera.directions(*(np.array([value]) for value in PLACE))[:, 0]
+        np.testing.assert_allclose(found, direction, atol=1e-14)
+
+
+def test_pixels_of_a_smaller_trial_are_counted_as_in_the_whole_picture() -> None:
+    for camera in camera_with("size_minus_one"):
+        small = replace(camera, width=WIDTH // 2, height=HEIGHT // 2)
+        whole, part = (
+            each.directions(np.array([x]), np.array([y]))
+            for each, x, y in ((camera, 3, 5), (small, 1.5, 2.5))
+        )
+        np.testing.assert_allclose(part, whole, atol=1e-14)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
+def test_the_last_shape_is_hit_at_the_nearest_of_its_hits(order: tuple[int, ...]) -> None:
+    """Two balls behind a sheet, seen along z; the ball of radius 1 has two hits."""
+    shapes = [
+        {"type": "rectangle", "corner": [-1, -1, 3], "edges": [[2, 0, 0], [0, 2, 0]], "material": "floor"},
+        {"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "floor"},
+        {"type": "ellipsoid", "center": [0, 0, -4], "radius": 0.5, "material": "floor"},
+    ]
+    t = [7.0, 9.0, 13.5]
+    document = floor() | {"shapes": [shapes[number] for number in order]}
+    plan = with_last_hits(renderer.compile_scene(document))
+    hits = renderer.trace(plan, [[0, 0, 10], [5, 0, 10]], [[0, 0, -1], [0, 0, -1]])
+    assert hits.shape.tolist() == [2, -1]
+    np.testing.assert_allclose(hits.t, [t[order[2]], np.inf], rtol=1e-8)
+    np.testing.assert_allclose(hits.position[0], [0, 0, 10 - t[order[2]]], atol=1e-7)
+
+
+def test_without_shadow_rays_a_covered_floor_is_lit() -> None:
+    document = floor(lamp=np.array([0.0, 9.0, 0.0]))
+    roof = {"type": "rectangle", "corner": [-9, 4, -9], "edges": [[18, 0, 0], [0, 0, 18]]}
+    shapes = [*document["shapes"], roof | {"material": "floor"}]
+    plan = renderer.compile_scene(document | {"shapes": shapes})
+    assert (renderer.render(plan).image[0, 0] == 0).all()
+    lit = renderer.render(without_shadows(plan)).image[0, 0]
+    np.testing.assert_allclose(lit, DIFFUSE * COLOR + SPECULAR * VIEWER[1] ** 2, rtol=ROUNDING)
+
+
+def test_every_cause_has_its_hint() -> None:
+    assert {each.cause for each in alterations(renderer.load_scene(floor(width=8, height=6)))} <= HINTS.keys()
+
+
+def lit_sheet(share: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A sheet without its light, with a share of it, and with all of it, brighter to the right."""
+    direct = np.linspace(0.2, 0.6, 32)[None, :, None] * np.array([1, 0.5, 0.8])
+    dark = np.full((24, 32, 3), 0.05)
+    return dark, dark + share[:, :, None] * direct, dark + direct
+
+
+@pytest.mark.parametrize("rays", [4, 16, 64])
+def test_light_that_is_blocked_at_random_is_acne(rays: int) -> None:
+    share = np.random.default_rng(rays).binomial(rays, 0.6, (24, 32)) / rays
+    found = acne(*lit_sheet(share))
+    assert found is not None
+    assert found.cause == "shadow_acne"
+
+
+@pytest.mark.parametrize(
+    "share",
+    [np.full((24, 32), 0.5), np.linspace(0.2, 0.9, 24 * 32).reshape(24, 32), np.zeros((24, 32))],
+    ids=["half", "slope", "none"],
+)
+def test_light_that_is_dimmed_smoothly_is_no_acne(share: np.ndarray) -> None:
+    assert acne(*lit_sheet(share)) is None
+
+
+def test_noise_around_the_right_light_is_no_acne() -> None:
+    share = np.random.default_rng(1).binomial(4, 0.5, (24, 32)) / 2
+    assert acne(*lit_sheet(share)) is None
+
+
+@pytest.mark.parametrize("encoding", ["srgb", "linear"])
+def test_altered_textures_keep_every_digit(encoding: str) -> None:
+    """Of 16 bits, and of light above 1."""
+    codes = np.random.default_rng(2).integers(0, 1 << 16, (3, 4, 3)).astype(np.uint16)
+    light = np.random.default_rng(2).random((3, 4, 3), np.float32) * 9
+    planes = {name: light[..., i] for i, name in enumerate("RGB")}
+    content, exact = (deep_png(codes, 2), codes / 65535) if encoding == "srgb" else (exr(planes), light)
+    document = scene(
+        rectangle([-1, -1, 0], [2, 0, 0], [0, 2, 0]),
+        textures={"a": {"type": "image", "asset": "a", "encoding": encoding}},
+        materials={"plain": phong(color_texture="a")},
+    )
+    altered = dict(altered_textures(renderer.load_scene(document, assets=Files({"a": content}))))
+    turned = altered["texture_upside_down"]
+    texels = decode_image(turned.assets.read(turned.document.textures["a"].asset))
+    assert np.abs(texels - exact[::-1]).max() <= np.spacing(np.float32(exact.max()))

@@ -1,0 +1,122 @@
+"""Which submissions of a class are graded again."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from accuracy.comparison.fingerprints import Fingerprint
+from schemas.grading.manifest_reading import read_manifest
+from service.grading.classes.class_records import (
+    KEY,
+    PRINTS,
+    RESULT,
+    Student,
+    assignment_key,
+    graded_before,
+    packed,
+    submission_key,
+    submissions,
+)
+from tests.service.grading.assignments import Assignment, image_test, scene
+from tests.service.grading.exports.samples import result, tried
+
+
+@pytest.fixture
+def student(tmp_path: Path) -> Student:
+    folder = tmp_path / "class" / "zoe"
+    folder.mkdir(parents=True)
+    (folder / "p.png").write_bytes(b"one")
+    return Student(folder)
+
+
+def test_submissions_are_folders_by_name(tmp_path: Path) -> None:
+    for name in ("b", "a c", "zoë", "Ada", "ada", "-rf", "l'été", "x" * 255, ".git", "__MACOSX"):
+        (tmp_path / name).mkdir()
+    for name in ("notes.txt", "late.zip", ".DS_Store"):
+        (tmp_path / name).touch()
+    (tmp_path / "link").symlink_to(tmp_path / "b", target_is_directory=True)
+    students, others = submissions(tmp_path)
+    assert [student.name for student in students] == sorted(
+        ["-rf", "Ada", "a c", "ada", "b", "l'été", "x" * 255, "zoë"]
+    )
+    assert others == ("late.zip", "link", "notes.txt")
+
+
+def test_names_that_look_alike_are_different_students(tmp_path: Path) -> None:
+    for name in (os.fsdecode(b"zo\xeb"), "zo\\xeb"):
+        (tmp_path / name).mkdir()
+    students, _ = submissions(tmp_path)
+    assert len({student.name for student in students}) == 2
+
+
+def test_a_key_stays_while_nothing_changes(student: Student) -> None:
+    assert submission_key("k", student) == submission_key("k", student)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda folder: (folder / "p.png").write_bytes(b"more"),
+        lambda folder: (folder / "new.png").touch(),
+        lambda folder: (folder / "p.png").rename(folder / "q.png"),
+        lambda folder: os.utime(folder / "p.png", ns=(1, 1)),
+        lambda folder: (folder / "p.png").unlink(),
+    ],
+    ids=["longer", "added", "renamed", "written again", "deleted"],
+)
+def test_a_changed_submission_has_another_key(student: Student, change: Callable[[Path], object]) -> None:
+    before = submission_key("k", student)
+    change(student.folder)
+    assert submission_key("k", student) != before
+
+
+def _key(assignment: Assignment, **changes: object) -> str:
+    manifest = read_manifest(assignment.manifest(image_test(**changes)).read_bytes(), yaml=False)
+    return assignment_key(manifest, assignment.references)
+
+
+def test_the_key_of_an_assignment_depends_on_the_manifest_and_its_references(assignment: Assignment) -> None:
+    first = _key(assignment)
+    assert _key(assignment) == first
+    assert _key(assignment, points=11) != first
+    (assignment.references / "notes.txt").touch()
+    assert _key(assignment) == first
+    (assignment.references / "scene.json").write_text(json.dumps(scene(lights=[])))
+    assert _key(assignment) != first
+
+
+def test_a_missing_reference_has_a_key_too(assignment: Assignment) -> None:
+    first = _key(assignment)
+    (assignment.references / "scene.json").unlink()
+    assert _key(assignment) != first
+
+
+def test_only_a_complete_record_with_its_key_counts(tmp_path: Path) -> None:
+    grade = result(tried())
+    prints = {"soft": Fingerprint(np.array([0.5, -1], np.float16), np.array([0, 2], np.float16))}
+    parts = {RESULT: grade.model_dump_json().encode(), PRINTS: packed(prints), KEY: b"k"}
+    for name, content in parts.items():
+        assert graded_before(tmp_path, "k") is None
+        (tmp_path / name).write_bytes(content)
+    found = graded_before(tmp_path, "k")
+    assert found is not None
+    assert found.grade == grade
+    assert packed(found.prints) == packed(prints)
+    assert graded_before(tmp_path, "another") is None
+
+
+@pytest.mark.parametrize("name", [RESULT, PRINTS, KEY])
+@pytest.mark.parametrize("content", [b"", b"{", b"\xff", b"PK\x03\x04 cut off"])
+def test_a_damaged_record_is_graded_again(tmp_path: Path, name: str, content: bytes) -> None:
+    grade = result(tried()).model_dump_json().encode()
+    for file, whole in ((RESULT, grade), (PRINTS, packed({})), (KEY, b"k")):
+        (tmp_path / file).write_bytes(whole)
+    assert graded_before(tmp_path, "k") is not None
+    (tmp_path / name).write_bytes(content)
+    assert graded_before(tmp_path, "k") is None

@@ -1,0 +1,150 @@
+"""Who has the same files, and whose pictures have the same noise."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from accuracy.comparison.fingerprints import Fingerprint, fingerprint
+from accuracy.comparison.inputs import picture_of
+from renderer.images.colors import srgb_from_linear
+from schemas.grading.classes import SharedFiles
+from schemas.grading.grades import GradeInput
+from schemas.grading.manifest_reading import read_manifest
+from schemas.grading.manifests import ImageTest, Manifest
+from service.grading.classes.class_signals import shared_files, shared_noise
+from service.grading.comparing import image
+from service.grading.folders import Folder
+from service.grading.settings import Run
+from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels, scene
+from tests.service.grading.exports.samples import result, tried
+
+CAMERA = SCENE["camera"] | {"width": 128, "height": 96}
+HONEST = 14
+
+
+def sampled(pattern: str, samples: int, seed: int = 0) -> dict[str, Any]:
+    antialiasing = {"pattern": pattern, "samples": samples}
+    return scene(camera=CAMERA, sampling={"antialiasing": antialiasing, "seed": seed})
+
+
+def codes(document: dict[str, Any]) -> np.ndarray:
+    encoded: np.ndarray = np.rint(255 * srgb_from_linear(np.clip(pixels(document), 0, 1))).astype(np.uint8)
+    return encoded
+
+
+@pytest.fixture(scope="module")
+def reference() -> np.ndarray:
+    return pixels(sampled("uniform", 64))
+
+
+@pytest.fixture(scope="module")
+def prints(reference: np.ndarray) -> dict[str, dict[str, Fingerprint]]:
+    """Honest students, two with one sample in the centre of pixels, and an altered copy of student 3."""
+    drawn = {f"student-{seed:02}": codes(sampled("random", 16, seed)) for seed in range(HONEST)}
+    drawn["fixed-1"] = drawn["fixed-2"] = codes(sampled("center", 1))
+    drawn["copy"] = np.clip(np.round(1.03 * drawn["student-03"]), 0, 255).astype(np.uint8)
+    file = io.BytesIO()
+    np.save(file, reference)
+    wanted = picture_of(file.getvalue(), "reference.npy", "linear")
+    return {student: {"picture": fingerprint(_seen(values), wanted)} for student, values in drawn.items()}
+
+
+def _seen(values: np.ndarray) -> Any:
+    file = io.BytesIO()
+    Image.fromarray(values).save(file, "PNG")
+    return picture_of(file.getvalue(), "picture.png", "srgb")
+
+
+def manifest(assignment: Assignment, reference: np.ndarray, **members: Any) -> Manifest:
+    np.save(assignment.references / "reference.npy", reference)
+    picture = {"type": "picture", "file": "reference.npy", "encoding": "linear"} | members
+    return read_manifest(assignment.manifest(image_test(reference=picture)).read_bytes(), yaml=False)
+
+
+def groups(
+    manifest: Manifest, folder: Path, prints: dict[str, dict[str, Fingerprint]], *files: SharedFiles
+) -> list[tuple[str, ...]]:
+    return [found.students for found in shared_noise(manifest, folder, prints, files)]
+
+
+def test_a_copy_is_found_and_a_fixed_pattern_is_not(
+    assignment: Assignment, reference: np.ndarray, prints: dict[str, dict[str, Fingerprint]]
+) -> None:
+    (assignment.references / "lit.json").write_text(json.dumps(sampled("random", 16)))
+    with_scene = manifest(assignment, reference, scene="lit.json")
+    (found,) = shared_noise(with_scene, assignment.references, prints, ())
+    assert (found.students, found.tests) == (("copy", "student-03"), ("picture",))
+    assert found.correlation > 0.9
+
+
+def test_without_the_scene_a_fixed_pattern_is_not_known(
+    assignment: Assignment, reference: np.ndarray, prints: dict[str, dict[str, Fingerprint]]
+) -> None:
+    found = groups(manifest(assignment, reference), assignment.references, prints)
+    assert found == [("copy", "student-03"), ("fixed-1", "fixed-2")]
+
+
+def test_a_reference_that_is_a_scene_knows_fixed_patterns(
+    assignment: Assignment, prints: dict[str, dict[str, Fingerprint]]
+) -> None:
+    (assignment.references / "lit.json").write_text(json.dumps(sampled("uniform", 64)))
+    text = assignment.manifest(image_test(reference={"type": "scene", "file": "lit.json"})).read_bytes()
+    rendered = read_manifest(text, yaml=False)
+    assert groups(rendered, assignment.references, prints) == [("copy", "student-03")]
+
+
+def test_the_same_bytes_are_not_reported_as_noise_too(
+    assignment: Assignment, reference: np.ndarray, prints: dict[str, dict[str, Fingerprint]]
+) -> None:
+    same = SharedFiles(students=("fixed-1", "fixed-2", "zoe"), tests=("picture",))
+    found = groups(manifest(assignment, reference), assignment.references, prints, same)
+    assert found == [("copy", "student-03")]
+
+
+def test_only_pictures_without_a_known_mistake_have_a_fingerprint(assignment: Assignment) -> None:
+    right = pixels(SCENE)
+    found = {}
+    for name, handed_in in (("right", right), ("flipped", right[::-1])):
+        assignment.hand_in("picture.npy", handed_in)
+        (*_, outcome) = image(*_prepared(manifest(assignment, right), assignment))
+        found[name] = outcome.fingerprint
+    assert found["flipped"] is None
+    assert found["right"] is not None
+    assert not found["right"].detail.any()
+
+
+def _prepared(manifest: Manifest, assignment: Assignment) -> tuple[ImageTest, Run]:
+    beside = Folder(assignment.references.resolve(), "reference")
+    (test,) = manifest.tests
+    assert isinstance(test, ImageTest)
+    return test, Run(manifest, beside, Folder(assignment.submission.resolve(), "submission"))
+
+
+def read(test: str, digest: str, size: int | None = 3) -> GradeInput:
+    return GradeInput(test=test, role="submission", name="p.png", sha256=digest, size=size)
+
+
+def test_the_same_bytes_of_a_test_are_shared_files() -> None:
+    same = [read("soft", "1"), read("phong", "2")]
+    grades = {
+        "a": result(tried(), inputs=same),
+        "b": result(tried(), inputs=same),
+        "c": result(tried(), inputs=[read("soft", "3"), read("phong", "4")]),
+    }
+    (shared,) = shared_files(grades)
+    assert (shared.students, shared.tests) == (("a", "b"), ("phong", "soft"))
+
+
+def test_rendered_pictures_and_other_tests_are_no_shared_files() -> None:
+    grades = {
+        "a": result(tried(), inputs=[read("soft", "1", None), read("phong", "2")]),
+        "b": result(tried(), inputs=[read("soft", "1", None), read("flat", "2")]),
+    }
+    assert shared_files(grades) == ()

@@ -1,0 +1,222 @@
+"""A whole run: a broken test costs only its own points, and the result adds up."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from schemas.errors import SceneError
+from schemas.grading.grades import Grade
+from tests.service.grading.assignments import (
+    SCENE,
+    Assignment,
+    image_test,
+    pixels,
+    rays_test,
+    scene,
+    scene_test,
+    time_test,
+)
+
+ENDLESS = scene(
+    camera=SCENE["camera"] | {"width": 2048, "height": 2048},
+    sampling={"antialiasing": {"pattern": "uniform", "samples": 4096}},
+)
+"""A scene that renders for hours."""
+
+GREEDY = scene(camera=SCENE["camera"] | {"width": 8192, "height": 8192})
+"""With target quality this needs gigabytes at once: float64 sums for every pixel."""
+
+
+def test_one_broken_test_never_costs_the_others(assignment: Assignment) -> None:
+    assignment.hand_in("endless.json", ENDLESS)
+    assignment.hand_in("greedy.json", GREEDY)
+    assignment.hand_in("hits.npz", b"PK\x03\x04 cut off")
+    assignment.hand_in("nan.npy", np.full((32, 48, 3), np.nan, np.float32))
+    assignment.hand_in("picture.npy", pixels(SCENE))
+    found = assignment.grade(
+        scene_test(id="late", submitted={"file": "endless.json"}, deadline=1.0),
+        scene_test(
+            id="greedy",
+            submitted={"file": "greedy.json", "quality": {"mode": "target", "error": 0.01}},
+            memory=256,
+        ),
+        rays_test(id="damaged"),
+        image_test(id="nan", submitted={"file": "nan.npy", "encoding": "linear"}),
+        image_test(id="lost", submitted={"file": "none.png", "encoding": "srgb"}),
+        image_test(id="no-reference", reference={"type": "scene", "file": "none.json"}),
+        image_test(id="good"),
+        members={"deadline": 60.0},
+    )
+    statuses = {test.id: test.status for test in found.tests}
+    assert statuses == {
+        "late": "error",
+        "greedy": "not_gradable",
+        "damaged": "not_gradable",
+        "nan": "not_gradable",
+        "lost": "skipped",
+        "no-reference": "error",
+        "good": "passed",
+    }
+    assert found.score == 10
+    assert found.gradable
+    assert found.verdict == "mismatch"
+    assert found.ungraded == ("late", "greedy", "damaged", "nan", "no-reference")
+    assert "timed out after 1 s" in found.tests[0].message
+
+
+def test_points_add_up_and_bonus_points_are_added(assignment: Assignment) -> None:
+    assignment.hand_in("picture.npy", pixels(SCENE))
+    tenths = [image_test(id=f"t{number}", points=0.1) for number in range(3)]
+    found = assignment.grade(*tenths, scene_test(points=5, bonus=True))
+    # The sum of these four doubles, rounded once.
+    assert found.score == float(3 * Fraction(0.1) + 5)
+    assert found.max_score == float(3 * Fraction(0.1))
+    assert found.tests[3].bonus
+    assert found.verdict == "match"
+
+
+def test_a_missing_bonus_file_costs_no_points(assignment: Assignment) -> None:
+    assignment.hand_in("picture.npy", pixels(SCENE))
+    found = assignment.grade(image_test(), rays_test(bonus=True))
+    assert (found.tests[1].status, found.verdict, found.score, found.max_score) == (
+        "skipped",
+        "match",
+        10,
+        10,
+    )
+
+
+def test_hidden_tests_and_tags_are_marked(assignment: Assignment) -> None:
+    found = assignment.grade(scene_test(hidden=True, tags=["shadows"]), scene_test(id="seen"))
+    assert [test.hidden for test in found.tests] == [True, False]
+    assert found.tests[0].tags == ("shadows",)
+
+
+def test_parallel_tests_are_listed_in_the_order_of_the_manifest(assignment: Assignment) -> None:
+    tests = [scene_test(id=f"t{number}") for number in range(5)]
+    reported: list[str] = []
+    found = assignment.grade(*tests, jobs=3, on_test=lambda test: reported.append(test.id))
+    assert [test.id for test in found.tests] == [test["id"] for test in tests]
+    assert sorted(reported) == [test["id"] for test in tests]
+
+
+def test_a_reference_is_rendered_once_and_can_be_cached(assignment: Assignment, tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    assignment.hand_in("picture.npy", pixels(SCENE))
+    tests = image_test(id="one"), image_test(id="two"), scene_test()
+    assert assignment.grade(*tests, cache=cache).score == 30
+    (kept,) = cache.iterdir()
+    before = kept.stat().st_mtime_ns
+    assert assignment.grade(*tests, cache=cache).score == 30
+    assert kept.stat().st_mtime_ns == before
+    # The name in the cache depends on the scene, not on its file name.
+    (assignment.references / "scene.json").write_text(json.dumps(scene(lights=[])))
+    assert assignment.grade(*tests, cache=cache).score == 0
+    assert len(list(cache.iterdir())) == 2
+
+
+def test_no_number_that_the_submission_writes_is_taken_for_its_time(assignment: Assignment) -> None:
+    assignment.hand_in("report.json", {"cpu_seconds": 0})
+    with pytest.raises(SceneError) as caught:
+        assignment.test(time_test(submitted={"type": "report", "file": "report.json"}))
+    assert {problem.pointer for problem in caught.value.errors} == {"/tests/0/submitted/type"}
+
+
+@pytest.mark.parametrize(("budget", "points"), [({"full": 60}, 10), ({"full": 1e-9}, 0)])
+def test_the_time_of_a_scene_is_compared_with_the_budget(
+    assignment: Assignment, budget: dict[str, float], points: float
+) -> None:
+    assert assignment.test(time_test(accept=budget)).points == points
+
+
+def test_a_scene_is_timed_by_the_cpu_seconds_of_its_render(assignment: Assignment) -> None:
+    tested = assignment.test(time_test(accept={"full": 60}))
+    assert tested.status == "passed"
+    assert 0 < (tested.value or 0) < 60
+
+
+def test_the_result_is_a_document_that_can_be_read_again(assignment: Assignment) -> None:
+    found = assignment.grade(scene_test(), student="ada", submitted="2026-11-21T20:15:00+00:00")
+    text = found.model_dump_json()
+    assert json.loads(text)["schema"] == "penumbra/grade/v1"
+    assert Grade.model_validate_json(text) == found
+    assert (found.student, found.submitted) == ("ada", "2026-11-21T20:15:00+00:00")
+    assert found.policy["scene"]["by"] == "verdict"
+
+
+KILLED = """
+import json, sys
+from pathlib import Path
+from schemas.grading.manifest_reading import read_manifest
+from service.grading.grading import grade
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    manifest = read_manifest((folder / "manifest.json").read_bytes(), yaml=False)
+    found = grade(manifest, references=folder, submission=Path(sys.argv[2]), jobs=2)
+    print(json.dumps({test.id: [test.status, test.points] for test in found.grade.tests}))
+"""
+
+
+@pytest.mark.slow
+def test_killing_the_process_of_a_test_from_outside_costs_that_test_alone(
+    assignment: Assignment, tmp_path: Path
+) -> None:
+    assignment.hand_in("endless.json", ENDLESS)
+    assignment.manifest(scene_test(id="killed", submitted={"file": "endless.json"}), scene_test(id="good"))
+    script = tmp_path / "run.py"
+    script.write_text(KILLED)
+    running = subprocess.Popen(
+        [sys.executable, script, assignment.references, assignment.submission],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
+    )
+    ender = threading.Thread(target=_kill_the_busy_worker, args=(running.pid,))
+    ender.start()
+    out, _ = running.communicate(timeout=120)
+    ender.join()
+    assert json.loads(out) == {"killed": ["error", 0.0], "good": ["passed", 10.0]}
+
+
+def _kill_the_busy_worker(parent: int) -> None:
+    """Kill the grandchild of `parent` that has used a second of CPU time."""
+    until = time.monotonic() + 100
+    while time.monotonic() < until:
+        for server in _children(parent):
+            for worker in _children(server):
+                ticks = Path(f"/proc/{worker}/stat").read_text().rsplit(")", 1)[1].split()[11]
+                if int(ticks) > os.sysconf("SC_CLK_TCK"):
+                    os.kill(worker, signal.SIGKILL)
+                    return
+        time.sleep(0.05)
+
+
+def _children(process: int) -> list[int]:
+    try:
+        return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    except FileNotFoundError:
+        return []
+
+
+@pytest.mark.slow
+def test_a_reference_that_times_out_is_reported_and_costs_no_points(assignment: Assignment) -> None:
+    (assignment.references / "endless.json").write_text(json.dumps(ENDLESS))
+    assignment.hand_in("picture.npy", pixels(SCENE))
+    late = image_test(id="late", reference={"type": "scene", "file": "endless.json"})
+    found = assignment.grade(late, image_test(), members={"deadline": 10.0})
+    assert [test.status for test in found.tests] == ["error", "passed"]
+    assert "The reference was not rendered. It timed out after 10 s." in found.tests[0].message
+    assert found.ungraded == ("late",)

@@ -1,0 +1,94 @@
+"""Noise in graded pictures: bounded where the reference states its own, signalled where it is implausible."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from service.grading.accepting import NOISY
+from tests.accuracy.comparison import test_sample_counts as striped
+from tests.service.grading.assignments import Assignment, image_test
+
+FILE = "reference.npz"
+
+
+def noise_test(**accept: object) -> dict[str, object]:
+    return image_test(
+        reference={"type": "picture", "file": FILE, "encoding": "linear"},
+        accept={"by": "verdict", "tolerance": 0.005, **accept},
+    )
+
+
+@pytest.fixture
+def stripes(assignment: Assignment) -> Assignment:
+    """An assignment whose reference states its noise in one file."""
+    known = striped.reference()
+    np.savez(assignment.references / FILE, image=known.linear, **known.layers)
+    return assignment
+
+
+def drawn(samples: int, seed: int, brighter: float = 0.0) -> np.ndarray:
+    return striped.honest(samples, seed).linear + brighter
+
+
+def noisy(picture: np.ndarray, deviation: float) -> np.ndarray:
+    return picture + np.random.default_rng(3).normal(0, deviation, picture.shape)
+
+
+@pytest.mark.parametrize("samples", [16, 64])
+def test_honest_noise_earns_all_points_and_no_signal(stripes: Assignment, samples: int) -> None:
+    stripes.hand_in("picture.npy", drawn(samples, 1))
+    found = stripes.grade(noise_test(samples=4))
+    assert (found.score, found.signals) == (10, ())
+
+
+def test_noise_beyond_that_of_the_fewest_samples_is_not_accepted(stripes: Assignment) -> None:
+    stripes.hand_in("picture.npy", noisy(drawn(16, 1), 0.1))
+    tested = stripes.test(noise_test(samples=4))
+    assert (tested.points, tested.metric) == (0, NOISY)
+    assert tested.message.startswith("The picture is noisier than 4 samples a pixel: ")
+    assert stripes.test(noise_test()).points == 10
+
+
+def test_noise_hides_no_mistake_and_staff_get_a_signal(stripes: Assignment) -> None:
+    """Pictures that are too bright by 0.02 lose their points as they are, and with any noise."""
+    for deviation in (0.0, 0.02, 0.05, 0.2):
+        stripes.hand_in("picture.npy", noisy(drawn(16, 1, 0.02), deviation))
+        found = stripes.grade(noise_test(samples=4))
+        codes = {signal.code for signal in found.signals}
+        assert (deviation, found.score) == (deviation, 0)
+        assert (deviation, codes) == (deviation, {"noise_without_samples"} if deviation else set())
+
+
+@pytest.mark.parametrize("deviation", [0.0, 0.004])
+def test_a_copy_of_the_reference_is_signalled(stripes: Assignment, deviation: float) -> None:
+    copy = striped.eight_bits(noisy(striped.reference().linear, deviation)).linear
+    stripes.hand_in("picture.npy", copy)
+    found = stripes.grade(noise_test(samples=4))
+    assert found.signals[0].code == "cleaner_than_samples"
+    assert found.score == 10
+    assert found.signals[0].message not in found.model_dump_json(include={"tests"})
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(b"PK\x03\x04 cut off", "reference.npz is a damaged NPZ file."), (None, "has no array 'image'")],
+)
+def test_a_reference_that_is_no_picture_breaks_the_test(
+    assignment: Assignment, content: bytes | None, message: str
+) -> None:
+    file = assignment.references / FILE
+    if content is None:
+        np.savez(file, pixels=np.zeros((8, 8, 3)))
+    else:
+        file.write_bytes(content)
+    assignment.hand_in("picture.npy", np.zeros((8, 8, 3)))
+    tested = assignment.test(noise_test())
+    assert tested.status == "error"
+    assert message in tested.message
+
+
+def test_a_submission_may_not_be_an_archive(stripes: Assignment) -> None:
+    stripes.hand_in("picture.npz", {"image": drawn(4, 1)})
+    tested = stripes.test(noise_test() | {"submitted": {"file": "picture.npz", "encoding": "linear"}})
+    assert tested.message.startswith("picture.npz is not a PNG, NPY or EXR file.")
