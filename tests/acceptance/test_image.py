@@ -24,7 +24,7 @@ import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from tests.architecture.sources import ROOT
+ROOT = Path(__file__).parents[2]
 
 TIMEOUT = 60.0
 INSTALLED = "/opt/penumbra"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.architecture.sources import ROOT
+ROOT = Path(__file__).parents[2]
 
 TESTS = """
 import numpy as np

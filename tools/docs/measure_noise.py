@@ -31,7 +31,7 @@ from service.grading.signals import signals
 from service.grading.wanted import read_picture
 from tests.service.grading.assignment import noise, program
 from tests.service.grading.assignment.tracer import Tracer, encoded
-from tools.docs import figures, fill_figures
+from tools.docs import figures
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -76,8 +76,6 @@ def main() -> None:
     if not names:
         document = {"machine": describe(), "seeds": SEEDS, "scenes": found}
         (figures.FOLDER / "noise.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-        for page in fill_figures.pages():
-            page.write_text(fill_figures.filled(page.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 def image_tests() -> list[ImageTest]:

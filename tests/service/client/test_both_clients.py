@@ -7,12 +7,14 @@ import runpy
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from service.client import AsyncClient, AsyncRemoteJob, Client, RemoteJob
-from tests.architecture.sources import ROOT
+
+ROOT = Path(__file__).parents[3]
 
 GENERATOR = runpy.run_path(str(ROOT / "tools" / "generate_sync_client.py"))
 PAIRS = [(Client, AsyncClient), (RemoteJob, AsyncRemoteJob)]
