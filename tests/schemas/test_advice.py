@@ -20,57 +20,35 @@ def warnings(scene: dict[str, Any]) -> list[tuple[str, str]]:
     return [(warning.pointer, warning.code) for warning in read_scene(scene)[1]]
 
 
-def test_no_light_is_distinguished_from_no_light_at_all(scene: dict[str, Any]) -> None:
+def test_no_light(scene: dict[str, Any]) -> None:
     scene["lights"] = []
     assert warnings(scene) == [("/lights", "no_light")]
     del scene["ambient"]
     assert warnings(scene) == [("/lights", "black_picture")]
 
 
-def test_black_lights_are_no_lights(scene: dict[str, Any]) -> None:
-    scene["lights"] = [{"type": "point", "position": [0, 9, 0], "color": [0, 0, 0]}]
-    assert warnings(scene) == [("/lights", "no_light")]
-
-
-def test_a_scene_without_lights_is_a_warning_at_the_document(scene: dict[str, Any]) -> None:
-    del scene["lights"]
-    assert warnings(scene) == [("", "no_light")]
-
-
-def test_what_no_shape_uses_is_reported_by_name(scene: dict[str, Any]) -> None:
+def test_unused_names(scene: dict[str, Any]) -> None:
     scene["materials"]["spare/part"] = {"type": "phong", "color": [1, 1, 1]}
     scene["textures"]["spare"] = {"type": "checker"}
     assert warnings(scene) == [("/materials/spare~1part", "unused"), ("/textures/spare", "unused")]
 
 
 @pytest.mark.parametrize("up", [[0, -1, -8], [0, 3, 24], [0, 1e-9, 8e-9]])
-def test_up_along_the_view_is_a_warning(scene: dict[str, Any], up: list[float]) -> None:
+def test_up_along_the_view(scene: dict[str, Any], up: list[float]) -> None:
     scene["camera"]["up"] = up
     assert warnings(scene) == [("/camera/up", "up_parallel_to_view")]
 
 
-def test_a_default_up_along_the_view_is_a_warning_at_the_camera(scene: dict[str, Any]) -> None:
-    scene["camera"] = {"position": [0, 9, 0], "look_at": [0, 0, 0]}
-    assert warnings(scene) == [("/camera", "up_parallel_to_view")]
-
-
 @pytest.mark.parametrize(("angle", "warned"), [(1e-9, False), (1e-10, True), (1e-300, True)])
-def test_a_view_with_rounding_of_a_hundredth_of_a_pixel_is_a_warning(
-    scene: dict[str, Any], angle: float, warned: bool
-) -> None:
+def test_narrow_view(scene: dict[str, Any], angle: float, warned: bool) -> None:
     """512 rows of 2**-45 are 8.3e-10 degrees."""
     scene["camera"] |= {"vertical_fov": angle, "height": 512}
     assert warnings(scene) == [("/camera/vertical_fov", "narrow_view")] * warned
 
 
-def test_nothing_in_view_is_a_warning_at_the_camera(scene: dict[str, Any]) -> None:
+def test_nothing_in_view(scene: dict[str, Any]) -> None:
     scene["camera"]["look_at"] = [0, 2, 20]
     assert warnings(scene) == [("/camera", "nothing_in_view")]
-
-
-def test_a_triangle_without_area_is_a_warning(scene: dict[str, Any]) -> None:
-    scene["shapes"][0]["vertices"] = [[0, 0, 0], [1, 1, 1], [3, 3, 3]]
-    assert warnings(scene) == [("/shapes/0/vertices", "no_area")]
 
 
 BARE = {
@@ -81,9 +59,7 @@ BARE = {
 
 @pytest.mark.parametrize("kind", BARE)
 @pytest.mark.parametrize("part", ["color_texture", "normal_map", "bump_map", "displacement_map"])
-def test_a_textured_shape_without_texture_coordinates_is_a_warning(
-    scene: dict[str, Any], kind: str, part: str
-) -> None:
+def test_missing_texture_coordinates(scene: dict[str, Any], kind: str, part: str) -> None:
     """Once a material, at its first such shape, with how many more there are."""
     scene["textures"]["image"] = {"type": "image", "asset": "a.png"}
     heights = {"bump_height": 0.1, "displacement_height": 0.1}
@@ -101,7 +77,7 @@ def test_a_textured_shape_without_texture_coordinates_is_a_warning(
 
 
 @pytest.mark.parametrize("kind", ["bump", "displacement"])
-def test_a_map_of_height_0_needs_no_texture_coordinates(scene: dict[str, Any], kind: str) -> None:
+def test_map_of_height_0_needs_no_coordinates(scene: dict[str, Any], kind: str) -> None:
     scene["textures"]["image"] = {"type": "image", "asset": "a.png"}
     scene["materials"]["plain"] |= {f"{kind}_map": "image", f"{kind}_height": 0}
     scene["shapes"].append(BARE["triangle"] | {"material": "plain"})
@@ -116,7 +92,7 @@ FLAT_MESHES = {
 
 
 @pytest.mark.parametrize("name", FLAT_MESHES)
-def test_a_mesh_whose_triangles_all_have_no_area_is_a_warning(scene: dict[str, Any], name: str) -> None:
+def test_mesh_without_area(scene: dict[str, Any], name: str) -> None:
     mesh = {"type": "mesh", "vertices": [[0, 0, 0], [1, 1, 1], [3, 3, 3], [0, 1, 0]], "material": "plain"}
     flat = mesh | {"triangles": FLAT_MESHES[name]}
     scene["shapes"].append(flat)
@@ -126,7 +102,7 @@ def test_a_mesh_whose_triangles_all_have_no_area_is_a_warning(scene: dict[str, A
     assert warnings(scene) == []
 
 
-def test_a_very_flat_ellipsoid_is_a_warning(scene: dict[str, Any]) -> None:
+def test_flat_ellipsoid(scene: dict[str, Any]) -> None:
     scene["shapes"][3]["axes"] = [[1, 0, 0], [0, 1, 0], [0, 0, 0.99e-8]]
     assert warnings(scene) == [("/shapes/3/axes", "very_flat")]
     scene["shapes"][3]["axes"][2][2] = 1e-8
@@ -134,21 +110,21 @@ def test_a_very_flat_ellipsoid_is_a_warning(scene: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("height", [0.5, 1.0, 2.9])
-def test_a_light_inside_an_ellipsoid_is_a_warning(scene: dict[str, Any], height: float) -> None:
+def test_light_inside_an_ellipsoid(scene: dict[str, Any], height: float) -> None:
     scene["lights"] = [{"type": "point", "position": [0, height, 0], "color": [1, 1, 1]}]
     scene["shapes"][4]["radius"] = 0.1
     scene["shapes"][4]["center"] = [2, 0, 0]
     assert warnings(scene) == [("/lights/0", "light_inside")]
 
 
-def test_a_light_that_only_touches_an_ellipsoid_is_no_reason_to_warn(scene: dict[str, Any]) -> None:
+def test_light_that_touches_an_ellipsoid(scene: dict[str, Any]) -> None:
     scene["lights"] = [
         {"type": "rectangle", "corner": [0, 1.5, 0], "edges": [[9, 0, 0], [0, 0, 1]], "color": [1, 1, 1]}
     ]
     assert warnings(scene) == []
 
 
-def test_many_equal_warnings_are_cut_at_50(scene: dict[str, Any]) -> None:
+def test_warnings_are_cut_at_50(scene: dict[str, Any]) -> None:
     scene["shapes"] += [{"type": "triangle", "vertices": [[0, 0, 0]] * 3, "material": "plain"}] * 70
     assert len(warnings(scene)) == 50
 
@@ -159,7 +135,7 @@ def test_many_equal_warnings_are_cut_at_50(scene: dict[str, Any]) -> None:
     steps=st.tuples(st.integers(-1000, 1000), st.integers(-1000, 1000)),
     power=st.integers(-60, 20),
 )
-def test_points_on_one_line_are_a_triangle_without_area_at_any_scale(
+def test_triangle_without_area_at_any_scale(
     a: tuple[int, ...], direction: tuple[int, ...], steps: tuple[int, int], power: int
 ) -> None:
     vertices = [
@@ -168,15 +144,9 @@ def test_points_on_one_line_are_a_triangle_without_area_at_any_scale(
     assert no_area(Triangle.model_validate({"type": "triangle", "vertices": vertices, "material": "m"}))
 
 
-def test_a_triangle_whose_products_round_alike_has_an_area() -> None:
+def test_triangle_whose_products_round_alike() -> None:
     n = 1 << 30
     vertices = [[0, 0, 0], [n + 1, n, 0], [n + 2, n + 1, 0]]
-    assert not no_area(Triangle.model_validate({"type": "triangle", "vertices": vertices, "material": "m"}))
-
-
-@pytest.mark.parametrize("height", [1e-13, 1e-40, 5e-324])
-def test_a_sliver_has_an_area(height: float) -> None:
-    vertices = [[0, 0, 0], [1, 0, 0], [0.5, height, 0]]
     assert not no_area(Triangle.model_validate({"type": "triangle", "vertices": vertices, "material": "m"}))
 
 
@@ -186,9 +156,7 @@ def test_a_sliver_has_an_area(height: float) -> None:
     distance=st.floats(1e-3, 1e6),
     angle=st.floats(1, 179),
 )
-def test_a_ball_in_the_middle_of_any_camera_ray_is_in_view(
-    column: float, row: float, distance: float, angle: float
-) -> None:
+def test_ball_on_any_camera_ray_is_in_view(column: float, row: float, distance: float, angle: float) -> None:
     h = math.tan(math.radians(angle) / 2)
     x, y = h * 64 / 48 * (2 * column / 64 - 1), h * (1 - 2 * row / 48)
     camera = Camera(
@@ -205,7 +173,7 @@ def test_a_ball_in_the_middle_of_any_camera_ray_is_in_view(
     assert in_view(Scene.model_validate(scene))
 
 
-def test_a_colour_in_steps_of_255_is_a_warning(scene: dict[str, Any]) -> None:
+def test_colour_in_steps_of_255(scene: dict[str, Any]) -> None:
     scene["materials"]["plain"]["color"] = [1, 1, 1]
     assert read_scene(scene)[1] == ()
     scene["materials"]["plain"]["color"] = [255, 128, 0]
@@ -227,7 +195,7 @@ def _huge(half: float) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("number", range(4))
-def test_a_shape_that_rounding_shows_on_is_a_warning(scene: dict[str, Any], number: int) -> None:
+def test_shape_that_rounding_shows_on(scene: dict[str, Any], number: int) -> None:
     """At 1e9 doubles are 1e-7 apart, at 1e13 0.002: a tenth of a pixel."""
     count = len(scene["shapes"])
     for half, warned in ((1e9, False), (1e13, True)):
@@ -236,6 +204,6 @@ def test_a_shape_that_rounding_shows_on_is_a_warning(scene: dict[str, Any], numb
         assert warnings({**scene, "shapes": shapes}) == expected
 
 
-def test_a_large_shape_far_away_is_no_warning(scene: dict[str, Any]) -> None:
+def test_large_shape_far_away(scene: dict[str, Any]) -> None:
     star = {"type": "ellipsoid", "center": [0, 0, -1e14], "radius": 1e13, "material": "plain"}
     assert warnings({**scene, "shapes": [*scene["shapes"], star]}) == []

@@ -38,13 +38,13 @@ def refusal(data: bytes | str, limits: Limits | None = None) -> list[Problem]:
 @example(b"NaN")
 @example(b'{"\\ud800": 1, "version": NaN}')
 @example(b'{"\\u0000Triangle": 1}')
-def test_arbitrary_bytes_are_refused_with_a_problem_that_can_be_sent(data: bytes) -> None:
+def test_arbitrary_bytes_are_refused(data: bytes) -> None:
     assert refusal(data)
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_a_scene_with_damaged_bytes_is_read_or_refused(scene: dict[str, Any], data: st.DataObject) -> None:
+def test_damaged_scene_is_read_or_refused(scene: dict[str, Any], data: st.DataObject) -> None:
     text = bytearray(json.dumps(scene).encode())
     for _ in range(data.draw(st.integers(1, 4))):
         position = data.draw(st.integers(0, len(text) - 1))
@@ -66,28 +66,19 @@ def test_a_scene_with_damaged_bytes_is_read_or_refused(scene: dict[str, Any], da
         ('{"name": "a\nb"}', "not_json", 1, 12),
     ],
 )
-def test_what_is_no_json_is_reported_with_its_place(
-    text: str, code: str, line: int | None, column: int | None
-) -> None:
+def test_syntax_error_has_its_place(text: str, code: str, line: int | None, column: int | None) -> None:
     (problem,) = refusal(text.encode())
     assert (problem.pointer, problem.code, problem.line, problem.column) == ("", code, line, column)
 
 
-def test_bytes_that_are_not_utf8_are_reported_with_their_place() -> None:
+def test_invalid_utf8_has_its_place() -> None:
     for mark in (b"", b"\xef\xbb\xbf"):
         (problem,) = refusal(mark + '{\n "name": "ü'.encode() + b"\xfc" + b'"}')
         assert (problem.code, problem.line, problem.column) == ("not_utf8", 2, 12)
 
 
-def test_a_byte_order_mark_is_passed_over(scene: dict[str, Any]) -> None:
+def test_byte_order_mark_is_skipped(scene: dict[str, Any]) -> None:
     assert read_scene(b"\xef\xbb\xbf" + json.dumps(scene).encode()) == read_scene(scene)
-
-
-def test_nesting_is_counted_outside_of_strings_only(scene: dict[str, Any]) -> None:
-    scene["name"] = "[[[[[[[[" + '\\"' + "{{{{{{{{"
-    read_scene(json.dumps(scene), limits=Limits(max_depth=5))
-    (problem,) = refusal(json.dumps(scene), Limits(max_depth=4))
-    assert problem.code == "too_deep"
 
 
 LONG = 2_000_000
@@ -95,7 +86,7 @@ LONG = 2_000_000
 
 
 @pytest.mark.parametrize("pattern", ["[", "[[]", '[""', '""', "]", '"\\'])
-def test_brackets_and_quotes_without_end_cost_little_more_than_a_document_of_that_length(
+def test_unclosed_brackets_cost_linear_time(
     pattern: str,
 ) -> None:
     text = "[" + pattern * (LONG // len(pattern))
@@ -110,20 +101,13 @@ def cpu_seconds(function: Callable[[], object]) -> float:
     return time.process_time() - begun
 
 
-def test_a_repeated_field_is_reported_at_the_second_place() -> None:
-    text = '{"version": 1,\n "camera": {"up": [0,1,0],\n  "u\\u0070": [0,1,0]}}'
-    by_code = {problem.code: problem for problem in refusal(text)}
-    twice = by_code["duplicate_field"]
-    assert (twice.pointer, twice.line, twice.column) == ("/camera/up", 3, 3)
-
-
-def test_a_field_that_stands_twice_is_refused_though_both_are_valid(scene: dict[str, Any]) -> None:
+def test_repeated_field_is_refused(scene: dict[str, Any]) -> None:
     text = json.dumps(scene).replace('"version": 1', '"version": 1, "version": 1')
     (problem,) = refusal(text)
     assert (problem.pointer, problem.code, problem.column) == ("/version", "duplicate_field", 16)
 
 
-def test_fields_that_stand_twice_inside_of_one_that_does_are_not_confused() -> None:
+def test_repeated_field_inside_a_repeated_one() -> None:
     text = '{"camera": {"up": 1, "up": 2}, "camera": {"width": 1}}'
     twice = [problem.pointer for problem in refusal(text) if problem.code == "duplicate_field"]
     assert twice == ["/camera"]
@@ -132,19 +116,19 @@ def test_fields_that_stand_twice_inside_of_one_that_does_are_not_confused() -> N
 @pytest.mark.parametrize(
     "written", ["NaN", "Infinity", "-Infinity", "1e400", "-1e400", "9" * 309, "9" * 310, "9" * 5000]
 )
-def test_numbers_that_are_not_finite_are_reported_at_their_field(scene: dict[str, Any], written: str) -> None:
+def test_number_that_is_not_finite(scene: dict[str, Any], written: str) -> None:
     scene["camera"]["position"][1] = "here"
     (problem,) = refusal(json.dumps(scene).replace('"here"', written))
     assert (problem.pointer, problem.code) == ("/camera/position/1", "not_finite")
 
 
-def test_half_a_surrogate_pair_is_reported_at_its_text(scene: dict[str, Any]) -> None:
+def test_lone_surrogate_is_refused(scene: dict[str, Any]) -> None:
     scene["shapes"][0]["name"] = "here"
     (problem,) = refusal(json.dumps(scene).replace("here", "\\uD83C"))
     assert (problem.pointer, problem.code) == ("/shapes/0/name", "not_text")
 
 
-def test_a_whole_surrogate_pair_is_a_character(scene: dict[str, Any]) -> None:
+def test_surrogate_pair_is_a_character(scene: dict[str, Any]) -> None:
     scene["name"] = "\N{PERFORMING ARTS}"
     assert read_scene(json.dumps(scene))[0].name == "\N{PERFORMING ARTS}"
 
@@ -158,6 +142,6 @@ def test_a_whole_surrogate_pair_is_a_character(scene: dict[str, Any]) -> None:
         (Limits(max_members=1), b'{"a": 1, "b": 2}'),
     ],
 )
-def test_a_document_beyond_a_limit_is_refused_before_it_is_validated(limits: Limits, data: bytes) -> None:
+def test_document_beyond_a_limit(limits: Limits, data: bytes) -> None:
     (problem,) = refusal(data, limits)
     assert problem.code == "too_large"

@@ -16,7 +16,6 @@ from renderer.images import files as image_files
 from schemas.api.jobs import JobRequest
 from schemas.errors import SceneError
 from schemas.reading import read_document, read_scene
-from schemas.reading.file_kinds import recognise
 from service.client.parcels import pack
 
 
@@ -61,7 +60,7 @@ OTHERS: dict[str, tuple[bytes, str]] = {
 
 
 @pytest.mark.parametrize(("content", "start"), OTHERS.values(), ids=OTHERS)
-def test_a_file_given_as_a_scene_is_called_what_it_is(content: bytes, start: str) -> None:
+def test_file_given_as_a_scene(content: bytes, start: str) -> None:
     for read in (read_scene, pack):
         with pytest.raises(SceneError) as caught:
             read(content)
@@ -71,7 +70,7 @@ def test_a_file_given_as_a_scene_is_called_what_it_is(content: bytes, start: str
         assert problem.line is None
 
 
-def test_a_file_posted_as_a_request_is_called_what_it_is() -> None:
+def test_file_posted_as_a_request() -> None:
     with pytest.raises(SceneError) as caught:
         read_document(picture("PNG"), JobRequest)
     assert caught.value.errors[0].detail.startswith("This is a PNG picture, not a JSON document.")
@@ -85,19 +84,9 @@ JSON_OTHERS: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize(("document", "start"), JSON_OTHERS.values(), ids=JSON_OTHERS)
-def test_a_json_document_of_another_kind_is_called_what_it_is(document: dict[str, Any], start: str) -> None:
+def test_json_of_another_kind(document: dict[str, Any], start: str) -> None:
     with pytest.raises(SceneError) as caught:
         read_scene(json.dumps(document))
     (problem,) = caught.value.errors
     assert (problem.pointer, problem.code) == ("", "wrong_file")
     assert problem.detail.startswith(start)
-
-
-def test_a_valid_scene_is_read_whatever_its_texts_say(scene: dict[str, Any]) -> None:
-    scene["name"] = "x\nv 1 2 3\n<html> PK\x03\x04 glTF %PDF-"
-    assert read_scene(json.dumps(scene, indent=1))[0].name == scene["name"]
-
-
-@pytest.mark.parametrize("content", [b"", b"{", b"[1]", b"version: 1", b"v", b"velocity 1", b"\x89PNX", b"P"])
-def test_what_is_nothing_known_is_nothing(content: bytes) -> None:
-    assert recognise(content) is None

@@ -43,7 +43,7 @@ WRITTEN: dict[str, tuple[str, int, str]] = {
 
 
 @pytest.mark.parametrize(("text", "column", "sentence"), WRITTEN.values(), ids=WRITTEN)
-def test_what_is_no_json_is_named_at_its_place(text: str, column: int, sentence: str) -> None:
+def test_mistake_is_named_at_its_place(text: str, column: int, sentence: str) -> None:
     with pytest.raises(SceneError) as caught:
         read_scene(text)
     (problem,) = caught.value.errors

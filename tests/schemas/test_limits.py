@@ -19,7 +19,6 @@ from renderer.images.files import encode_png
 from schemas.errors import SceneError
 from schemas.limits import Limits, LimitsError, limits_in_force, variable_of
 from schemas.quality import FixedQuality
-from schemas.reading import read_scene
 from schemas.scene import Display
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "limits.md"
@@ -71,9 +70,7 @@ def problems_of(source: Any, limits: Limits | None = None, **options: Any) -> li
 
 
 @pytest.mark.parametrize("limit", FEW)
-def test_what_is_over_a_limit_is_refused_by_a_message_that_names_how_to_raise_it(
-    limit: str, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_limit_names_its_variable(limit: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, (few, pointer) = folder / "scene.json", FEW[limit]
     (problem,) = problems_of(path, Limits(**{limit: few}))
     named = re.findall(r"PENUMBRA_\w+", problem.detail)
@@ -85,13 +82,13 @@ def test_what_is_over_a_limit_is_refused_by_a_message_that_names_how_to_raise_it
 
 
 @pytest.mark.parametrize("limit", FEW)
-def test_a_dict_has_the_limits_of_a_text_but_for_those_of_parsing(limit: str, folder: Path) -> None:
+def test_limits_of_a_dict(limit: str, folder: Path) -> None:
     document = json.loads((folder / "scene.json").read_text())
     found = problems_of(document, Limits(**{limit: FEW[limit][0]}), assets=folder)
     assert [problem.pointer for problem in found] == ([] if limit in TEXT_ALONE else [FEW[limit][1]])
 
 
-def test_every_limit_is_tried_and_on_the_page_with_its_default() -> None:
+def test_limits_on_the_page() -> None:
     rows = dict(re.findall(r"^\| `(max_\w+)` \| (\d+) \|", PAGE.read_text(), re.MULTILINE))
     assert FEW.keys() == asdict(Limits()).keys()
     assert {name: int(value) for name, value in rows.items()} == asdict(Limits()) | {
@@ -100,7 +97,7 @@ def test_every_limit_is_tried_and_on_the_page_with_its_default() -> None:
     }
 
 
-def test_a_quality_is_held_to_the_limits_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_quality_beyond_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     requested = {"antialiasing": {"pattern": "random", "samples": 5000}}
     with pytest.raises(SceneError, match="PENUMBRA_LIMITS__MAX_SAMPLES raises this limit"):
         renderer.compile_scene(empty_scene(), requested)
@@ -108,7 +105,7 @@ def test_a_quality_is_held_to_the_limits_of_the_environment(monkeypatch: pytest.
     assert renderer.compile_scene(empty_scene(), requested).quality == FixedQuality.model_validate(requested)
 
 
-def test_pictures_that_are_compared_have_the_limit_of_textures(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compared_pictures_beyond_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     picture = np.zeros((4, 4, 3), np.float32)
     content = encode_png(picture, Display())
     assert assert_render_close(content, content).passed
@@ -126,23 +123,12 @@ def test_pictures_that_are_compared_have_the_limit_of_textures(monkeypatch: pyte
         ("penumbra_limits__max_pixels", "1.5", "must be a whole number"),
     ],
 )
-def test_a_variable_that_sets_no_limit_is_refused(variable: str, text: str, said: str) -> None:
+def test_invalid_variable_is_refused(variable: str, text: str, said: str) -> None:
     with pytest.raises(LimitsError, match=f"{variable} {said}"):
         limits_in_force({variable: text})
 
 
 @pytest.mark.parametrize("value", [0, -1, 1.5, True, "2", None], ids=repr)
-def test_a_limit_is_a_whole_number_of_one_or_more(value: Any) -> None:
+def test_invalid_limit_is_refused(value: Any) -> None:
     with pytest.raises(LimitsError, match="max_pixels must be a whole number"):
         Limits(max_pixels=value)
-
-
-def test_limits_travel_to_another_process_as_variables() -> None:
-    limits = Limits(max_pixels=5, max_image_pixels=7)
-    assert limits_in_force(limits.variables()) == limits
-    assert limits_in_force({"PATH": "/bin"}) == Limits()
-
-
-def test_given_limits_take_the_place_of_those_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PENUMBRA_LIMITS__MAX_PIXELS", "1")
-    assert read_scene(empty_scene(), limits=Limits())[0].camera.width > 1

@@ -52,7 +52,7 @@ def problems(text: str | dict[str, Any], *, yaml: bool = False) -> dict[str, Pro
     return {problem.pointer: problem for problem in caught.value.errors}
 
 
-def test_a_manifest_in_yaml_is_read_with_its_defaults() -> None:
+def test_defaults() -> None:
     read = read_manifest(YAML.encode(), yaml=True)
     camera, hits = read.tests
     assert isinstance(camera, ImageTest)
@@ -63,7 +63,7 @@ def test_a_manifest_in_yaml_is_read_with_its_defaults() -> None:
     assert read.deadline == 60
 
 
-def test_yaml_and_json_of_the_same_manifest_are_the_same() -> None:
+def test_yaml_and_json_are_the_same() -> None:
     read = read_manifest(YAML.encode(), yaml=True)
     text = json.dumps(read.model_dump(mode="json"))
     assert read_manifest(text.encode(), yaml=False) == read
@@ -71,7 +71,7 @@ def test_yaml_and_json_of_the_same_manifest_are_the_same() -> None:
     assert read_manifest(text.encode(), yaml=True) == read
 
 
-def test_every_problem_of_a_yaml_file_has_its_line_and_column() -> None:
+def test_yaml_problems_have_their_lines() -> None:
     wrong = YAML.replace("points: 10", "points: -1").replace("encoding: srgb", "encoding: sRGB")
     wrong = wrong.replace("hidden: true", "hiden: true")
     found = problems(wrong, yaml=True)
@@ -85,19 +85,10 @@ def test_every_problem_of_a_yaml_file_has_its_line_and_column() -> None:
     assert found["/tests/1/hiden"].suggestion == "hidden"
 
 
-def test_a_fault_of_yaml_itself_is_reported_where_it_is() -> None:
+def test_yaml_syntax_error_has_its_line() -> None:
     problem = problems("schema: penumbra/manifest/v1\ntitle: [a, b\ntests: []\n", yaml=True)[""]
     assert problem.code == "not_yaml"
     assert problem.line == 3
-
-
-def test_plain_words_of_yaml_stay_text_unless_they_are_what_json_has_too() -> None:
-    text = YAML.replace("Intersections", "no").replace("A ray tracer", "2026-11-21")
-    read = read_manifest(text.encode(), yaml=True)
-    assert read.tests[1].name == "no"
-    assert read.title == "2026-11-21"
-    quoted = problems(YAML.replace("points: 10", 'points: "10"'), yaml=True)
-    assert quoted["/tests/0/points"].code == "not_a_number"
 
 
 @pytest.mark.parametrize(
@@ -114,28 +105,28 @@ def test_plain_words_of_yaml_stay_text_unless_they_are_what_json_has_too() -> No
     ],
     ids=["empty", "tag", "alias", "endless", "nested", "key", "control", "twice"],
 )
-def test_yaml_holds_no_more_than_json_could(text: str, code: str | None) -> None:
+def test_yaml_beyond_json_is_refused(text: str, code: str | None) -> None:
     codes = {problem.code for problem in problems(text, yaml=True).values()}
     assert code is None or code in codes
 
 
-def test_aliases_cannot_blow_a_short_text_up() -> None:
+def test_yaml_aliases_are_refused() -> None:
     lines = ["a0: &a0 [x]"] + [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 9)]
     assert problems("\n".join(lines), yaml=True)[""].code == "too_large"
 
 
 @pytest.mark.parametrize("name", ["../a.png", "/a.png", "a/../../b.png", "a\\b.png", "C:/a.png", "a//b.png"])
-def test_a_name_that_leads_out_of_its_folder_is_refused(name: str) -> None:
+def test_file_outside_the_folder_is_refused(name: str) -> None:
     found = problems(manifest(submitted={"file": name, "encoding": "srgb"}))
     assert found["/tests/0/submitted/file"].code == "outside"
 
 
 @pytest.mark.parametrize("name", ["a b", "-a", "ä", "a/b", "a.b"])
-def test_an_id_can_be_the_name_of_a_file(name: str) -> None:
+def test_invalid_id(name: str) -> None:
     assert problems(manifest(id=name))["/tests/0/id"].code == "not_an_id"
 
 
-def test_an_id_stands_once_whatever_else_is_wrong() -> None:
+def test_repeated_id() -> None:
     found = problems(manifest(id="Rays", points=-1))
     assert found["/tests/1/id"].code == "id_twice"
     assert found["/tests/0/points"].code == "out_of_range"
@@ -154,21 +145,15 @@ def test_an_id_stands_once_whatever_else_is_wrong() -> None:
         ({"by": "error", "full": 0.1, "zero": 0.3, "bands": [{"at": 0.2, "share": 0.5}]}, "two_scales"),
     ],
 )
-def test_thresholds_go_from_good_to_bad(accept: dict[str, Any], code: str) -> None:
+def test_thresholds_are_ordered(accept: dict[str, Any], code: str) -> None:
     assert problems(manifest(accept=accept))["/tests/0/accept"].code == code
 
 
-def test_an_encoding_is_never_left_to_be_guessed() -> None:
-    assert problems(manifest(submitted={"file": "a.png"}))["/tests/0/submitted"].code == "missing_field"
-    reference = {"type": "picture", "file": "a.png"}
-    assert problems(manifest(reference=reference))["/tests/0/reference"].code == "missing_field"
-
-
-def test_a_region_has_pixels() -> None:
+def test_empty_region() -> None:
     assert problems(manifest(region=[4, 4, 4, 8]))["/tests/0/region"].code == "empty_region"
 
 
-def test_the_published_schema_takes_its_example_and_refuses_what_the_reader_refuses() -> None:
+def test_json_schema_agrees_with_the_reader() -> None:
     validator = jsonschema.Draft202012Validator(manifest_json_schema())
     validator.check_schema(manifest_json_schema())
     validator.validate(manifest())
@@ -183,17 +168,7 @@ def test_the_published_schema_takes_its_example_and_refuses_what_the_reader_refu
         assert problems(manifest(**wrong))
 
 
-def test_every_object_of_the_schema_is_closed_and_every_field_is_described() -> None:
-    described = manifest_json_schema()
-    own = [described["$defs"][name] for name in ("ImageTest", "SceneTest", "RaysTest", "TimeTest", "Verdict")]
-    for definition in [described, *own]:
-        assert definition["additionalProperties"] is False
-        for name, field in definition["properties"].items():
-            assert "description" in field or name == "kind", (definition["title"], name)
-    assert "schema" in described["properties"]
-
-
-def test_a_mistake_is_charged_once_and_to_tests_of_submitted_pictures() -> None:
+def test_charged_once_names_picture_tests() -> None:
     document = manifest()
     document["charged_once"] = [
         {"mistakes": ["encoding", "offset"], "tests": ["shadow"]},
@@ -208,9 +183,3 @@ def test_a_mistake_is_charged_once_and_to_tests_of_submitted_pictures() -> None:
         "/charged_once/2/mistakes/0": "not_a_choice",
         "/charged_once/2/tests": "wrong_length",
     }
-
-
-@pytest.mark.parametrize("charged", ["shadow", [7], [{"tests": 3, "mistakes": [None]}], {}])
-def test_charges_that_are_none_are_reported_without_a_crash(charged: object) -> None:
-    document = manifest() | {"charged_once": charged}
-    assert all(pointer.startswith("/charged_once") for pointer in problems(document))

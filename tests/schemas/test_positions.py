@@ -83,7 +83,7 @@ def replaced(content: Any, parts: Parts, value: object) -> Any:
 
 
 @given(content=VALUES, chance=CHANCE)
-def test_every_value_and_key_of_any_document_is_located(content: object, chance: random.Random) -> None:
+def test_values_and_keys_are_located(content: object, chance: random.Random) -> None:
     writer = Writer(chance)
     writer.write(content)
     found = locate(writer.text, writer.values)
@@ -93,17 +93,9 @@ def test_every_value_and_key_of_any_document_is_located(content: object, chance:
     }
 
 
-@given(before=st.text(), after=st.text())
-def test_line_and_column_count_characters_from_the_last_line_break(before: str, after: str) -> None:
-    lines = before.split("\n")
-    assert line_and_column(before + after, len(before)) == (len(lines), len(lines[-1]) + 1)
-
-
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data(), chance=CHANCE)
-def test_a_value_of_the_wrong_kind_is_reported_where_it_stands(
-    scene: dict[str, Any], data: st.DataObject, chance: random.Random
-) -> None:
+def test_wrong_kind_is_located(scene: dict[str, Any], data: st.DataObject, chance: random.Random) -> None:
     # Every place of a scene refuses an array of an array of text, so exactly this place is wrong.
     place = data.draw(st.sampled_from([parts for parts in places(scene) if parts]))
     writer = Writer(chance)
@@ -122,7 +114,7 @@ def test_a_value_of_the_wrong_kind_is_reported_where_it_stands(
 @given(
     data=st.data(), chance=CHANCE, wrong=st.sampled_from([None, True, "1", float("nan"), float("inf"), -1e16])
 )
-def test_a_wrong_number_is_the_only_problem_and_is_located_exactly(
+def test_wrong_number_is_located(
     scene: dict[str, Any], data: st.DataObject, chance: random.Random, wrong: object
 ) -> None:
     numbers = [
@@ -144,7 +136,7 @@ def test_a_wrong_number_is_the_only_problem_and_is_located_exactly(
     chance=CHANCE,
     key=st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=8),
 )
-def test_an_unknown_field_is_reported_at_its_key(
+def test_unknown_field_is_located(
     scene: dict[str, Any], data: st.DataObject, chance: random.Random, key: str
 ) -> None:
     closed = [

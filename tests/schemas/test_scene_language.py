@@ -8,13 +8,11 @@ import math
 from typing import Any
 
 import pytest
-from pydantic import ValidationError
 
 from schemas.errors import SceneError
 from schemas.limits import Limits
 from schemas.quality import Antialiasing
 from schemas.reading import read_scene
-from schemas.scene import Scene
 
 
 def changed(scene: dict[str, Any], pointer: str, value: object) -> dict[str, Any]:
@@ -38,7 +36,7 @@ def problems(scene: object) -> dict[str, str]:
     return {problem.pointer: problem.code for problem in caught.value.errors}
 
 
-def test_a_scene_with_everything_is_read_without_warnings(scene: dict[str, Any]) -> None:
+def test_scene_with_everything(scene: dict[str, Any]) -> None:
     read, warnings = read_scene(json.dumps(scene).encode())
     assert warnings == ()
     assert [type(shape).__name__ for shape in read.shapes] == [
@@ -56,17 +54,13 @@ def test_a_scene_with_everything_is_read_without_warnings(scene: dict[str, Any])
     ]
 
 
-def test_what_was_read_can_be_written_and_read_again(scene: dict[str, Any]) -> None:
+def test_scene_is_written_and_read_again(scene: dict[str, Any]) -> None:
     read, _ = read_scene(scene)
     assert read_scene(read.model_dump_json())[0] == read
 
 
-def test_a_whole_number_may_stand_for_a_fraction(scene: dict[str, Any]) -> None:
-    assert read_scene(scene)[0].camera.position == (0.0, 2.0, 8.0)
-
-
 @pytest.mark.parametrize("version", [True, "1", 2, 0, None, [1]])
-def test_only_version_1_is_known(scene: dict[str, Any], version: object) -> None:
+def test_version(scene: dict[str, Any], version: object) -> None:
     assert list(problems(changed(scene, "/version", version))) == ["/version"]
 
 
@@ -87,9 +81,7 @@ def test_only_version_1_is_known(scene: dict[str, Any], version: object) -> None
         "/lights/3/direction/0",
     ],
 )
-def test_a_coordinate_is_a_finite_number_within_bounds(
-    scene: dict[str, Any], place: str, wrong: object
-) -> None:
+def test_coordinate_bounds(scene: dict[str, Any], place: str, wrong: object) -> None:
     assert list(problems(changed(scene, place, wrong))) == [place]
 
 
@@ -97,37 +89,31 @@ def test_a_coordinate_is_a_finite_number_within_bounds(
 @pytest.mark.parametrize(
     "place", ["/shapes/1/size/0", "/shapes/4/radius", "/lights/0/size/1", "/camera/focal_length"]
 )
-def test_a_size_is_positive_and_not_tiny(scene: dict[str, Any], place: str, wrong: object) -> None:
+def test_size_bounds(scene: dict[str, Any], place: str, wrong: object) -> None:
     assert list(problems(changed(scene, place, wrong))) == [place]
-
-
-@pytest.mark.parametrize("right", [1e-100, 1, 1e15])
-def test_sizes_at_the_bounds_are_accepted(scene: dict[str, Any], right: float) -> None:
-    read, _ = read_scene(changed(scene, "/shapes/4/radius", right))
-    assert read.shapes[4].radius == right
 
 
 @pytest.mark.parametrize("wrong", [-1e-9, 2e30, "0", True, math.inf], ids=repr)
 @pytest.mark.parametrize(
     "place", ["/background/0", "/ambient/2", "/lights/0/color/1", "/materials/plain/color/1"]
 )
-def test_a_color_is_not_negative(scene: dict[str, Any], place: str, wrong: object) -> None:
+def test_colour_bounds(scene: dict[str, Any], place: str, wrong: object) -> None:
     assert list(problems(changed(scene, place, wrong))) == [place]
 
 
 @pytest.mark.parametrize("angle", [0, -10, 180, 200, math.nan, "40"], ids=repr)
-def test_the_field_of_view_lies_strictly_between_0_and_180(scene: dict[str, Any], angle: object) -> None:
+def test_field_of_view_bounds(scene: dict[str, Any], angle: object) -> None:
     assert list(problems(changed(scene, "/camera/vertical_fov", angle))) == ["/camera/vertical_fov"]
 
 
 @pytest.mark.parametrize("angle", [1e-3, 179.99])
-def test_extreme_fields_of_view_are_accepted(scene: dict[str, Any], angle: float) -> None:
+def test_extreme_fields_of_view(scene: dict[str, Any], angle: float) -> None:
     assert read_scene(changed(scene, "/camera/vertical_fov", angle))[0].camera.vertical_fov == angle
 
 
 @pytest.mark.parametrize("count", [0, -1, 1.5, True, "4", 10**9, 10**300, None], ids=repr)
 @pytest.mark.parametrize("place", ["/camera/width", "/camera/height", "/sampling/light/samples"])
-def test_a_count_is_a_whole_number_from_1(scene: dict[str, Any], place: str, count: object) -> None:
+def test_count_bounds(scene: dict[str, Any], place: str, count: object) -> None:
     assert list(problems(changed(scene, place, count))) == [place]
 
 
@@ -144,20 +130,18 @@ def test_a_count_is_a_whole_number_from_1(scene: dict[str, Any], place: str, cou
         ("/shapes/3/axes/2", "no_length"),
     ],
 )
-def test_a_vector_without_a_direction_is_refused(scene: dict[str, Any], place: str, code: str) -> None:
+def test_vector_without_a_direction(scene: dict[str, Any], place: str, code: str) -> None:
     assert problems(changed(scene, place, [0, -0.0, 0])) == {place: code}
 
 
 @pytest.mark.parametrize("tangent", [[0, 1, 0], [0, -7, 0], [1e-12, 1, 0]])
 @pytest.mark.parametrize("figure", ["/shapes/1", "/lights/0"])
-def test_a_tangent_along_the_normal_is_refused(
-    scene: dict[str, Any], figure: str, tangent: list[float]
-) -> None:
+def test_tangent_along_the_normal(scene: dict[str, Any], figure: str, tangent: list[float]) -> None:
     assert problems(changed(scene, f"{figure}/tangent", tangent)) == {f"{figure}/tangent": "parallel"}
 
 
 @pytest.mark.parametrize("size", [1e-300, 5e-324, 1e15])
-def test_directions_may_have_any_length(scene: dict[str, Any], size: float) -> None:
+def test_directions_of_any_length(scene: dict[str, Any], size: float) -> None:
     scene["shapes"][1].update(normal=[0, size, 0], tangent=[size, size, 0])
     scene["camera"]["up"] = [0, size, 0]
     assert read_scene(scene)[1] == ()
@@ -165,34 +149,22 @@ def test_directions_may_have_any_length(scene: dict[str, Any], size: float) -> N
 
 @pytest.mark.parametrize("edges", [[[1, 0, 0], [-2, 0, 0]], [[0.1, 0.2, 0.3], [0.3, 0.6, 0.9]]])
 @pytest.mark.parametrize("figure", ["/shapes/2", "/lights/1"])
-def test_a_rectangle_without_area_is_refused(scene: dict[str, Any], figure: str, edges: object) -> None:
+def test_rectangle_without_area(scene: dict[str, Any], figure: str, edges: object) -> None:
     assert problems(changed(scene, f"{figure}/edges", edges)) == {f"{figure}/edges": "no_area"}
 
 
-def test_a_long_thin_rectangle_has_an_area(scene: dict[str, Any]) -> None:
-    read_scene(changed(scene, "/shapes/2/edges", [[1e6, 0, 0], [1e6, 1, 0]]))
-
-
 @pytest.mark.parametrize("scale", [1e-90, 1.0, 1e14])
-def test_axes_that_are_not_perpendicular_are_refused_at_any_scale(
-    scene: dict[str, Any], scale: float
-) -> None:
+def test_axes_that_are_not_perpendicular(scene: dict[str, Any], scale: float) -> None:
     axes = [[scale, 0, 0], [2e-6 * scale, scale, 0], [0, 0, scale]]
     assert problems(changed(scene, "/shapes/3/axes", axes)) == {"/shapes/3/axes": "not_perpendicular"}
 
 
-def test_the_message_about_axes_says_by_how_much(scene: dict[str, Any]) -> None:
-    with pytest.raises(SceneError, match=r"is 0\.0003, and at most 1e-6") as caught:
-        read_scene(changed(scene, "/shapes/3/axes", [[1, 0, 0], [3e-4, 1, 0], [0, 0, 1]]))
-    assert "digits" in caught.value.errors[0].detail
-
-
-def test_axes_written_with_seven_digits_are_perpendicular_enough(scene: dict[str, Any]) -> None:
+def test_axes_of_seven_digits(scene: dict[str, Any]) -> None:
     axes = [[0.9396926, 0, -0.3420201], [0, 2, 0], [0.3420201, 0, 0.9396926]]
     read_scene(changed(scene, "/shapes/3/axes", axes))
 
 
-def test_a_camera_that_stands_where_it_looks_is_refused_with_both_names(scene: dict[str, Any]) -> None:
+def test_camera_where_it_looks(scene: dict[str, Any]) -> None:
     with pytest.raises(SceneError) as caught:
         read_scene(changed(scene, "/camera/look_at", [0, 2, 8]))
     (problem,) = caught.value.errors
@@ -201,42 +173,27 @@ def test_a_camera_that_stands_where_it_looks_is_refused_with_both_names(scene: d
     assert "'position'" in problem.detail
 
 
-def test_a_view_of_denormal_length_is_a_view(scene: dict[str, Any]) -> None:
-    scene["camera"].update(position=[0, 0, 0], look_at=[0, 0, -1e-320])
-    read_scene(scene)
-
-
 @pytest.mark.parametrize("pattern", ["uniform", "rotated"])
 @pytest.mark.parametrize("samples", [2, 15, 17, 65535])
-def test_a_grid_of_samples_is_square(scene: dict[str, Any], pattern: str, samples: int) -> None:
+def test_grid_of_samples_is_square(scene: dict[str, Any], pattern: str, samples: int) -> None:
     wrong = changed(scene, "/sampling/antialiasing", {"pattern": pattern, "samples": samples})
     assert problems(wrong) == {"/sampling/antialiasing/samples": "not_square"}
 
 
-def test_the_message_about_grids_names_the_nearest_squares(scene: dict[str, Any]) -> None:
-    with pytest.raises(SceneError, match="nearest are 9 and 16"):
-        read_scene(changed(scene, "/sampling/light", {"pattern": "uniform", "samples": 12}))
-
-
 @pytest.mark.parametrize("pattern", ["random", "stratified", "sobol"])
-def test_other_patterns_take_any_number_of_samples(scene: dict[str, Any], pattern: str) -> None:
+def test_other_patterns_take_any_number(scene: dict[str, Any], pattern: str) -> None:
     read, _ = read_scene(changed(scene, "/sampling/antialiasing", {"pattern": pattern, "samples": 7}))
     assert read.sampling.antialiasing.samples == 7
 
 
-def test_the_center_pattern_has_one_sample(scene: dict[str, Any]) -> None:
+def test_center_pattern_has_one_sample(scene: dict[str, Any]) -> None:
     wrong = changed(scene, "/sampling/antialiasing", {"pattern": "center", "samples": 4})
     assert problems(wrong) == {"/sampling/antialiasing/samples": "one_sample"}
     assert Antialiasing(pattern="center").samples == 1
 
 
-def test_a_wrong_pattern_is_one_problem_though_the_samples_depend_on_it(scene: dict[str, Any]) -> None:
-    wrong = changed(scene, "/sampling/antialiasing", {"pattern": "halton"})
-    assert problems(wrong) == {"/sampling/antialiasing/pattern": "not_a_choice"}
-
-
 @pytest.mark.parametrize("colors", [{}, {"color": [1, 1, 1], "color_texture": "wood"}])
-def test_a_material_has_exactly_one_color(scene: dict[str, Any], colors: dict[str, object]) -> None:
+def test_material_has_one_color(scene: dict[str, Any], colors: dict[str, object]) -> None:
     wrong = changed(scene, "/materials/plain", {"type": "phong", **colors})
     assert problems(wrong) == {"/materials/plain": "one_color"}
 
@@ -249,31 +206,11 @@ def test_a_material_has_exactly_one_color(scene: dict[str, Any], colors: dict[st
         ("/materials/carved/normal_map", "unknown_texture"),
     ],
 )
-def test_a_name_must_be_defined(scene: dict[str, Any], place: str, code: str) -> None:
+def test_undefined_names(scene: dict[str, Any], place: str, code: str) -> None:
     assert problems(changed(scene, place, "nowhere")) == {place: code}
 
 
-def test_a_name_that_is_used_in_many_places_is_one_mistake(scene: dict[str, Any]) -> None:
-    shape = scene["shapes"][0]
-    scene["shapes"] = [
-        shape | {"material": name} for name in ("plain", "nowhere", "gone", "nowhere", "nowhere")
-    ]
-    with pytest.raises(SceneError) as caught:
-        read_scene(json.dumps(scene))
-    details = {problem.pointer: problem.detail for problem in caught.value.errors}
-    assert list(details) == ["/shapes/1/material", "/shapes/2/material"]
-    assert details["/shapes/1/material"].endswith(" 2 other places name it too.")
-    assert details["/shapes/2/material"].endswith("or define it there.")
-
-
-def test_names_are_checked_in_python_too() -> None:
-    shape = {"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "nowhere"}
-    camera = {"position": [0, 0, 0], "look_at": [0, 0, 1]}
-    with pytest.raises(ValidationError, match="no material of this name"):
-        Scene.model_validate({"version": 1, "camera": camera, "shapes": [shape]})
-
-
-def test_a_checker_is_no_normal_map(scene: dict[str, Any]) -> None:
+def test_checker_is_no_normal_map(scene: dict[str, Any]) -> None:
     wrong = changed(scene, "/materials/carved/normal_map", "board")
     assert problems(wrong) == {"/materials/carved/normal_map": "not_an_image"}
 
@@ -285,21 +222,13 @@ def test_a_checker_is_no_normal_map(scene: dict[str, Any]) -> None:
         ("/layers", ["depth"]),
     ],
 )
-def test_a_field_that_is_not_in_the_language_is_unknown(
-    scene: dict[str, Any], place: str, value: object
-) -> None:
+def test_unknown_fields(scene: dict[str, Any], place: str, value: object) -> None:
     assert problems(changed(scene, place, value)) == {place: "unknown_field"}
 
 
-def test_a_shape_that_is_not_in_the_language_is_unknown(scene: dict[str, Any]) -> None:
+def test_unknown_shape(scene: dict[str, Any]) -> None:
     torus = {"type": "torus", "radius": 1, "material": "plain"}
     assert problems(changed(scene, "/shapes/0", torus)) == {"/shapes/0/type": "unknown_type"}
-
-
-@pytest.mark.parametrize("place", ["/camera", "/camera/position", "/version", "/shapes/4/material"])
-def test_a_missing_field_is_reported_at_the_object_that_lacks_it(scene: dict[str, Any], place: str) -> None:
-    holder = place.rpartition("/")[0]
-    assert problems(changed(scene, place, ...)) == {holder: "missing_field"}
 
 
 @pytest.mark.parametrize(
@@ -314,13 +243,13 @@ def test_a_missing_field_is_reported_at_the_object_that_lacks_it(scene: dict[str
         (Limits(max_textures=1), "/textures"),
     ],
 )
-def test_a_scene_beyond_a_limit_is_refused(scene: dict[str, Any], limits: Limits, place: str) -> None:
+def test_scene_beyond_a_limit(scene: dict[str, Any], limits: Limits, place: str) -> None:
     with pytest.raises(SceneError) as caught:
         read_scene(json.dumps(scene), limits=limits)
     assert [(problem.pointer, problem.code) for problem in caught.value.errors] == [(place, "over_limit")]
 
 
-def test_a_scene_exactly_at_its_limits_is_accepted(scene: dict[str, Any]) -> None:
+def test_scene_at_its_limits(scene: dict[str, Any]) -> None:
     limits = Limits(
         max_pixels=512 * 512,
         max_samples=16,
@@ -361,15 +290,13 @@ def with_shape(scene: dict[str, Any], shape: dict[str, Any]) -> dict[str, Any]:
         ({"type": "mesh", "asset": ""}, "/shapes/0/asset", "wrong_length"),
     ],
 )
-def test_a_wrong_mesh_is_reported_by_its_place(
-    scene: dict[str, Any], shape: dict[str, Any], pointer: str, code: str
-) -> None:
+def test_wrong_mesh_is_located(scene: dict[str, Any], shape: dict[str, Any], pointer: str, code: str) -> None:
     found = problems(with_shape(scene, shape))
     assert list(found) == [pointer], found
     assert found[pointer] == code
 
 
-def test_a_mesh_in_the_scene_has_a_limit(scene: dict[str, Any]) -> None:
+def test_triangles_beyond_a_limit(scene: dict[str, Any]) -> None:
     document = json.dumps(with_shape(scene, mesh()))
     read_scene(document, limits=Limits(max_triangles=2))
     with pytest.raises(SceneError) as caught:
@@ -380,9 +307,7 @@ def test_a_mesh_in_the_scene_has_a_limit(scene: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize(("mirror", "refused"), [(0.25, False), (0.26, True)])
-def test_a_material_gives_no_more_light_than_it_receives(
-    scene: dict[str, Any], mirror: float, refused: bool
-) -> None:
+def test_material_keeps_energy(scene: dict[str, Any], mirror: float, refused: bool) -> None:
     name = next(iter(scene["materials"]))
     scene["materials"][name].update(mirror=mirror, transmission=0.75)
     if not refused:

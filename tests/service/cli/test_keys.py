@@ -10,7 +10,7 @@ from service.cli.errors import ExitCode
 from tests.service.cli.conftest import Penumbra
 
 
-def test_a_new_key_is_printed_alone_and_the_message_says_which_service_knows_it(here: Penumbra) -> None:
+def test_new_key_is_alone_on_stdout(here: Penumbra) -> None:
     outcome = here("keys", "add", "ada", "--data", "lab")
     assert outcome.code == 0
     assert outcome.out.startswith("pnm_")
@@ -20,9 +20,7 @@ def test_a_new_key_is_printed_alone_and_the_message_says_which_service_knows_it(
 
 
 @pytest.mark.parametrize("words", [["ls"], ["revoke", "0123"]], ids=lambda words: words[0])
-def test_a_misspelt_folder_does_not_become_an_empty_service(
-    here: Penumbra, tmp_path: Path, words: list[str]
-) -> None:
+def test_misspelt_folder_is_not_created(here: Penumbra, tmp_path: Path, words: list[str]) -> None:
     outcome = here("keys", *words, "--data", "typo")
     assert outcome.code == ExitCode.USAGE
     assert "There is no database of a service in typo. Give its --data or --database." in outcome.err
@@ -38,9 +36,7 @@ def test_a_misspelt_folder_does_not_become_an_empty_service(
     ],
 )
 @pytest.mark.usefixtures("scene_file")
-def test_a_database_that_cannot_be_opened_is_the_mistake_of_an_option_and_no_bug(
-    here: Penumbra, option: str, value: str, reason: str
-) -> None:
+def test_unusable_database_is_usage(here: Penumbra, option: str, value: str, reason: str) -> None:
     outcome = here("keys", "add", "ada", option, value)
     assert outcome.code == ExitCode.USAGE
     assert outcome.out == ""

@@ -12,7 +12,7 @@ ENTRIES = (
 )
 
 
-def test_on_a_terminal_times_stand_under_their_days() -> None:
+def test_log_on_a_terminal_is_by_day() -> None:
     assert list(_log_by_day(ENTRIES)) == [
         "2026-05-01",
         "  23:59:58  It began.",
@@ -22,7 +22,7 @@ def test_on_a_terminal_times_stand_under_their_days() -> None:
     ]
 
 
-def test_on_a_pipe_each_line_has_time_word_and_sentence() -> None:
+def test_log_on_a_pipe_has_a_line_an_entry() -> None:
     assert list(_log_lines(ENTRIES)) == [
         "2026-05-01 23:59:58\tstarted\tIt began.",
         "\tstep_repeated\tTile 3  of pass 1 was begun 2 times.",

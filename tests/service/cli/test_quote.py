@@ -10,7 +10,7 @@ from rich.console import Console
 
 from schemas.api.plans import Offer, Pilot, PlanCost, Predicted, Quote
 from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
-from service.cli.quote import describe, offers, options, short, unknown_errors
+from service.cli.quote import offers, options, short, unknown_errors
 from tests.service.cli.conftest import Penumbra
 
 SOBOL = FixedQuality(
@@ -22,7 +22,7 @@ SOBOL = FixedQuality(
 TARGET = TargetQuality(mode="target", error=0.004, time_limit=2.5)
 
 
-def test_the_document_is_a_quote(penumbra: Penumbra, scene_file: Path) -> None:
+def test_json_document(penumbra: Penumbra, scene_file: Path) -> None:
     outcome = penumbra(
         "quote", scene_file, "--json", "--target-error", 0.02, "--time", 5, "--workers", 3, "--samples", 4,
         "--pattern", "sobol",
@@ -36,7 +36,7 @@ def test_the_document_is_a_quote(penumbra: Penumbra, scene_file: Path) -> None:
     assert found.for_seconds is not None
 
 
-def test_elsewhere_each_offer_is_a_line(here: Penumbra, scene_file: Path) -> None:
+def test_offer_is_a_line_on_a_pipe(here: Penumbra, scene_file: Path) -> None:
     lines = [line.split("\t") for line in here("quote", scene_file, "--target-error", 0.02).out.splitlines()]
     kinds = [line[0] for line in lines]
     assert kinds.count("asked") == kinds.count("for error") == 1
@@ -49,9 +49,7 @@ def test_elsewhere_each_offer_is_a_line(here: Penumbra, scene_file: Path) -> Non
     assert seconds[0] <= cpu_seconds[0]
 
 
-def test_elsewhere_a_target_that_nothing_reaches_is_answered_too(
-    here: Penumbra, scene: dict[str, Any], scene_file: Path
-) -> None:
+def test_unreachable_time_is_answered(here: Penumbra, scene: dict[str, Any], scene_file: Path) -> None:
     scene["camera"] |= {"width": 256, "height": 256}
     scene_file.write_text(json.dumps(scene))
     # Whether an error can be reached depends on how far pilot samples come; a picture takes a millisecond.
@@ -72,24 +70,12 @@ def test_elsewhere_a_target_that_nothing_reaches_is_answered_too(
         ),
     ],
 )
-def test_options_ask_for_what_is_offered(quality: FixedQuality | TargetQuality, command: str) -> None:
+def test_options_of_an_offer(quality: FixedQuality | TargetQuality, command: str) -> None:
     assert options(quality) == command
 
 
-def test_qualities_are_described_like_the_options() -> None:
-    assert describe(SOBOL) == "sobol 16, light sobol 4"
-    assert describe(TARGET) == "error 0.004, at most 2.5 s"
-
-
-def test_a_row_names_its_quality_shortly() -> None:
-    assert short(SOBOL) == "sobol 16 x 4"
-    mixed = SOBOL.model_copy(update={"light": LightSampling(pattern="uniform", samples=64)})
-    assert short(mixed) == "sobol 16 x uniform 64"
-    assert short(TargetQuality(mode="target", error=1 / 255)) == "target 1/255"
-
-
 @pytest.mark.parametrize("columns", [80, 120])
-def test_each_offer_is_a_line_of_a_terminal(here: Penumbra, scene_file: Path, columns: int) -> None:
+def test_offer_is_a_row_on_a_terminal(here: Penumbra, scene_file: Path, columns: int) -> None:
     found = Quote.model_validate(here("quote", scene_file, "--json").document)
     console = Console(width=columns, file=io.StringIO())
     with console.capture() as shown:
@@ -102,24 +88,13 @@ def test_each_offer_is_a_line_of_a_terminal(here: Penumbra, scene_file: Path, co
 @pytest.mark.parametrize(
     ("option", "value"), [("--target-error", 0), ("--target-error", 2), ("--time", 0), ("--workers", 0)]
 )
-def test_invalid_targets_are_wrong_use(here: Penumbra, scene_file: Path, option: str, value: float) -> None:
+def test_invalid_options(here: Penumbra, scene_file: Path, option: str, value: float) -> None:
     outcome = here("quote", scene_file, option, value)
     assert outcome.code == 2
     assert option in outcome.err
 
 
-def test_a_texture_that_is_not_there_is_shown_in_the_file(
-    here: Penumbra, tmp_path: Path, scene: dict[str, Any]
-) -> None:
-    scene["textures"] = {"wood": {"type": "image", "asset": "wood.png"}}
-    scene["materials"]["floor"] = {"type": "phong", "color_texture": "wood"}
-    (tmp_path / "wooden.json").write_text(json.dumps(scene))
-    outcome = here("quote", "wooden.json")
-    assert outcome.code == 3
-    assert "/textures/wood/asset" in outcome.err
-
-
-def test_why_errors_are_not_known_is_reported_once() -> None:
+def test_unknown_error_gives_its_reason_once() -> None:
     reason = "Only 96 pixels were sampled, too few to estimate an error: edges may lie between them."
     second = Predicted(estimate=1.0, low=0.5, high=2.0)
     offer = Offer(quality=SOBOL, cpu_seconds=second, seconds=second, error_unknown=reason)

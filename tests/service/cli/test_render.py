@@ -21,9 +21,7 @@ from tests.service.cli.conftest import CLEAN, COMMAND, Penumbra
 TIMEOUT = 60
 
 
-def test_a_picture_has_the_size_of_the_scene_and_the_same_bytes_for_any_workers_and_tiles(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path
-) -> None:
+def test_same_bytes_for_any_workers_and_tiles(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     for name, options in {"a": ["--workers", 1], "b": ["--workers", 2, "--tile", 5]}.items():
         assert penumbra("render", scene_file, "-o", f"{name}.png", *options).code == 0
     with Image.open(tmp_path / "a.png") as picture:
@@ -31,55 +29,47 @@ def test_a_picture_has_the_size_of_the_scene_and_the_same_bytes_for_any_workers_
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
-def test_the_array_file_is_linear_and_in_float32(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path
-) -> None:
-    assert penumbra("render", scene_file, "-o", "a.npy", "--workers", 1).code == 0
+def test_npy_is_linear_float32(here: Penumbra, scene_file: Path, tmp_path: Path) -> None:
+    assert here("render", scene_file, "-o", "a.npy", "--workers", 1).code == 0
     picture = np.load(tmp_path / "a.npy")
     assert picture.shape == (32, 48, 3)
     assert picture.dtype == np.float32
 
 
-def test_png_of_16_bits_is_the_array_rounded_to_its_codes(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path
-) -> None:
-    assert penumbra("render", scene_file, "-o", "a.npy", "--workers", 1).code == 0
-    assert penumbra("render", scene_file, "-o", "A.PNG", "--bits", 16, "--workers", 1).code == 0
+def test_png_of_16_bits(here: Penumbra, scene_file: Path, tmp_path: Path) -> None:
+    assert here("render", scene_file, "-o", "a.npy", "--workers", 1).code == 0
+    assert here("render", scene_file, "-o", "A.PNG", "--bits", 16, "--workers", 1).code == 0
     picture, exact = read_picture(tmp_path / "A.PNG"), read_picture(tmp_path / "a.npy")
     assert (picture.bits, picture.encoding) == (16, "srgb")
     assert (np.abs(picture.linear - exact.linear) <= picture.rounding + exact.rounding).all()
     assert picture.rounding.max() < 2.0**-15
-    refused = penumbra("render", scene_file, "-o", "b.exr", "--bits", 16)
+    refused = here("render", scene_file, "-o", "b.exr", "--bits", 16)
     assert refused.code == 2
     assert "--bits 16 is for .png" in refused.err
     assert not (tmp_path / "b.exr").exists()
 
 
-def test_what_is_not_used_of_a_texture_is_warned_of_with_its_line(
-    penumbra: Penumbra, scene: dict[str, Any], tmp_path: Path
-) -> None:
+def test_unused_alpha_is_warned_of(here: Penumbra, scene: dict[str, Any], tmp_path: Path) -> None:
     Image.new("RGBA", (2, 2), (200, 100, 50, 128)).save(tmp_path / "a.png")
     name = next(iter(scene["materials"]))
     scene["textures"] = {"clear": {"type": "image", "asset": "a.png"}}
     scene["materials"][name] = {"type": "phong", "color_texture": "clear"}
     (tmp_path / "textured.json").write_text(json.dumps(scene, indent=2))
     for words in (["render", "-o", "out.npy", "--workers", 1], ["explain"]):
-        outcome = penumbra(words[0], tmp_path / "textured.json", *words[1:])
+        outcome = here(words[0], tmp_path / "textured.json", *words[1:])
         assert outcome.code == 0
         assert outcome.err.count("alpha is not used") == 1
         assert "/textures/clear/asset" in outcome.err
         assert '"asset": "a.png"' in outcome.err
-    document = penumbra("validate", tmp_path / "textured.json", "--json").document
+    document = here("validate", tmp_path / "textured.json", "--json").document
     (warning,) = document["files"][0]["warnings"]
     assert (document["valid"], warning["pointer"]) == (True, "/textures/clear/asset")
     assert warning["line"] > 1
 
 
-def test_an_image_on_stdout_is_alone_there_and_the_same_as_in_a_file(
-    scene_file: Path, penumbra: Penumbra, tmp_path: Path
-) -> None:
+def test_picture_on_stdout(scene_file: Path, here: Penumbra, tmp_path: Path) -> None:
     for target, name in (("-", "a.png"), ("-.npy", "a.npy")):
-        assert penumbra("render", scene_file, "-o", name, "--workers", 1).code == 0
+        assert here("render", scene_file, "-o", name, "--workers", 1).code == 0
         done = subprocess.run(
             [*COMMAND, "render", scene_file, "-o", target, "--workers", "1"],
             stdout=subprocess.PIPE,
@@ -92,7 +82,7 @@ def test_an_image_on_stdout_is_alone_there_and_the_same_as_in_a_file(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npy", "a.png", "scene.json"]
 
 
-def test_an_image_is_not_written_to_a_terminal(scene_file: Path) -> None:
+def test_picture_is_not_written_to_a_terminal(scene_file: Path) -> None:
     ours, terminal = os.openpty()
     done = subprocess.run(
         [*COMMAND, "render", scene_file, "-o", "-"],
@@ -112,8 +102,8 @@ def test_an_image_is_not_written_to_a_terminal(scene_file: Path) -> None:
     assert done.stderr.startswith("error: stdout is a terminal")
 
 
-def test_the_report_is_the_only_thing_on_stdout(penumbra: Penumbra, scene_file: Path) -> None:
-    outcome = penumbra("render", scene_file, "-o", "a.png", "--json", "--samples", 4, "--pattern", "rotated")
+def test_json_report(here: Penumbra, scene_file: Path) -> None:
+    outcome = here("render", scene_file, "-o", "a.png", "--json", "--samples", 4, "--pattern", "rotated")
     report = outcome.document
     assert {"seconds", "cpu_seconds", "rays", "error", "numerics", "plan"} <= report.keys()
     assert (report["width"], report["height"]) == (48, 32)
@@ -121,21 +111,19 @@ def test_the_report_is_the_only_thing_on_stdout(penumbra: Penumbra, scene_file: 
     assert report["rays"]["camera"] == 48 * 32 * 4
 
 
-def test_a_warning_is_reported_beside_the_report(
-    penumbra: Penumbra, scene: dict[str, Any], scene_file: Path
-) -> None:
+def test_warning_beside_the_report(here: Penumbra, scene: dict[str, Any], scene_file: Path) -> None:
     del scene["lights"]
     scene_file.write_text(json.dumps(scene))
-    outcome = penumbra("render", scene_file, "-o", "a.png", "--json")
+    outcome = here("render", scene_file, "-o", "a.png", "--json")
     assert outcome.code == 0
     assert outcome.document["rays"].get("shadow", 0) == 0
     assert "warning" in outcome.err
 
 
-def test_the_seed_chooses_the_random_numbers(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
+def test_seed_option(here: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     for name, seed in {"a": 1, "b": 1, "c": 2}.items():
         words = ["--seed", seed, "--pattern", "random", "--samples", 2, "--workers", 1]
-        assert penumbra("render", scene_file, "-o", f"{name}.npy", *words).code == 0
+        assert here("render", scene_file, "-o", f"{name}.npy", *words).code == 0
     a, b, c = (np.load(tmp_path / f"{name}.npy") for name in "abc")
     assert np.array_equal(a, b)
     assert not np.array_equal(a, c)
@@ -168,7 +156,7 @@ def _long_render(scene: dict[str, Any], folder: Path) -> Iterator[subprocess.Pop
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_an_interrupted_render_leaves_no_process_and_no_file(
+def test_interrupted_render_leaves_nothing(
     scene: dict[str, Any], tmp_path: Path, number: signal.Signals, code: int
 ) -> None:
     with _long_render(scene, tmp_path) as render:
@@ -180,7 +168,7 @@ def test_an_interrupted_render_leaves_no_process_and_no_file(
     assert [path.name for path in tmp_path.iterdir()] == ["long.json"]
 
 
-def test_a_killed_render_leaves_no_process(scene: dict[str, Any], tmp_path: Path) -> None:
+def test_killed_render_leaves_no_process(scene: dict[str, Any], tmp_path: Path) -> None:
     with _long_render(scene, tmp_path) as render:
         render.kill()
         render.wait()
@@ -214,9 +202,7 @@ def _at_work(leader: int) -> list[int]:
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.npy", "a.exr"])
-def test_result_in_python_saves_the_files_of_the_command_line(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path, name: str
-) -> None:
+def test_python_saves_the_same_files(penumbra: Penumbra, scene_file: Path, tmp_path: Path, name: str) -> None:
     folder = tmp_path / "python"
     folder.mkdir()
     assert penumbra("render", scene_file, "-o", name, "--layers", "depth,shape").code == 0

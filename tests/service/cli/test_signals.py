@@ -50,32 +50,25 @@ def _signalled(folder: Path, module: str, number: int, *words: str) -> subproces
 
 
 @pytest.mark.parametrize("module", ["typer", "service.cli.watch", "numpy", "PIL", "renderer"])
-def test_ctrl_c_while_libraries_load_ends_without_a_traceback(scene_file: Path, module: str) -> None:
+def test_ctrl_c_during_imports(scene_file: Path, module: str) -> None:
     done = _signalled(scene_file.parent, module, signal.SIGINT, "validate", "scene.json")
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: Interrupted.\n")
 
 
-def test_ctrl_c_while_a_failure_is_reported_ends_without_a_traceback(scene_file: Path) -> None:
+def test_ctrl_c_during_a_failure(scene_file: Path) -> None:
     done = _signalled(scene_file.parent, "service.cli.failures", signal.SIGINT, "validate", "--frobnicate")
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: Interrupted.\n")
 
 
-def test_before_anything_is_loaded_ctrl_c_ends_as_the_system_does_it(scene_file: Path) -> None:
-    done = _signalled(scene_file.parent, "service.cli.process", signal.SIGINT, "validate", "scene.json")
-    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
-
-
 @pytest.mark.parametrize("module", ["typer", "numpy"])
-def test_with_json_an_interruption_is_one_document(scene_file: Path, module: str) -> None:
+def test_interruption_as_json(scene_file: Path, module: str) -> None:
     done = _signalled(scene_file.parent, module, signal.SIGINT, "validate", "scene.json", "--json")
     assert (done.returncode, done.stderr) == (130, "")
     assert json.loads(done.stdout)["exit_code"] == 130
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
-def test_other_signals_end_a_command_without_words(
-    scene_file: Path, number: signal.Signals, code: int
-) -> None:
+def test_term_and_hup_are_silent(scene_file: Path, number: signal.Signals, code: int) -> None:
     done = _signalled(scene_file.parent, "numpy", number, "validate", "scene.json")
     assert (done.returncode, done.stdout, done.stderr) == (code, "", "")
 
@@ -83,7 +76,7 @@ def test_other_signals_end_a_command_without_words(
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )
-def test_hammering_a_signal_leaves_neither_processes_nor_files(
+def test_repeated_signal_leaves_nothing(
     scene_file: Path, scene: dict[str, Any], number: signal.Signals, code: int
 ) -> None:
     scene["sampling"] = {"antialiasing": {"pattern": "stratified", "samples": 1024}}

@@ -24,7 +24,7 @@ EDITED: dict[str, tuple[list[object], dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("case", EDITED)
-def test_options_are_an_edited_scene(
+def test_size_options_equal_an_edited_scene(
     here: Penumbra, scene: dict[str, Any], scene_file: Path, tmp_path: Path, case: str
 ) -> None:
     options, changes = EDITED[case]
@@ -35,9 +35,7 @@ def test_options_are_an_edited_scene(
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
-def test_crop_of_a_scene_is_scaled_with_it(
-    here: Penumbra, scene: dict[str, Any], scene_file: Path, tmp_path: Path
-) -> None:
+def test_crop_is_scaled(here: Penumbra, scene: dict[str, Any], scene_file: Path, tmp_path: Path) -> None:
     """At half the size the part is the same, to whole pixels around it."""
     scene["camera"]["crop"] = [5, 4, 16, 10]
     scene_file.write_text(json.dumps(scene))
@@ -46,12 +44,6 @@ def test_crop_of_a_scene_is_scaled_with_it(
     assert here("render", scene_file, "-o", "a.png", "--workers", 1, "--scale", 0.5).code == 0
     assert here("render", "edited.json", "-o", "b.png", "--workers", 1).code == 0
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
-
-
-def test_quote_is_for_the_size_of_the_options(here: Penumbra, scene_file: Path) -> None:
-    """A quarter of the pixels: a picture so small is tried whole."""
-    asked = here("quote", scene_file, "--json", "--scale", 0.5).document["pilot"]["pixels"]
-    assert asked == here("quote", scene_file, "--json", "--crop", "0,0,24,16").document["pilot"]["pixels"]
 
 
 @pytest.mark.parametrize(
@@ -69,7 +61,7 @@ def test_quote_is_for_the_size_of_the_options(here: Penumbra, scene_file: Path) 
         (["--crop", "5,5,99999999999999999999,5"], "outside of any picture"),
     ],
 )
-def test_options_that_cannot_be_are_refused(
+def test_impossible_sizes_are_refused(
     here: Penumbra, scene_file: Path, options: list[object], message: str
 ) -> None:
     outcome = here("render", scene_file, "-o", "a.png", *options)

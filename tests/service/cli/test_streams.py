@@ -38,7 +38,7 @@ def _run(folder: Path, words: list[str], **streams: Any) -> subprocess.Completed
 
 
 @COMMANDS
-def test_a_command_without_a_reader_ends_in_silence(scene_file: Path, words: list[str]) -> None:
+def test_closed_pipe_is_silent(scene_file: Path, words: list[str]) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     try:
@@ -50,9 +50,7 @@ def test_a_command_without_a_reader_ends_in_silence(scene_file: Path, words: lis
 
 @FULL
 @COMMANDS
-def test_where_nothing_more_fits_the_place_and_the_cure_are_reported(
-    scene_file: Path, words: list[str]
-) -> None:
+def test_full_stdout_is_reported(scene_file: Path, words: list[str]) -> None:
     with Path("/dev/full").open("w") as full:
         done = _run(scene_file.parent, words, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 2
@@ -61,7 +59,7 @@ def test_where_nothing_more_fits_the_place_and_the_cure_are_reported(
 
 
 @FULL
-def test_talk_that_finds_no_room_does_not_harm_the_result(scene_file: Path) -> None:
+def test_full_stderr_harms_nothing(scene_file: Path) -> None:
     words = ["render", "scene.json", "-o", "a.png", "--workers", "1"]
     with Path("/dev/full").open("w") as full:
         done = _run(scene_file.parent, words, stdout=subprocess.PIPE, stderr=full)
@@ -69,7 +67,7 @@ def test_talk_that_finds_no_room_does_not_harm_the_result(scene_file: Path) -> N
     assert (scene_file.parent / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_closed_streams_are_no_reason_to_fail(scene_file: Path) -> None:
+def test_closed_streams(scene_file: Path) -> None:
     script = f'{sys.executable} -m service.cli.main validate - "$@"'
     for closed, code in (("< scene.json >&- 2>&-", 0), ("<&-", 3)):
         words = ["bash", "-c", f"{script} {closed}"]
@@ -85,7 +83,7 @@ def test_closed_streams_are_no_reason_to_fail(scene_file: Path) -> None:
         assert (done.returncode, done.stderr) == (code, "")
 
 
-def test_a_name_that_the_terminal_has_no_letters_for_is_written_out(scene_file: Path) -> None:
+def test_name_in_an_ascii_terminal(scene_file: Path) -> None:
     scene_file.rename(scene_file.with_name("Kugel \u00fc \u7403.json"))
     environment = {"PYTHONIOENCODING": "latin-1"}
     for words in (

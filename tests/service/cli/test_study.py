@@ -19,9 +19,7 @@ ROOT = Path(__file__).parents[3]
 FILES = ("results.json", "results.csv", "report.html", "report.md")
 
 
-def test_a_study_answers_what_users_ask_and_leaves_a_report(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path
-) -> None:
+def test_study_leaves_a_report(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "new" / "folder"
     done = penumbra("study", scene_file, "--out", out, "--quick")
     assert done.code == 0, done.err
@@ -46,9 +44,7 @@ QUESTIONS = [
 
 
 @pytest.mark.slow
-def test_a_study_that_was_killed_resumes_where_it_was(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path
-) -> None:
+def test_killed_study_resumes(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     words = [*COMMAND, "study", str(scene_file), "--out", str(out), "--quick"]
     with subprocess.Popen(words, cwd=ROOT, env=CLEAN, stderr=subprocess.DEVNULL) as process:
@@ -73,7 +69,7 @@ def journal(out: Path) -> list[str]:
     return path.read_text().splitlines() if path.exists() else []
 
 
-def test_a_budget_leaves_runs_out_and_says_so(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
+def test_budget_leaves_runs_out(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     results: Any = penumbra(
         "study", scene_file, "--out", out, "--quick", "--budget", "0.1", "--json"
@@ -83,34 +79,19 @@ def test_a_budget_leaves_runs_out_and_says_so(penumbra: Penumbra, scene_file: Pa
 
 
 @pytest.mark.parametrize("words", [["--budget", "0"], ["--side", "3"], []])
-def test_options_that_make_no_sense_are_refused(
-    penumbra: Penumbra, scene_file: Path, words: list[str]
-) -> None:
+def test_invalid_options(penumbra: Penumbra, scene_file: Path, words: list[str]) -> None:
     out = ["--out", "out"] if words else []
     assert penumbra("study", scene_file, *out, *words).code == 2
 
 
-def test_a_file_in_the_place_of_the_folder_is_reported(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path
-) -> None:
-    (tmp_path / "taken").touch()
-    done = penumbra("study", scene_file, "--out", tmp_path / "taken", "--quick")
-    assert done.code == 2
-    assert str(tmp_path / "taken") in done.err
-
-
-def test_a_scene_that_cannot_be_used_is_reported_before_anything_is_rendered(
-    penumbra: Penumbra, tmp_path: Path
-) -> None:
+def test_unusable_scene_is_refused_before_work(penumbra: Penumbra, tmp_path: Path) -> None:
     (tmp_path / "bad.json").write_text('{"version": 1}')
     done = penumbra("study", "bad.json", "--out", tmp_path / "out", "--quick")
     assert done.code == 3
     assert not (tmp_path / "out").exists()
 
 
-def test_a_missing_library_for_plots_is_reported_before_anything_is_rendered(
-    scene_file: Path, tmp_path: Path
-) -> None:
+def test_missing_extra_is_refused_before_work(scene_file: Path, tmp_path: Path) -> None:
     """A module that says it is not there stands where the library would be."""
     stand_in = tmp_path / "matplotlib.py"
     stand_in.write_text('raise ModuleNotFoundError("No module named matplotlib")')

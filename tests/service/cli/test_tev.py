@@ -11,12 +11,12 @@ from tests.tev_server import TevServer
 
 
 @pytest.mark.parametrize("address", ["studio:port", "studio:0", "studio:65536", ":14158", "a:b:c", ""])
-def test_what_is_no_address_is_wrong_use(address: str) -> None:
+def test_invalid_address(address: str) -> None:
     with pytest.raises(CommandError, match="Write HOST:PORT"):
         parsed(address)
 
 
-def test_rectangles_land_where_they_belong() -> None:
+def test_rectangles_land_in_place() -> None:
     tev = TevServer()
     pixels = np.arange(2 * 3 * 3, dtype=np.float32).reshape(2, 3, 3)
     with socket.create_connection(parsed(tev.address)) as viewer:

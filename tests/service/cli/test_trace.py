@@ -14,9 +14,9 @@ from tests.service.cli.conftest import Penumbra
 DOWN = np.array([[0.0, 9.0, 0.0], [1.5, 9.0, 1.5], [9.0, 9.0, 9.0]]), np.tile([0.0, -2.0, 0.0], (3, 1))
 
 
-def test_hits_have_the_arrays_of_the_contract(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
+def test_hits_file(here: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     np.savez(tmp_path / "rays.npz", origins=DOWN[0], directions=DOWN[1])
-    outcome = penumbra("trace", scene_file, "rays.npz", "-o", "hits.npz", "--json")
+    outcome = here("trace", scene_file, "rays.npz", "-o", "hits.npz", "--json")
     assert outcome.code == 0
     assert (outcome.document["hits"], outcome.document["misses"]) == (2, 1)
     with np.load(tmp_path / "hits.npz") as hits:
@@ -41,7 +41,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("arrays", "message"), WRONG.values(), ids=WRONG)
-def test_rays_that_cannot_be_cast_are_reported_with_array_and_row(
+def test_unusable_rays_name_array_and_row(
     tmp_path: Path, arrays: dict[str, np.ndarray], message: str
 ) -> None:
     np.savez(tmp_path / "rays.npz", **arrays)
@@ -49,11 +49,9 @@ def test_rays_that_cannot_be_cast_are_reported_with_array_and_row(
         read_rays(tmp_path / "rays.npz")
 
 
-def test_rays_from_beyond_all_scenes_are_reported_with_file_array_and_row(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path
-) -> None:
+def test_far_origin_names_its_row(here: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     np.savez(tmp_path / "rays.npz", origins=np.diag([1, 1e200, 1]), directions=DOWN[1])
-    outcome = penumbra("trace", scene_file, "rays.npz", "-o", "hits.npz")
+    outcome = here("trace", scene_file, "rays.npz", "-o", "hits.npz")
     assert outcome.code == 3
     assert re.search("rays.npz: .*row 1 of 'origins'", outcome.err)
     assert not (tmp_path / "hits.npz").exists()
@@ -66,7 +64,7 @@ def _single_array() -> bytes:
 
 
 @pytest.mark.parametrize("content", [b"", b"text", b"PK\x03\x04 cut off", b"\x93NUMPY", _single_array()])
-def test_a_file_that_is_no_archive_of_arrays_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_file_that_is_no_archive(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "rays.npz").write_bytes(content)
     with pytest.raises(InputError, match="savez"):
         read_rays(tmp_path / "rays.npz")

@@ -10,14 +10,12 @@ from service.cli.main import main
 from tests.service.cli.conftest import Penumbra
 
 
-def test_every_error_of_every_file_is_shown_with_its_line(
-    penumbra: Penumbra, scene: dict[str, Any], scene_file: Path
-) -> None:
+def test_errors_show_their_lines(here: Penumbra, scene: dict[str, Any], scene_file: Path) -> None:
     scene["camera"]["vertical_fov"] = 180
     scene["shapes"][1]["material"] = "flor"
     broken = scene_file.with_name("broken.json")
     broken.write_text(json.dumps(scene, indent=2))
-    outcome = penumbra("validate", scene_file, broken)
+    outcome = here("validate", scene_file, broken)
     assert outcome.code == 3
     lines = outcome.out.splitlines()
     assert lines[0] == f"{scene_file}: ok"
@@ -27,9 +25,7 @@ def test_every_error_of_every_file_is_shown_with_its_line(
     assert "'floor'" in outcome.out
 
 
-def test_the_document_has_what_the_lines_have(
-    here: Penumbra, scene: dict[str, Any], scene_file: Path
-) -> None:
+def test_json_document(here: Penumbra, scene: dict[str, Any], scene_file: Path) -> None:
     scene["camera"]["up"] = [0, 0, 0]
     scene_file.write_text(json.dumps(scene))
     document = here("validate", scene_file, "--json").document
@@ -39,9 +35,7 @@ def test_the_document_has_what_the_lines_have(
     assert scene_file.read_text()[finding["errors"][0]["column"] - 1 :].startswith("[0, 0, 0]")
 
 
-def test_warnings_are_shown_and_are_no_failure(
-    here: Penumbra, scene: dict[str, Any], scene_file: Path
-) -> None:
+def test_warning_is_no_failure(here: Penumbra, scene: dict[str, Any], scene_file: Path) -> None:
     del scene["lights"]
     scene_file.write_text(json.dumps(scene, indent=2))
     outcome = here("validate", scene_file)
@@ -52,23 +46,12 @@ def test_warnings_are_shown_and_are_no_failure(
     assert len(document["files"][0]["warnings"]) == 1
 
 
-def test_a_scene_is_read_from_stdin(here: Penumbra, scene: dict[str, Any]) -> None:
+def test_scene_from_stdin(here: Penumbra, scene: dict[str, Any]) -> None:
     assert here("validate", "-", stdin=json.dumps(scene)).code == 0
     assert here("validate", "-", stdin="{").code == 3
 
 
-def test_a_missing_texture_is_found_at_its_line(
-    here: Penumbra, scene: dict[str, Any], scene_file: Path
-) -> None:
-    scene["textures"] = {"wood": {"type": "image", "asset": "wood.png"}}
-    scene["materials"]["floor"] = {"type": "phong", "color_texture": "wood"}
-    scene_file.write_text(json.dumps(scene, indent=2))
-    (error,) = here("validate", scene_file, "--json").document["files"][0]["errors"]
-    assert error["pointer"] == "/textures/wood/asset"
-    assert '"wood.png"' in scene_file.read_text().splitlines()[error["line"] - 1]
-
-
-def test_a_texture_outside_of_the_folder_of_the_scene_is_not_read(
+def test_texture_outside_the_folder(
     here: Penumbra, scene: dict[str, Any], scene_file: Path, tmp_path: Path
 ) -> None:
     inner = tmp_path / "inner"
@@ -95,9 +78,7 @@ def test_a_texture_outside_of_the_folder_of_the_scene_is_not_read(
     ],
     ids=["empty", "deep", "large", "picture", "UTF-16", "binary"],
 )
-def test_a_file_that_is_no_document_is_an_error_of_the_file(
-    here: Penumbra, tmp_path: Path, content: bytes, detail: str
-) -> None:
+def test_file_that_is_no_document(here: Penumbra, tmp_path: Path, content: bytes, detail: str) -> None:
     path = tmp_path / "scene.json"
     path.write_bytes(content)
     for command in (["validate", path], ["render", path, "-o", "x.png"]):
@@ -107,7 +88,7 @@ def test_a_file_that_is_no_document_is_an_error_of_the_file(
         assert "Traceback" not in outcome.err
 
 
-def test_limits_of_the_environment_are_those_of_the_command(
+def test_limits_from_the_environment(
     scene_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     outcomes = []

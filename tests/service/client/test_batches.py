@@ -22,9 +22,7 @@ def _batch(*tiles: tuple[TileHead, bytes], encoding: int = RGB8) -> bytes:
     height=st.integers(1, 9),
     stride=st.integers(1, 10),
 )
-def test_a_tile_paints_its_rectangle_and_nothing_else(
-    x0: int, y0: int, width: int, height: int, stride: int
-) -> None:
+def test_tile_paints_its_rectangle(x0: int, y0: int, width: int, height: int, stride: int) -> None:
     rows, columns = -(-height // stride), -(-width // stride)
     pixels = np.arange(1, rows * columns * 3 + 1, dtype="<f4").reshape(rows, columns, 3)
     head = TileHead(9, 0, x0, y0, x0 + width, y0 + height, stride, pixels.nbytes)
@@ -37,7 +35,7 @@ def test_a_tile_paints_its_rectangle_and_nothing_else(
         assert np.array_equal(canvas[y, x], expected)
 
 
-def test_bytes_of_displayed_pixels_stay_bytes() -> None:
+def test_displayed_pixels_stay_bytes() -> None:
     head = TileHead(1, 1, 0, 0, 2, 1, 1, 6)
     batch = decode_batch(_batch((head, bytes(range(6)))))
     assert batch.tiles[0].pixels.tolist() == [[[0, 1, 2], [3, 4, 5]]]
@@ -45,12 +43,12 @@ def test_bytes_of_displayed_pixels_stay_bytes() -> None:
 
 
 @pytest.mark.parametrize("cut", range(1, 20))
-def test_a_batch_that_was_cut_off_is_no_batch(cut: int) -> None:
+def test_truncated_batch_is_refused(cut: int) -> None:
     data = _batch((TileHead(1, 1, 0, 0, 2, 1, 1, 6), bytes(6)))
     with pytest.raises(UnexpectedAnswerError):
         decode_batch(data[:-cut])
 
 
-def test_pixels_that_do_not_fit_their_tile_are_refused() -> None:
+def test_pixels_that_do_not_fit_are_refused() -> None:
     with pytest.raises(UnexpectedAnswerError):
         decode_batch(_batch((TileHead(1, 1, 0, 0, 2, 2, 1, 6), bytes(6))))

@@ -11,7 +11,7 @@ from tests.service.converting.test_gltf import Made
 from tests.service.converting.test_obj import picture
 
 
-def test_materials_and_their_pictures_are_taken_over(converted: Convert) -> None:
+def test_materials_and_textures(converted: Convert) -> None:
     made = Made()
     made.document |= {
         "images": [{"bufferView": made.view(picture()), "mimeType": "image/png", "name": "red"}],
@@ -47,7 +47,7 @@ def test_materials_and_their_pictures_are_taken_over(converted: Convert) -> None
     read_scene(conversion.document)
 
 
-def test_textures_and_materials_keep_apart_whatever_differs_in_them(converted: Convert) -> None:
+def test_different_textures_stay_apart(converted: Convert) -> None:
     made = Made()
     samplers = [{"wrapS": 33071, "wrapT": 33071}, {"magFilter": 9728}, {"magFilter": 9729}]
     # All names but the first have to give way, the last because it is too long.
@@ -83,7 +83,7 @@ def test_textures_and_materials_keep_apart_whatever_differs_in_them(converted: C
     assert len(scene["textures"]) == 5
 
 
-def test_smoother_surfaces_have_smaller_and_brighter_highlights() -> None:
+def test_roughness_sets_the_highlight() -> None:
     lobes = [highlight(roughness) for roughness in np.linspace(0.1, 1, 10)]
     sharpness = [lobe["shininess"] for lobe in lobes]
     assert sharpness == sorted(sharpness, reverse=True)
@@ -93,7 +93,7 @@ def test_smoother_surfaces_have_smaller_and_brighter_highlights() -> None:
     assert highlight(0)["shininess"] == highlight(0.1)["shininess"]
 
 
-def test_glass_metal_and_what_scenes_have_not_are_noted(converted: Convert) -> None:
+def test_missing_counterparts_are_noted(converted: Convert) -> None:
     made = Made()
     made.document["materials"] = [
         {
@@ -120,7 +120,7 @@ def test_glass_metal_and_what_scenes_have_not_are_noted(converted: Convert) -> N
     assert "Metal" in noted(conversion, "assumed")["/materials/0/pbrMetallicRoughness"]
 
 
-def test_pictures_that_cannot_be_read_leave_the_colour_and_are_noted(converted: Convert) -> None:
+def test_unreadable_texture_is_noted(converted: Convert) -> None:
     made = Made()
     made.document |= {
         "images": [{"uri": "gone.png"}, {"bufferView": made.view(b"no picture")}],

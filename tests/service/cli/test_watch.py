@@ -11,7 +11,7 @@ from rich.console import Console
 
 from schemas.api.plans import Convergence
 from service.api.routes.pictures import CONVERGENCE_EXAMPLE as EXAMPLE
-from service.cli import progress, watch
+from service.cli import watch
 from service.cli.progress import Bar, progress_bar
 from service.cli.watch import Curve, sentences
 
@@ -34,14 +34,14 @@ def curve_of(source: Any, bar: Bar = NO_TERMINAL) -> Curve:
     return Curve(source, "a", bar)
 
 
-def test_the_curve_is_reported_in_sentences_with_intervals() -> None:
+def test_curve_in_sentences() -> None:
     assert list(sentences(FOUND, final=True)) == [
         "error 0.0081 (0.0079 to 0.0083), falling like time to the power -0.49 (-0.63 to -0.36)",
         "half of it would take 28 s more (7 to 120), 49 CPU s (12 to 211)",
     ]
 
 
-def test_what_nothing_bounds_has_no_upper_end() -> None:
+def test_unbounded_cost_has_no_upper_end() -> None:
     costs: Any = {"seconds": {"estimate": 3, "low": 2, "high": None}} | {
         "cpu_seconds": {"estimate": 5, "low": 4, "high": None}
     }
@@ -53,12 +53,12 @@ def test_what_nothing_bounds_has_no_upper_end() -> None:
 
 
 @pytest.mark.parametrize(("final", "reported"), [(True, ["For this."]), (False, [])])
-def test_why_nothing_is_known_is_reported_at_the_end(final: bool, reported: list[str]) -> None:
+def test_unknown_order_gives_its_reason(final: bool, reported: list[str]) -> None:
     unknown = {"passes": [], "order": None, "next_halving": None, "reason": "For this."}
     assert list(sentences(Convergence.model_validate(EXAMPLE | unknown), final=final)) == reported
 
 
-def test_on_a_pipe_a_pass_is_reported_once_when_tiles_of_the_next_one_arrive(
+def test_pass_is_a_line_on_a_pipe(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     source = Source(3)
@@ -74,14 +74,7 @@ def test_on_a_pipe_a_pass_is_reported_once_when_tiles_of_the_next_one_arrive(
     assert source.asked == 1
 
 
-def test_on_a_pipe_the_end_reports_all_passes_and_the_sentences(capsys: pytest.CaptureFixture[str]) -> None:
-    curve_of(Source(3)).finish()
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.partition("\t")[0] for line in lines[:3]] == ["pass 0 done", "pass 1 done", "pass 2 done"]
-    assert lines[3:] == list(sentences(FOUND, final=True))
-
-
-def test_a_pass_that_is_not_finished_waits_though_tiles_of_the_next_one_come(
+def test_unfinished_pass_waits(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     source = Source(1)
@@ -107,7 +100,7 @@ def screen(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     return shown
 
 
-def test_on_a_terminal_there_is_a_table_whose_bars_halve_with_the_error(screen: io.StringIO) -> None:
+def test_bars_halve_with_the_error(screen: io.StringIO) -> None:
     with progress_bar("waiting") as bar:
         curve = curve_of(Source(3), bar)
         curve.reach(2)
@@ -124,10 +117,3 @@ def test_on_a_terminal_there_is_a_table_whose_bars_halve_with_the_error(screen: 
     ]
     assert any("the power -0.49" in line for line in lines)
     assert max(map(len, lines)) <= 100
-
-
-def test_without_a_terminal_nothing_is_drawn() -> None:
-    with progress.progress_bar("waiting") as bar:
-        bar.above("x")
-        bar.below("y")
-        assert not bar.visible

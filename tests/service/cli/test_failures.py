@@ -90,9 +90,7 @@ ALL = [*FILES, *_cases((ExitCode.SERVER, NO_SERVER))]
 
 
 @pytest.mark.parametrize(("code", "words"), ALL)
-def test_the_exit_code_reports_what_kind_of_thing_went_wrong(
-    penumbra: Penumbra, tmp_path: Path, code: ExitCode, words: list[str]
-) -> None:
+def test_exit_code_by_kind(penumbra: Penumbra, tmp_path: Path, code: ExitCode, words: list[str]) -> None:
     before = sorted(tmp_path.rglob("*"))
     outcome = penumbra(*_with_server(words))
     assert outcome.code == code
@@ -102,17 +100,8 @@ def test_the_exit_code_reports_what_kind_of_thing_went_wrong(
 
 
 @pytest.mark.parametrize(("code", "words"), [case for case in FILES if case.id != "no command"])
-def test_with_json_the_failure_is_one_document_on_stdout(
-    here: Penumbra, code: ExitCode, words: list[str]
-) -> None:
+def test_failure_as_json(here: Penumbra, code: ExitCode, words: list[str]) -> None:
     _assert_one_document(here(*_with_server(words), "--json"), code, words)
-
-
-@pytest.mark.parametrize(("code", "words"), _cases((ExitCode.SERVER, NO_SERVER)))
-def test_with_json_a_failure_of_the_network_is_one_document_too(
-    penumbra: Penumbra, code: ExitCode, words: list[str]
-) -> None:
-    _assert_one_document(penumbra(*_with_server(words), "--json"), code, words)
 
 
 def _assert_one_document(outcome: Outcome, code: ExitCode, words: list[str]) -> None:
@@ -125,7 +114,7 @@ def _assert_one_document(outcome: Outcome, code: ExitCode, words: list[str]) -> 
     assert "{" not in outcome.err
 
 
-def test_every_exception_of_client_and_command_line_has_an_exit_code() -> None:
+def test_every_exception_has_an_exit_code() -> None:
     known = tuple(kind for kind, _, _ in OUTCOMES)
     raised = [
         kind
@@ -137,7 +126,7 @@ def test_every_exception_of_client_and_command_line_has_an_exit_code() -> None:
     assert [kind.__name__ for kind in raised if not issubclass(kind, known)] == []
 
 
-def test_no_row_of_the_table_is_hidden_by_one_above_it() -> None:
+def test_no_row_is_hidden_by_another() -> None:
     for index, (kind, _, _) in enumerate(OUTCOMES):
         assert not any(issubclass(kind, above) for above, _, _ in OUTCOMES[:index]), kind
 
@@ -158,9 +147,7 @@ def _with_server(words: list[str]) -> list[str]:
         ("--precision", "half", "Invalid value for '--precision': 'half' is not one of 'single', 'double'."),
     ],
 )
-def test_a_wrong_value_is_reported_in_plain_words(
-    here: Penumbra, option: str, value: str, message: str
-) -> None:
+def test_wrong_value_in_plain_words(here: Penumbra, option: str, value: str, message: str) -> None:
     outcome = here("render", "scene.json", "-o", "a.png", option, value)
     assert outcome.err.splitlines()[0] == f"error: {message}"
 
@@ -168,22 +155,13 @@ def test_a_wrong_value_is_reported_in_plain_words(
 @pytest.mark.parametrize(
     ("folder", "reason"), [("scene.json", "it is a file"), ("scene.json/data", "it is below a file")]
 )
-def test_a_service_says_why_its_data_folder_cannot_be_used(
-    penumbra: Penumbra, folder: str, reason: str
-) -> None:
+def test_unusable_data_folder(penumbra: Penumbra, folder: str, reason: str) -> None:
     outcome = penumbra("serve", "--data", folder)
     assert outcome.code == ExitCode.SERVER
     assert f"The data folder {folder} cannot be used: {reason}." in outcome.err
 
 
-def test_one_mistake_is_reported_once_and_nothing_in_it_acts_on_the_terminal(here: Penumbra) -> None:
+def test_mistake_is_reported_once(here: Penumbra) -> None:
     outcome = here("render", "no\x1b[31m\nsuch.json", "-o", "a.png")
     assert outcome.err.startswith("error: no [31m\nsuch.json ")
     assert outcome.err.count("such.json") == 1
-
-
-def test_commands_that_have_commands_show_them(here: Penumbra) -> None:
-    for words in ([], ["keys"]):
-        outcome = here(*words)
-        assert (outcome.code, outcome.err) == (2, "")
-        assert "Usage" in outcome.out

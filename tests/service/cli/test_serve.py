@@ -20,7 +20,7 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.usefixtures("file")
-def test_an_option_goes_before_a_variable_and_a_variable_before_the_file(
+def test_option_before_variable_before_file(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     for name in ("PORT", "WORKERS", "LIMITS__MAX_PIXELS"):
@@ -40,7 +40,7 @@ def test_an_option_goes_before_a_variable_and_a_variable_before_the_file(
         ("workers =", "is not TOML"),
     ],
 )
-def test_what_is_wrong_in_a_file_is_reported_with_its_name(file: Path, content: str, said: str) -> None:
+def test_invalid_file_is_named(file: Path, content: str, said: str) -> None:
     file.write_text(content)
     with pytest.raises(CommandError) as caught:
         read_settings({})
@@ -48,13 +48,13 @@ def test_what_is_wrong_in_a_file_is_reported_with_its_name(file: Path, content: 
     assert file.name in str(caught.value)
 
 
-def test_a_settings_file_that_is_not_there_is_reported(file: Path) -> None:
+def test_missing_file_is_named(file: Path) -> None:
     file.unlink()
     with pytest.raises(CommandError, match="cannot be read"):
         read_settings({})
 
 
-def test_the_doctor_reports_where_each_setting_comes_from(penumbra: Penumbra, tmp_path: Path) -> None:
+def test_doctor_shows_the_source_of_each_setting(penumbra: Penumbra, tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_text(
         'database = "postgresql://me:secret@localhost/x"\n[limits]\nmax_lights = 7\n'
     )
@@ -70,12 +70,12 @@ def test_the_doctor_reports_where_each_setting_comes_from(penumbra: Penumbra, tm
 @pytest.mark.parametrize(
     "store", ["gs://bucket", "s3://", "s3://ab", "s3://Bucket", "bucket", "s3://bucket/a b"]
 )
-def test_a_store_that_is_no_bucket_is_reported_with_what_to_write(store: str) -> None:
+def test_store_that_is_no_bucket(store: str) -> None:
     with pytest.raises(CommandError) as caught:
         read_settings({"store": store})
     assert "s3://BUCKET/PREFIX" in str(caught.value)
 
 
 @pytest.mark.parametrize("store", ["s3://abc", "s3://my-bucket.x/renders/2026", "s3://bucket/"])
-def test_a_bucket_is_taken_with_its_prefix(store: str) -> None:
+def test_bucket_with_prefix(store: str) -> None:
     assert read_settings({"store": store}).place == store

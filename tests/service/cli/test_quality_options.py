@@ -10,7 +10,7 @@ from service.cli.quality_options import QualityOptions
 from tests.service.cli.conftest import Penumbra
 
 
-def test_an_error_is_requested_with_its_confidence_time_limit_and_precision() -> None:
+def test_target_error_with_its_options() -> None:
     options = QualityOptions(precision="double", target_error=0.01, confidence=0.8, time_limit=3.0)
     requested = options.requested({})
     assert requested is not None
@@ -32,13 +32,13 @@ def test_an_error_is_requested_with_its_confidence_time_limit_and_precision() ->
         ("light_pattern", "sobol", "--light-pattern"),
     ],
 )
-def test_an_error_and_samples_contradict_each_other(name: str, value: object, option: str) -> None:
+def test_target_error_excludes_samples(name: str, value: object, option: str) -> None:
     with pytest.raises(CommandError, match=f"Leave out {option}\\.$"):
         QualityOptions(**{name: value}, target_error=0.01).requested({})
 
 
 @pytest.mark.parametrize(("name", "value"), [("time_limit", 3.0), ("confidence", 0.9)])
-def test_a_time_limit_and_a_confidence_need_an_error(name: str, value: float) -> None:
+def test_time_limit_needs_a_target_error(name: str, value: float) -> None:
     with pytest.raises(CommandError, match="Give --target-error too"):
         QualityOptions(**{name: value}).requested({})
 
@@ -53,16 +53,14 @@ def test_a_time_limit_and_a_confidence_need_an_error(name: str, value: float) ->
         ({"target_error": 0.1, "confidence": 1.0}, "--confidence"),
     ],
 )
-def test_invalid_numbers_are_reported_by_their_options(changes: dict[str, float], option: str) -> None:
+def test_invalid_numbers_name_their_option(changes: dict[str, float], option: str) -> None:
     with pytest.raises(CommandError, match=f"^{option}: "):
         QualityOptions(**changes).requested({})
 
 
-def test_a_picture_of_target_quality_reports_the_error_that_it_has_reached(
-    penumbra: Penumbra, scene_file: Path, tmp_path: Path
-) -> None:
+def test_reached_error_in_the_report(here: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     for name, options in {"a": ["--workers", 1], "b": ["--workers", 2, "--tile", 9, "--json"]}.items():
-        outcome = penumbra("render", scene_file, "-o", f"{name}.npy", "--target-error", 0.05, *options)
+        outcome = here("render", scene_file, "-o", f"{name}.npy", "--target-error", 0.05, *options)
         assert outcome.code == 0
     error = outcome.document["error"]
     assert error["low"] <= error["estimate"] <= error["high"]

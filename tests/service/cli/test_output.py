@@ -21,12 +21,12 @@ def _shown(text: str, line: int, column: int) -> tuple[str, int]:
 
 
 @pytest.mark.parametrize("column", [1, 4, 12])
-def test_the_caret_stands_under_the_character_that_is_meant(column: int) -> None:
+def test_caret_under_the_column(column: int) -> None:
     line = '  "up": [0, 0, 0]'
     assert _shown(f"{{\n{line}\n}}", 2, column) == (line, column - 1)
 
 
-def test_of_a_long_line_the_part_around_the_caret_is_shown() -> None:
+def test_long_line_is_cut_around_the_caret() -> None:
     line = "".join(f"{number:04}" for number in range(1000))
     shown, caret = _shown(line, 1, 2000)
     assert len(shown) <= 100
@@ -35,9 +35,7 @@ def test_of_a_long_line_the_part_around_the_caret_is_shown() -> None:
 
 @pytest.mark.parametrize("columns", [20, 40, 80])
 @pytest.mark.parametrize("column", [1, 30, 2000, 4000, 9999])
-def test_no_line_is_wider_than_the_terminal(
-    monkeypatch: pytest.MonkeyPatch, columns: int, column: int
-) -> None:
+def test_excerpt_fits_the_terminal(monkeypatch: pytest.MonkeyPatch, columns: int, column: int) -> None:
     monkeypatch.setenv("COLUMNS", str(columns))
     lines = excerpts(("x" * 4000).encode(), [_problem(1, column)])
     source, marker = (Text.from_ansi(line).plain for line in lines[-2:])
@@ -45,31 +43,20 @@ def test_no_line_is_wider_than_the_terminal(
     assert max(len(source), len(marker)) <= max(columns, len("    1 | ") + 20)
 
 
-def test_the_caret_stands_under_letters_that_take_two_columns() -> None:
+def test_caret_after_wide_letters() -> None:
     *_, source, marker = excerpts('{"\u7403\u9762": x}'.encode(), [_problem(1, 8)])
     before = Text.from_ansi(marker).plain.index("^")
     assert Text(source[: source.index("x")]).cell_len == before
 
 
-def test_control_characters_of_a_document_do_not_act_on_the_terminal() -> None:
+def test_control_characters_are_escaped() -> None:
     shown, caret = _shown('"\x1b[31m\t\x07": 1', 1, 8)
     assert shown.isprintable()
     assert caret == 7
 
 
-def test_a_problem_without_a_line_is_reported_without_one() -> None:
-    problem = Problem(pointer="/quality", detail="wrong", code="x", suggestion="fixed")
-    assert len(excerpts(b"{}", [problem])) == 3
-
-
-def test_problems_that_are_not_listed_are_counted() -> None:
-    assert excerpts(b"", [], 7)[-1].strip() == "... and 7 more"
-
-
 @pytest.mark.parametrize("columns", [30, 40, 80])
-def test_a_long_sentence_is_broken_between_words_and_what_is_quoted_stays_whole(
-    monkeypatch: pytest.MonkeyPatch, columns: int
-) -> None:
+def test_sentence_folds_between_words(monkeypatch: pytest.MonkeyPatch, columns: int) -> None:
     monkeypatch.setenv("COLUMNS", str(columns))
     text = "The scene's service is away. Start it with 'penumbra serve --port 1', or wait until it isn't."
     lines = folded(text, indent="  ")
@@ -79,7 +66,7 @@ def test_a_long_sentence_is_broken_between_words_and_what_is_quoted_stays_whole(
     assert any("'penumbra serve --port 1'" in line for line in lines)
 
 
-def test_where_there_is_no_terminal_a_sentence_stays_in_one_line(
+def test_sentence_stays_whole_on_a_pipe(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
