@@ -9,7 +9,6 @@ import numpy as np
 
 from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of
 from accuracy.comparison.diagnosis import BLURRED, JAGGED, Cause
-from accuracy.comparison.fingerprints import Fingerprint, fingerprint
 from accuracy.comparison.heat import encoded, side_by_side
 from accuracy.comparison.mistakes import candidates
 from accuracy.comparison.regions import Region, named
@@ -21,6 +20,8 @@ from schemas.grading.manifests import ImageTest, SceneTest
 from service.grading import sentences
 from service.grading.accepting import accepted, compared, noiseless
 from service.grading.errors import BrokenTestError, NotGradableError
+from service.grading.likeness.fingerprints import Fingerprint, fingerprint
+from service.grading.likeness.signals import signals
 from service.grading.mistakes.counterfactuals import explain, is_certain
 from service.grading.outcomes import Outcome, of_picture
 from service.grading.programs.program_mistakes import ProgramMistake
@@ -28,7 +29,6 @@ from service.grading.programs.repairing import repaired, without_jags
 from service.grading.rendering import rendered
 from service.grading.selection import Selection, select
 from service.grading.settings import Run
-from service.grading.signals import signals
 from service.grading.wanted import Wanted, read_picture, wanted
 
 LABEL = "picture, reference, difference"

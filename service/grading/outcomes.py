@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from accuracy.comparison import Picture
-from accuracy.comparison.fingerprints import Fingerprint
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.grading.grades import GradeInput, GradeVerdict, Signal
 from service.grading.folders import Role
+from service.grading.likeness.fingerprints import Fingerprint
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import version
 
-from accuracy.comparison.fingerprints import Fingerprint
 from schemas.grading.grades import (
     Grade,
     GradeImage,
@@ -24,6 +23,7 @@ from schemas.grading.grades import (
 from schemas.grading.manifests import Criterion, Manifest
 from service.grading import sentences
 from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
+from service.grading.likeness.fingerprints import Fingerprint
 from service.grading.outcomes import Outcome
 from service.grading.processes import Finished
 

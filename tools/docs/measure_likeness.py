@@ -16,8 +16,8 @@ import numpy as np
 from PIL import Image, ImageFilter
 
 from accuracy.comparison import Picture, picture_of
-from accuracy.comparison.fingerprints import Fingerprint, agreement, fingerprint, noise_of, pairs
 from accuracy.study.journal import describe
+from service.grading.likeness.fingerprints import Fingerprint, agreement, fingerprint, noise_of, pairs
 from tests.service.grading.assignment.program import read
 from tests.service.grading.assignment.tracer import Tracer, encoded
 from tools.docs.figures import FOLDER

@@ -26,8 +26,8 @@ from schemas.grading.manifests import ImageTest
 from service.grading.accepting import accepted, compared
 from service.grading.comparing import forgiven
 from service.grading.folders import Folder
+from service.grading.likeness.signals import signals
 from service.grading.selection import select
-from service.grading.signals import signals
 from service.grading.wanted import read_picture
 from tests.service.grading.assignment import noise, program
 from tests.service.grading.assignment.tracer import Tracer, encoded

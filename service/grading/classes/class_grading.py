@@ -10,7 +10,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from urllib.parse import quote
 
-from accuracy.comparison.fingerprints import Fingerprint
 from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade, GradeTimings
 from schemas.grading.manifests import Manifest
@@ -18,6 +17,7 @@ from service.grading import results
 from service.grading.classes.class_records import Student
 from service.grading.folders import Folder
 from service.grading.grading import errands_of, pictures_of, prepare_references, reference_folder
+from service.grading.likeness.fingerprints import Fingerprint
 from service.grading.processes import Errand, Finished, run_all
 from service.grading.settings import Run
 

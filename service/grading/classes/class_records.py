@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from accuracy.comparison.fingerprints import Fingerprint
 from accuracy.comparison.inputs import SIDECARS
 from schemas.grading.grades import Grade
 from schemas.grading.manifests import (
@@ -29,6 +28,7 @@ from schemas.grading.manifests import (
 )
 from service.grading.errors import GradingError
 from service.grading.folders import Folder, is_hidden, readable
+from service.grading.likeness.fingerprints import Fingerprint
 
 RESULT, PRINTS, KEY = "result.json", "fingerprints.npz", "graded.key"
 """In the folder of each student; the key is written last."""

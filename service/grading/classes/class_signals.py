@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 import renderer
-from accuracy.comparison.fingerprints import Fingerprint, Pair, fingerprint, like, noise_of, pairs
 from schemas.grading.classes import SharedFiles, SharedNoise
 from schemas.grading.grades import Grade
 from schemas.grading.manifests import ImageTest, Manifest, ReferencePicture
 from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from service.grading.folders import Folder
 from service.grading.grading import reference_folder
+from service.grading.likeness.fingerprints import Fingerprint, Pair, fingerprint, like, noise_of, pairs
 from service.grading.references import key_of, prepare
 from service.grading.settings import Run
 from service.grading.wanted import Wanted, wanted

@@ -1,6 +1,9 @@
 """Hints for students: the probable mistake, and how to fix it."""
 
-from accuracy.comparison.shared_mistakes import AMBIENT_HINT
+AMBIENT_HINT = (
+    "The ambient term is missing. Add the scene's ambient light times the material's ambient coefficient "
+    "and colour, once and not for each light."
+)
 
 HINTS = {
     "shadows_missing": (

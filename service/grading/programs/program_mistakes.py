@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from accuracy.comparison.programs import Program
+from service.grading.programs.program import Program
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +15,7 @@ class ProgramMistake:
     Attributes
     ----------
     kind : str
-        One of `accuracy.comparison.programs.KINDS`.
+        One of `service.grading.programs.program.KINDS`.
     cause, hint : str
     shows : frozenset of str
         Ids of tests in whose pictures it shows.

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from accuracy.comparison import Policy
-from accuracy.comparison.programs import Pair
-from accuracy.comparison.shared_mistakes import Shared, agree, shared
 from renderer.errors import MissingExtraError
 from schemas.grading.acceptance import Verdict
 from schemas.grading.manifests import ImageTest
 from service.grading.errors import GradingError
+from service.grading.programs.program import Pair
 from service.grading.programs.program_mistakes import NONE, ProgramMistake, ProgramMistakes
 from service.grading.programs.repairing import ambient_term
+from service.grading.programs.shared_mistakes import Shared, agree, shared
 from service.grading.settings import Run
 from service.grading.wanted import read_picture, reference_picture, reference_scene
 

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 import renderer
 from accuracy.comparison import Picture
 from accuracy.comparison.diagnosis import neighbourhood
-from accuracy.comparison.displacing import Displacement
 from accuracy.comparison.noise import sample_variances
-from accuracy.comparison.programs import UNDO, Program
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
 from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from service.grading.accepting import noiseless
 from service.grading.mistakes.reproductions import kept
+from service.grading.programs.displacements import Displacement
+from service.grading.programs.program import UNDO, Program
 from service.grading.programs.program_mistakes import ProgramMistake, ProgramMistakes
 from service.grading.wanted import Wanted
 

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from accuracy.comparison.fingerprints import Fingerprint
 from schemas.grading.manifest_reading import read_manifest
 from service.grading.classes.class_records import (
     KEY,
@@ -23,6 +22,7 @@ from service.grading.classes.class_records import (
     submission_key,
     submissions,
 )
+from service.grading.likeness.fingerprints import Fingerprint
 from tests.service.grading.assignments import Assignment, image_test, scene
 from tests.service.grading.exports.samples import result, tried
 

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from accuracy.comparison.fingerprints import Fingerprint, fingerprint
 from accuracy.comparison.inputs import picture_of
 from renderer.images.colors import srgb_from_linear
 from schemas.grading.classes import SharedFiles
@@ -21,6 +20,7 @@ from schemas.grading.manifests import ImageTest, Manifest
 from service.grading.classes.class_signals import shared_files, shared_noise
 from service.grading.comparing import image
 from service.grading.folders import Folder
+from service.grading.likeness.fingerprints import Fingerprint, fingerprint
 from service.grading.settings import Run
 from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels, scene
 from tests.service.grading.exports.samples import result, tried

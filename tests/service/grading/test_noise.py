@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from service.grading.accepting import NOISY
-from tests.accuracy.comparison import test_sample_counts as striped
 from tests.service.grading.assignments import Assignment, image_test
+from tests.service.grading.likeness import test_sample_counts as striped
 
 FILE = "reference.npz"
 

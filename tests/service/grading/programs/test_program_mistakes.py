@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from accuracy.comparison.displacing import DISPLACEMENTS, Displacement
 from renderer import compile_scene, load_scene, render
 from renderer.images.colors import linear_from_srgb
+from service.grading.programs.displacements import DISPLACEMENTS, Displacement
 from service.grading.programs.repairing import ambient_term
 from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels, scene, scene_test
 

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from accuracy.comparison.fingerprints import (
+from accuracy.comparison.inputs import Picture, picture_of
+from renderer.images.colors import srgb_from_linear
+from service.grading.likeness.fingerprints import (
     FEWEST_PICTURES,
     Fingerprint,
     fingerprint,
@@ -17,8 +19,6 @@ from accuracy.comparison.fingerprints import (
     noise_of,
     pairs,
 )
-from accuracy.comparison.inputs import Picture, picture_of
-from renderer.images.colors import srgb_from_linear
 
 HEIGHT, WIDTH, SAMPLES, STUDENTS = 64, 96, 16, 40
 CENTER, RADIUS = (40.0, 30.0), 20.0

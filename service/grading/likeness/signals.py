@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from accuracy.comparison import Comparison
-from accuracy.comparison.closeness import closeness
-from accuracy.comparison.sample_counts import MOST_SAMPLES, grain, sample_count
 from schemas.grading.grades import Signal
+from service.grading.likeness.closeness import closeness
+from service.grading.likeness.sample_counts import MOST_SAMPLES, grain, sample_count
 
 IDENTICAL = "identical_bytes"
 CLOSE = "closer_than_noise"

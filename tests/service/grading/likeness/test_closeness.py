@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from accuracy.comparison.closeness import BOUND, FEWEST, LEVEL, NEAR, Closeness, closeness
 from accuracy.comparison.inputs import Picture, picture_of
+from service.grading.likeness.closeness import BOUND, FEWEST, LEVEL, NEAR, Closeness, closeness
 
 SIDE = 96
 TRUTH = 0.3

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from accuracy.comparison import Comparison, compare
-from service.grading.signals import signals
-from tests.accuracy.comparison.test_closeness import NOISE, SAMPLES, noisy, picture
+from service.grading.likeness.signals import signals
 from tests.service.grading.assignments import Assignment, image_test
+from tests.service.grading.likeness.test_closeness import NOISE, SAMPLES, noisy, picture
 
 
 def compared(image: np.ndarray, reference: np.ndarray) -> Comparison:

@@ -13,11 +13,11 @@ import pytest
 from PIL import Image
 
 import renderer
-from accuracy.comparison.closeness import BOUND, Closeness, closeness
 from accuracy.comparison.inputs import Picture, picture_of
 from renderer.images.colors import srgb_from_linear
+from service.grading.likeness.closeness import BOUND, Closeness, closeness
 
-SCENES = Path(__file__).parents[3] / "scenes"
+SCENES = Path(__file__).parents[4] / "scenes"
 SCENE = SCENES / "study" / "soft.json"
 SIDE = 64
 CORRECT = (

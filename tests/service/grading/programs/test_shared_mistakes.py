@@ -6,11 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from accuracy.comparison.displacing import DISPLACEMENTS, Displacement
 from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
-from accuracy.comparison.programs import KINDS, UNDO, Pair, Program, encoded
-from accuracy.comparison.shared_mistakes import agree, shared
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
+from service.grading.programs.displacements import DISPLACEMENTS, Displacement
+from service.grading.programs.program import KINDS, UNDO, Pair, Program, encoded
+from service.grading.programs.shared_mistakes import agree, shared
 
 HEIGHT, WIDTH = 48, 64
 FINE = 8

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.comparison.displacing import Displacement
 from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.math.arrays import Floats
+from service.grading.programs.displacements import Displacement
 
 KINDS = ("encoding", "orientation", "channels", "exposure", "ambient", "offset", "antialiasing")
 """Kinds of mistakes; a program makes at most one of each kind."""

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from accuracy.comparison import Picture, picture_of
-from accuracy.comparison.sample_counts import grain, sample_count
+from service.grading.likeness.sample_counts import grain, sample_count
 
 SIDE = 96
 SAMPLES = 1024

@@ -24,7 +24,6 @@ from accuracy.comparison.diagnosis import (
     jagged_left_over,
     soft_edges,
 )
-from accuracy.comparison.displacing import DISPLACEMENTS
 from accuracy.comparison.metrics import luma
 from accuracy.comparison.mistakes import (
     CHANNELS,
@@ -36,8 +35,10 @@ from accuracy.comparison.mistakes import (
     Mistake,
     exposure_hint,
 )
-from accuracy.comparison.programs import UNDO, Pair, Program, encoded, orientations
 from renderer.math.arrays import Floats
+from service.grading.mistakes.hints import AMBIENT_HINT
+from service.grading.programs.displacements import DISPLACEMENTS
+from service.grading.programs.program import UNDO, Pair, Program, encoded, orientations
 
 FLOOR = 0.002
 """Differences below this are as good as none: half a step of 8 bits."""
@@ -68,11 +69,6 @@ STEPS = 5
 
 LEAST_POWER = 0.1
 """Of the exposure, in the brightness of a picture: pictures that are white nearly everywhere have less."""
-
-AMBIENT_HINT = (
-    "The ambient term is missing. Add the scene's ambient light times the material's ambient coefficient "
-    "and colour, once and not for each light."
-)
 
 CORNER_HINT = (
     "Edges are jagged: each pixel shows the colour at its corner, where the reference shows its mean. Take "
