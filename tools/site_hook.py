@@ -6,7 +6,6 @@ import json
 import logging
 import os
 import re
-from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -29,9 +28,7 @@ CELL = re.compile(r"<t[dh]\b.*?</t[dh]>", re.DOTALL)
 BAR, ESCAPED = re.compile(r"(?<!\\)[|]"), r"\\|"
 FORGE = MarkdownIt("commonmark").enable("table")
 
-# With `strict`, a warning of a logger below MkDocs's own ends the build.
 log = logging.getLogger("mkdocs.hooks.site")
-Schema = Mapping[str, Any]
 
 
 def on_config(config: Any) -> None:
@@ -68,9 +65,8 @@ def on_page_content(html: str, **_: object) -> str:
 
 def outside_pages() -> list[PurePosixPath]:
     """Pages outside docs that the index links to, in their order."""
-    links = [match["link"] for match in FENCE_OR_LINK.finditer((ROOT / INDEX).read_text())]
-    paths = dict.fromkeys(in_repository(INDEX, link) for link in links if link and ":" not in link)
-    # The site's first page is the index, not README.md.
+    links = [match["link"] or ":" for match in FENCE_OR_LINK.finditer((ROOT / INDEX).read_text())]
+    paths = dict.fromkeys(in_repository(INDEX, link) for link in links if ":" not in link)
     return [path for path in paths if path.suffix == ".md" and path.parts[0] not in ("docs", "README.md")]
 
 
@@ -94,11 +90,10 @@ def relinked(markdown: str, here: PurePosixPath) -> str:
         path = in_repository(here, link)
         if path.is_relative_to("docs") or path in outside_pages():
             there = os.path.relpath(in_site(path), PurePosixPath(in_site(here)).parent)
-            return f"{text}({there}{''.join(link.partition('#')[1:])})"
+            return f"{text}({there}{link[len(link.partition('#')[0]) :]})"
         if text.startswith("!") or not (ROOT / path).exists():
             log.warning("%s: %s is not there, or a picture outside docs", here, link)
-        words = text[1:-1]
-        return f"`{path}`" if words.strip("`") in str(path) else f"{words} (`{path}`)"
+        return f"`{path}`" if text.strip("[`]") in str(path) else f"{text[1:-1]} (`{path}`)"
 
     return FENCE_OR_LINK.sub(change, markdown)
 
@@ -135,7 +130,7 @@ def table_of_fields(name: str, language: str) -> str:
     return "\n".join(rows)
 
 
-def kind(value: Schema, whole: Schema) -> str:
+def kind(value: dict[str, Any], whole: dict[str, Any]) -> str:
     """The type of a value, in words."""
     if options := value.get("anyOf") or value.get("oneOf"):
         return " or ".join(dict.fromkeys(kind(one, whole) for one in options if one != {"type": "null"}))
