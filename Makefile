@@ -125,7 +125,7 @@ clean:  ## remove .venv and everything made
 	touch $@
 
 .venv/installed: pyproject.toml constraints.txt | .venv/created
-	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[mesh,exr,numerics,study,postgres]'
+	$(BIN)/python -m pip install --quiet $(CONSTRAINTS) --editable '.[mesh,exr,study,postgres]'
 	touch $@
 
 .venv/installed-%: .venv/installed

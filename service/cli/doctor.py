@@ -48,8 +48,8 @@ def doctor(
         bool,
         typer.Option(
             "--numerics",
-            help="Run hard cases instead: inputs that plain formulas get wrong. Exit with 1 if any answer "
-            "is wrong. Takes up to a minute.",
+            help="Run a self-test instead: what arithmetic must do on this machine, and exact answers of the "
+            "renderer. Exit with 1 if an answer is wrong.",
         ),
     ] = False,
     config: ConfigOption = None,

@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -136,3 +139,57 @@ def _traces(here: Penumbra) -> str:
 def test_settings_that_make_no_sense_are_a_failure(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setenv(name, "many")
     assert {check.level for check in _service()} == {"fail"}
+
+
+def test_numerics_are_right_here(here: Penumbra) -> None:
+    outcome = here("doctor", "--numerics", "--json")
+    assert outcome.code == ExitCode.DONE
+    assert all(case["right"] and not case["error"] for case in outcome.document["cases"])
+    assert outcome.document["total"]["cases"] == len(outcome.document["cases"]) >= 20
+    lines = here("doctor", "--numerics").out.splitlines()
+    assert [line.split(maxsplit=1)[0] for line in lines[:-1]] == ["ok"] * (len(lines) - 1)
+
+
+FAULTS = {
+    "rounding upwards": (
+        (
+            "import ctypes, platform; numpy.float64(1)\n"
+            "upwards = 0x400000 if platform.machine() in ('aarch64', 'arm64') else 0x800\n"
+            "assert ctypes.CDLL(None).fesetround(upwards) == 0"
+        ),
+        {"float64 rounds to nearest, ties to even", "float32 rounds to nearest, ties to even"},
+    ),
+    "a cosine that is not clamped": (
+        (
+            "from renderer.materials import optics\n"
+            "optics.transmitted_cosine = lambda c, n: numpy.sqrt((1 - n) * (1 + n) + (n * c) ** 2)"
+        ),
+        {"total reflection"},
+    ),
+    "a function that raises": (
+        (
+            "from accuracy import self_test\n"
+            "def broken(values): raise ZeroDivisionError('no sum')\n"
+            "self_test.halving_sum = broken"
+        ),
+        {"a million samples"},
+    ),
+}
+
+
+@pytest.mark.parametrize(("fault", "wrong"), FAULTS.values(), ids=FAULTS)
+def test_numerics_report_a_fault(fault: str, wrong: set[str]) -> None:
+    run = "from service.cli.main import main; main(['doctor', '--numerics', '--json'])"
+    source = f"import numpy; import accuracy.self_test\n{fault}\n{run}"
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", source],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert done.returncode == ExitCode.BELOW_THRESHOLD, done.stderr
+    found = {case["name"]: case for case in json.loads(done.stdout)["cases"] if not case["right"]}
+    assert found.keys() >= wrong
+    assert all(case["cure"] for case in found.values())
+    assert len(found) == 1 or "rounds" in next(iter(found))
