@@ -48,7 +48,7 @@ def encoded(kind: str, mode: str = "RGB") -> bytes:
 
 
 @pytest.mark.parametrize("size", [(9000, 9000), (20000, 20000), (65535, 65535), (2**31 - 1, 2**31 - 1)])
-def test_a_bomb_is_refused_by_its_header(size: tuple[int, int]) -> None:
+def test_bomb_is_refused_by_its_header(size: tuple[int, int]) -> None:
     """Not by its pixels, of which it has none; the message names the limit."""
     for read in (image_size, decode_image):
         with pytest.raises(AssetError, match=r"The picture has .* Make it smaller\.") as caught:
@@ -56,14 +56,14 @@ def test_a_bomb_is_refused_by_its_header(size: tuple[int, int]) -> None:
         assert str(Limits().max_image_pixels) in str(caught.value)
 
 
-def test_the_limit_of_pixels_can_be_set() -> None:
+def test_limit_of_pixels() -> None:
     content = png(np.zeros((5, 4, 3), np.uint8))
     assert image_size(content, 20) == (4, 5)
     with pytest.raises(AssetError, match="4 x 5 pixels, more than the 19 allowed"):
         decode_image(content, 19)
 
 
-def test_a_picture_without_its_pixels_is_damaged() -> None:
+def test_picture_without_pixels() -> None:
     with pytest.raises(AssetError, match="damaged"):
         decode_image(bomb(4, 4))
 
@@ -71,13 +71,13 @@ def test_a_picture_without_its_pixels_is_damaged() -> None:
 @pytest.mark.parametrize(
     "content", [b"", b"no picture", b"<svg/>", b"\x89PNG\r\n\x1a\n", b"%!PS-Adobe", b"GIF89a"]
 )
-def test_what_is_no_picture_is_refused_and_the_formats_named(content: bytes) -> None:
+def test_file_that_is_no_picture(content: bytes) -> None:
     with pytest.raises(AssetError, match=r"not a picture that can be read\. Use one of PNG, JPEG"):
         decode_image(content)
 
 
 @pytest.mark.parametrize("kind", ["PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM"])
-def test_a_damaged_picture_is_refused_or_read_but_never_breaks(kind: str) -> None:
+def test_damaged_picture_is_refused_or_read(kind: str) -> None:
     """Cut off anywhere, and with any byte changed."""
     whole = encoded(kind)
     assert decode_image(whole).shape == (9, 11, 3)
@@ -103,7 +103,7 @@ def test_a_damaged_picture_is_refused_or_read_but_never_breaks(kind: str) -> Non
 
 
 @pytest.mark.parametrize("mode", ["RGB", "L", "P", "RGBA", "LA", "1", "CMYK"])
-def test_every_kind_of_pixels_becomes_red_green_and_blue(mode: str) -> None:
+def test_kinds_of_pixels(mode: str) -> None:
     kind = "TIFF" if mode == "CMYK" else "PNG"
     found = decode_image(encoded(kind, mode))
     assert (found.shape, found.dtype) == ((9, 11, 3), np.float32)
@@ -113,14 +113,14 @@ def test_every_kind_of_pixels_becomes_red_green_and_blue(mode: str) -> None:
         assert (found == found[:, :, :1]).all()
 
 
-def test_sixteen_bits_of_grey_keep_their_digits() -> None:
+def test_sixteen_bits_of_grey() -> None:
     values = np.array([[0, 1, 257, 65535]], dtype=np.uint16)
     buffer = io.BytesIO()
     Image.fromarray(values).save(buffer, format="PNG")
     assert (decode_image(buffer.getvalue())[0, :, 1] == values[0] / np.float32(65535)).all()
 
 
-def test_alpha_is_dropped_and_colours_behind_it_stay() -> None:
+def test_alpha_is_dropped() -> None:
     buffer = io.BytesIO()
     Image.new("RGBA", (1, 1), (51, 102, 153, 0)).save(buffer, format="PNG")
     assert np.abs(decode_image(buffer.getvalue())[0, 0] * 255 - [51, 102, 153]).max() <= 1e-4
@@ -145,7 +145,7 @@ def folder(tmp_path: Path) -> Path:
     ("name", "content"),
     [("a.png", b"a"), ("below/b.png", b"b"), ("./below/../a.png", b"a"), ("in.png", b"a")],
 )
-def test_files_in_the_folder_and_below_are_read(folder: Path, name: str, content: bytes) -> None:
+def test_files_in_the_folder(folder: Path, name: str, content: bytes) -> None:
     assert FolderAssets(folder).read(name) == content
 
 
@@ -171,7 +171,7 @@ def test_files_in_the_folder_and_below_are_read(folder: Path, name: str, content
         "http://localhost/a.png",
     ],
 )
-def test_all_else_is_not_there(folder: Path, name: str) -> None:
+def test_files_outside_the_folder(folder: Path, name: str) -> None:
     """Outside of the folder, a link that leads out of it, a folder, a pipe, an impossible name."""
     with pytest.raises(KeyError):
         FolderAssets(folder).read(name)
@@ -197,7 +197,7 @@ def test_all_else_is_not_there(folder: Path, name: str) -> None:
         ("sha256:" + "0" * 64, "This names an uploaded file"),
     ],
 )
-def test_why_a_file_is_not_read_is_a_problem_of_the_scene(folder: Path, name: str, reason: str) -> None:
+def test_unreadable_file_is_a_problem(folder: Path, name: str, reason: str) -> None:
     scene = json.loads(json.dumps(TEXTURED).replace("picture.png", name.replace("\\", "\\\\")))
     with pytest.raises(renderer.SceneError) as caught:
         renderer.compile_scene(renderer.load_scene(scene, assets=FolderAssets(folder)))
@@ -209,26 +209,7 @@ def test_why_a_file_is_not_read_is_a_problem_of_the_scene(folder: Path, name: st
     assert "upload it" not in problem.detail.lower()
 
 
-@pytest.mark.parametrize("name", ["/pictures/a.png", "../A.PNG"])
-def test_a_file_that_lies_beside_is_offered_for_one_outside(folder: Path, name: str) -> None:
-    with pytest.raises(KeyError, match=r"outside the scene's folder.*Did you mean 'a\.png'\?"):
-        FolderAssets(folder).read(name)
-
-
-@pytest.mark.parametrize("name", ["SECRET.png", "Out.png", "AWAY/secret.png", "../Secret.png"])
-def test_no_file_outside_of_the_folder_is_offered(folder: Path, name: str) -> None:
-    with pytest.raises(KeyError) as caught:
-        FolderAssets(folder).read(name)
-    assert "Did you mean" not in str(caught.value)
-
-
-def test_a_picture_of_a_format_that_is_not_read_is_called_what_it_is() -> None:
-    for content, phrase in ((b"\x93NUMPY\x01", r"a NumPy array \(\.npy\)"), (b"%PDF-1.7", "a PDF document")):
-        with pytest.raises(AssetError, match=rf"This is {phrase}\. Use one of PNG, JPEG"):
-            decode_image(content)
-
-
-def test_a_folder_reached_by_a_link_holds_its_files(folder: Path, tmp_path: Path) -> None:
+def test_folder_reached_by_a_link(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "door").symlink_to(folder)
     assert FolderAssets(tmp_path / "door").read("a.png") == b"a"
 
@@ -242,9 +223,7 @@ def test_a_folder_reached_by_a_link_holds_its_files(folder: Path, tmp_path: Path
     ],
     ids=["missing", "no picture", "bomb"],
 )
-def test_a_file_that_cannot_be_used_is_a_problem_of_the_scene_with_its_place(
-    files: dict[str, bytes], detail: str
-) -> None:
+def test_unusable_file_is_located(files: dict[str, bytes], detail: str) -> None:
     with pytest.raises(renderer.SceneError) as caught:
         renderer.compile_scene(renderer.load_scene(TEXTURED, assets=Files(files)))
     (problem,) = caught.value.errors
@@ -252,7 +231,7 @@ def test_a_file_that_cannot_be_used_is_a_problem_of_the_scene_with_its_place(
     assert detail in problem.detail
 
 
-def test_threads_that_decode_pictures_leave_the_warning_filters_as_they_are() -> None:
+def test_decoding_leaves_warning_filters() -> None:
     """They belong to the process; a filter that stays would hide what others want to see."""
     buffer = io.BytesIO()
     Image.fromarray(np.zeros((64, 64, 3), np.uint8)).save(buffer, format="PNG")

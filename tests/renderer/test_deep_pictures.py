@@ -137,7 +137,7 @@ def test_floating_point_pictures(values: NDArray[np.float32], order: str) -> Non
         (exr({"Z": LIGHT[..., 0]}), "no picture; its channels are Z"),
     ],
 )
-def test_what_would_be_read_wrongly_is_refused_by_name(content: bytes, said: str) -> None:
+def test_unread_formats_are_refused_by_name(content: bytes, said: str) -> None:
     with pytest.raises(AssetError, match=said):
         read_image(content)
 
@@ -151,7 +151,7 @@ def light_of(codes: NDArray[np.uint8]) -> list[float]:
     ]
 
 
-def test_radiance_pictures_with_every_kind_of_line() -> None:
+def test_radiance_lines() -> None:
     codes = RANDOM.integers(2, 255, (4, 300, 4)).astype(np.uint8)
     codes[..., 3] = RANDOM.integers(100, 150, (4, 300))
     codes[:, 20:290] = codes[:, 20:21]
@@ -174,7 +174,7 @@ def test_radiance_pictures_with_every_kind_of_line() -> None:
         ("-X 2 +Y 3", lambda a: np.rot90(a.swapaxes(0, 1), 2)),
     ],
 )
-def test_radiance_pictures_may_begin_at_any_corner(size: str, turn: Any) -> None:
+def test_radiance_corners(size: str, turn: Any) -> None:
     codes = RANDOM.integers(2, 140, (2, 3, 4)).astype(np.uint8)
     content = hdr(codes.tobytes(), size)
     upright = turn(np.array(light_of(codes), np.float32).reshape(2, 3, 3))
@@ -196,7 +196,7 @@ def test_radiance_pictures_may_begin_at_any_corner(size: str, turn: Any) -> None
     ],
     ids=["hdr", "hdr by pixels", "pfm", "ppm", "plain ppm", "png", "tiff", "exr"],
 )
-def test_damage_is_refused_or_read_but_never_breaks(whole: bytes) -> None:
+def test_damaged_deep_picture_is_refused_or_read(whole: bytes) -> None:
     rng = np.random.default_rng(2)
     damaged = [whole[: int(n)] for n in rng.integers(0, len(whole), 60)]
     for _ in range(200):
@@ -215,16 +215,6 @@ def test_damage_is_refused_or_read_but_never_breaks(whole: bytes) -> None:
             assert found.shape[2] == 3
             assert np.isfinite(found).all()
     assert "refused" in outcomes
-
-
-@pytest.mark.parametrize(
-    "content", [pfm(LIGHT, "<"), hdr(bytes(220), "-Y 5 +X 11"), exr({"Y": LIGHT[..., 0]})]
-)
-def test_the_limit_of_pixels_holds_for_every_format(content: bytes) -> None:
-    assert image_size(content, 55) == (11, 5)
-    for read in (image_size, decode_image):
-        with pytest.raises(AssetError, match="11 x 5 pixels, more than the 54 allowed"):
-            read(content, 54)
 
 
 def exif(orientation: int) -> bytes:
@@ -251,7 +241,7 @@ STORED = {
 
 
 @pytest.mark.parametrize("orientation", STORED)
-def test_exif_orientation_turns_the_picture_upright(orientation: int) -> None:
+def test_exif_orientation(orientation: int) -> None:
     stored = Image.fromarray(np.ascontiguousarray(STORED[orientation]))
     contents = []
     for form, options in (("PNG", {}), ("WEBP", {"lossless": True, "exact": True}), ("TIFF", {})):
@@ -265,11 +255,6 @@ def test_exif_orientation_turns_the_picture_upright(orientation: int) -> None:
         assert image_size(content) == (3, 2)
 
 
-def test_exif_that_makes_no_sense_turns_nothing() -> None:
-    content = deep_png(COLORS, 2, eXIf=b"II*\0nonsense")
-    assert_codes(content, COLORS)
-
-
 def shown(**texture: Any) -> dict[str, Any]:
     return scene(
         rectangle([-3, -3, 0], [6, 0, 0], [0, 6, 0]),
@@ -279,7 +264,7 @@ def shown(**texture: Any) -> dict[str, Any]:
     )
 
 
-def test_light_above_1_is_a_colour_of_a_texture() -> None:
+def test_texture_brighter_than_white() -> None:
     bright = np.full((2, 2, 3), 7.5, np.float32)
     document = shown(encoding="linear")
     for content in (pfm(bright, "<"), exr(dict.fromkeys("RGB", bright[..., 0]))):
@@ -287,7 +272,7 @@ def test_light_above_1_is_a_colour_of_a_texture() -> None:
         assert image[image.shape[0] // 2, image.shape[1] // 2].tolist() == [7.5] * 3
 
 
-def test_light_of_a_texture_is_seen_in_a_mirror_that_dims_it_below_white() -> None:
+def test_bright_texture_in_a_mirror() -> None:
     """A path ends where nothing that it meets could be seen: a texture of 10^6 times white still is."""
     faint = phong([0, 0, 0], ambient=0.0, diffuse=0.0, mirror=5e-8)
     document = shown(encoding="linear")
@@ -307,9 +292,7 @@ def test_light_of_a_texture_is_seen_in_a_mirror_that_dims_it_below_white() -> No
         (pfm(LIGHT, "<"), {"encoding": "linear"}, f"values below 0, down to {LIGHT.min():.6g}"),
     ],
 )
-def test_what_is_no_colour_is_a_problem_of_the_scene(
-    content: bytes, texture: dict[str, Any], said: str
-) -> None:
+def test_values_that_are_no_colour(content: bytes, texture: dict[str, Any], said: str) -> None:
     with pytest.raises(renderer.SceneError) as caught:
         plan_of(shown(**texture), files={"picture": content})
     (problem,) = caught.value.errors
@@ -348,7 +331,7 @@ def with_alpha(value: int) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("kind", with_alpha(0))
-def test_alpha_that_is_not_used_is_warned_of_with_its_place(kind: str) -> None:
+def test_unused_alpha_is_warned_of(kind: str) -> None:
     for value, count in ((255, 0), (254, 1)):
         plan = plan_of(shown(encoding="linear"), files={"picture": with_alpha(value)[kind]})
         found = [warning for warning in plan.warnings if warning.code == "asset"]
@@ -356,14 +339,7 @@ def test_alpha_that_is_not_used_is_warned_of_with_its_place(kind: str) -> None:
         assert all("alpha is not used" in warning.detail for warning in found)
 
 
-def test_a_colour_that_png_calls_transparent_counts_as_alpha() -> None:
-    for key, count in (((1, 2, 3), 0), (COLORS[2, 3], 1)):
-        content = deep_png(COLORS, 2, tRNS=struct.pack(">3H", *key))
-        assert len(read_image(content).notes) == count
-        assert_codes(content, COLORS)
-
-
-def test_the_part_of_an_exr_file_that_is_shown_is_named() -> None:
+def test_part_of_an_exr_file() -> None:
     planes = dict.fromkeys("RGB", np.full((2, 2), 0.25, np.float32))
     content = exr_of_parts(("depth", {"Z": planes["R"]}), ("beauty", planes))
     plan = plan_of(shown(encoding="linear"), files={"picture": content})
@@ -371,7 +347,7 @@ def test_the_part_of_an_exr_file_that_is_shown_is_named() -> None:
     assert "part 2 of 2 ('beauty')" in warning.detail
 
 
-def test_bump_maps_of_16_bits_have_no_steps() -> None:
+def test_bump_map_of_16_bits() -> None:
     """A ramp over 512 of 65536 heights is as smooth in colours and with alpha as in grey."""
     ramp = np.tile(np.arange(0, 512, 8, dtype=np.uint16) + 32768, (4, 1))
     files = {

@@ -13,7 +13,7 @@ AXES = [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1e-6]]
 
 
 @pytest.mark.parametrize("distance", [3.0, 1e6, 1e9, 1e12])
-def test_a_thin_ellipsoid_is_hit_where_the_ray_passes_however_long_it_is(distance: float) -> None:
+def test_thin_ellipsoid_is_hit(distance: float) -> None:
     """In radii of the unit sphere the longest of these rays is 1e18 long, and its rounding many radii.
 
     A place may be off by 8 roundings of the largest coordinate, over the cosine between ray and normal. It is
@@ -35,7 +35,7 @@ def test_a_thin_ellipsoid_is_hit_where_the_ray_passes_however_long_it_is(distanc
         assert (uv[1] > 0.5) == (true.uv[1] > 0.5)
 
 
-def test_a_sphere_is_the_ellipsoid_with_equal_axes() -> None:
+def test_sphere_equals_equal_axes() -> None:
     origins = np.random.default_rng(2).normal(size=(100, 3)) * 6
     other = ellipsoid([0.1, 0.2, 0.3], [1.5, 0, 0], [0, 1.5, 0], [0, 0, 1.5])
     a, b = (traced([shape], origins, -origins) for shape in (sphere([0.1, 0.2, 0.3], 1.5), other))
@@ -43,7 +43,7 @@ def test_a_sphere_is_the_ellipsoid_with_equal_axes() -> None:
         assert getattr(a, name).tobytes() == getattr(b, name).tobytes()
 
 
-def test_the_order_of_the_axes_turns_the_texture_and_nothing_else() -> None:
+def test_order_of_the_axes() -> None:
     axes = [[1.0, 0, 0], [0, 2.0, 0], [0, 0, 0.5]]
     origins = np.random.default_rng(3).normal(size=(100, 3)) * 6
     a, b = (traced([ellipsoid([0, 0, 0], *x)], origins, -origins) for x in (axes, axes[1:] + axes[:1]))
@@ -52,7 +52,7 @@ def test_the_order_of_the_axes_turns_the_texture_and_nothing_else() -> None:
     assert not np.allclose(a.uv, b.uv)
 
 
-def test_a_flat_normal_map_leaves_a_ball_as_it_is_also_at_its_poles() -> None:
+def test_flat_normal_map_at_the_poles() -> None:
     """Grey 128 says nothing, whatever the tangents are."""
     flat = {"n.png": png(np.full((2, 2, 3), 128, dtype=np.uint8))}
     texture = {"n": {"type": "image", "asset": "n.png", "encoding": "linear"}}
@@ -63,7 +63,7 @@ def test_a_flat_normal_map_leaves_a_ball_as_it_is_also_at_its_poles() -> None:
 
 
 @pytest.mark.parametrize("away", [0.0, 3e3, 3e6])
-def test_a_second_ball_in_the_place_of_a_mirror_ball_changes_nothing(away: float) -> None:
+def test_equal_ball_behind_a_mirror_ball(away: float) -> None:
     """Of equal distances the first shape wins, and what leaves it leaves the other one too."""
     place = [away, 1.5, -away]
     shiny = {**sphere(place, 1.0), "material": "shiny"}

@@ -79,7 +79,7 @@ def built(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
 
 
 @pytest.mark.parametrize("quality", [FixedQuality(mode="fixed"), TARGET], ids=["fixed", "target"])
-def test_a_plan_builds_each_family_texture_and_tree_once(quality: Any, built: Counter[str]) -> None:
+def test_plan_builds_each_part_once(quality: Any, built: Counter[str]) -> None:
     renderer.compile_scene(renderer.load_scene(every_kind(), assets=FILES), quality)
     boards = 1 if isinstance(quality, FixedQuality) else 2
     assert built == {
@@ -94,7 +94,7 @@ def test_a_plan_builds_each_family_texture_and_tree_once(quality: Any, built: Co
     }
 
 
-def test_rendering_at_another_quality_tracing_and_inspecting_build_nothing_again(built: Counter[str]) -> None:
+def test_other_qualities_build_nothing_again(built: Counter[str]) -> None:
     scene = renderer.load_scene(every_kind(), assets=FILES)
     plan = renderer.compile_scene(scene, FixedQuality(mode="fixed"))
     inspected = inspection_plan(scene)
@@ -105,7 +105,7 @@ def test_rendering_at_another_quality_tracing_and_inspecting_build_nothing_again
     assert built == {}
 
 
-def test_a_displaced_mesh_whose_file_is_missing_says_where_it_is_named() -> None:
+def test_missing_file_of_a_displaced_mesh() -> None:
     document = scene(
         {"type": "mesh", "asset": "lost.obj", "material": "moved"},
         textures={"bumps": {"type": "image", "asset": "bumps.png"}},

@@ -51,20 +51,14 @@ def is_net(points: Numbers) -> bool:
 @pytest.mark.parametrize("half", [0, 1])
 @pytest.mark.parametrize("pixel", [0, 1, 262143])
 @pytest.mark.parametrize("power", range(9))
-def test_the_first_samples_of_a_half_are_a_net_in_the_pixel(half: int, pixel: int, power: int) -> None:
+def test_first_samples_are_a_net(half: int, pixel: int, power: int) -> None:
     assert is_net(in_pixel(pixel, half, 0, 1 << power))
-
-
-@pytest.mark.parametrize("half", [0, 1])
-@pytest.mark.parametrize(("first", "last"), [(2, 4), (8, 16), (32, 64)])
-def test_so_are_those_that_a_pass_adds(half: int, first: int, last: int) -> None:
-    assert is_net(in_pixel(17, half, first, last))
 
 
 @pytest.mark.parametrize("half", [0, 1])
 @pytest.mark.parametrize("count", [2, 4, 16])
 @pytest.mark.parametrize("power", range(7))
-def test_the_light_points_of_the_first_samples_of_a_half_are_a_net(half: int, count: int, power: int) -> None:
+def test_light_points_are_a_net(half: int, count: int, power: int) -> None:
     """All of them together, and those of each sample by themselves."""
     points = on_light(emitter(count=count), 5, half, 1 << power)
     assert is_net(points)
@@ -73,12 +67,12 @@ def test_the_light_points_of_the_first_samples_of_a_half_are_a_net(half: int, co
 
 
 @pytest.mark.parametrize("path", [0, 12345678901234567890])
-def test_light_points_continue_from_sample_to_sample_and_never_repeat(path: int) -> None:
+def test_light_points_never_repeat(path: int) -> None:
     points = np.concatenate([on_light(emitter(), 5, half, 256, path) for half in (0, 1)], axis=1)
     assert np.unique(points, axis=1).shape[1] == 2 * 256 * 4
 
 
-def test_a_sample_has_the_same_places_whatever_is_requested_with_it() -> None:
+def test_sample_is_free_of_its_batch() -> None:
     pixels, samples = np.random.default_rng(1).integers(0, 1000, (2, 50))
     together = np.array(places(3, pixels, samples))
     light, paths = emitter(), np.zeros(50, np.uint64)
@@ -115,7 +109,7 @@ def per_pixel(seed: int = 3) -> dict[str, Numbers]:
     return found
 
 
-def test_the_first_places_of_halves_and_lights_and_seeds_know_nothing_of_each_other() -> None:
+def test_halves_are_uncorrelated() -> None:
     """66 pairs within a seed and 12 between two: one in 20,000 such tests has one beyond 5 deviations."""
     known, other = per_pixel(), per_pixel(seed=4)
     names = list(known)
@@ -126,7 +120,7 @@ def test_the_first_places_of_halves_and_lights_and_seeds_know_nothing_of_each_ot
 
 
 @pytest.mark.parametrize("samples", [2, 4, 16])
-def test_the_means_of_the_two_halves_are_as_far_from_each_other_as_independent_ones(samples: int) -> None:
+def test_means_of_halves_are_independent(samples: int) -> None:
     """Of an edge, a product and a wave, over many pixels: their errors correlate within 5 deviations."""
     pixels = np.arange(PIXELS).repeat(samples)
 
@@ -141,7 +135,7 @@ def test_the_means_of_the_two_halves_are_as_far_from_each_other_as_independent_o
 
 
 @pytest.mark.parametrize("samples", [2, 4, 16])
-def test_the_two_halves_of_a_lens_are_independent_too(samples: int) -> None:
+def test_halves_of_a_lens_are_independent(samples: int) -> None:
     document = scene(camera=camera(lens_radius=0.5))
     lens = renderer.compile_scene(document, TargetQuality(mode="target", error=0.01)).camera
     pixels = np.arange(PIXELS).repeat(samples)
@@ -156,7 +150,7 @@ def test_the_two_halves_of_a_lens_are_independent_too(samples: int) -> None:
         assert abs(correlation(a, b)) < 5
 
 
-def test_no_place_in_the_pixel_goes_with_a_place_on_a_light() -> None:
+def test_pixel_and_light_are_uncorrelated() -> None:
     """Over the samples of a half, not only between pixels: 16 samples of 1000 pixels, within 5 deviations."""
     pixels, samples = np.arange(1000).repeat(16), np.tile(np.arange(16) * HALVES, 1000)
     paths = np.zeros(16000, np.uint64)

@@ -30,14 +30,14 @@ def read_back(content: bytes) -> np.ndarray:
         return np.asarray(picture)
 
 
-def test_a_npy_file_holds_the_linear_picture_bit_for_bit() -> None:
+def test_npy_file() -> None:
     image = np.random.default_rng(1).normal(size=(3, 4, 3)).astype(np.float32)
     read = np.load(io.BytesIO(encode_npy(image)), allow_pickle=False)
     assert (read.dtype, read.tobytes()) == (np.float32, image.tobytes())
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.npy"])
-def test_a_file_is_written_whole_and_replaces_the_old_one(name: str, tmp_path: Path) -> None:
+def test_file_replaces_the_old_one(name: str, tmp_path: Path) -> None:
     target = tmp_path / name
     target.write_bytes(b"old")
     write_image(target, gray([0, 0.5, 1]), SRGB)
@@ -49,7 +49,7 @@ def test_a_file_is_written_whole_and_replaces_the_old_one(name: str, tmp_path: P
     assert stat.S_IMODE(target.stat().st_mode) & 0o600 == 0o600
 
 
-def test_the_same_picture_is_the_same_file(tmp_path: Path) -> None:
+def test_same_picture_same_file(tmp_path: Path) -> None:
     for name in ("a.png", "b.png"):
         write_image(tmp_path / name, gray([0.1, 0.7]), SRGB)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
@@ -82,7 +82,7 @@ def code_of(x: float, transfer: str) -> int:
 
 
 @pytest.mark.parametrize("transfer", ["srgb", "linear"])
-def test_png_of_16_bits_holds_each_code(transfer: str, tmp_path: Path) -> None:
+def test_png_of_16_bits(transfer: str, tmp_path: Path) -> None:
     image = np.random.default_rng(1).random((7, 5, 3), np.float32) ** 3
     image[0, 0], image[0, 1], image[6, 4] = [0, 1, np.nan], [-1, 2, np.inf], [1e-5, 0.0031308, 0.5]
     write_image(tmp_path / "a.png", image, Display(transfer=transfer, exposure=-1), bits=16)
@@ -94,14 +94,14 @@ def test_png_of_16_bits_holds_each_code(transfer: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("name", "bits"), [("a.exr", 16), ("a.npy", 16), ("a.png", 12), ("a.png", 1)])
-def test_bits_that_a_file_does_not_have_are_refused(name: str, bits: int, tmp_path: Path) -> None:
+def test_invalid_bits(name: str, bits: int, tmp_path: Path) -> None:
     with pytest.raises(ImageFileError, match="'bits' is 8 or 16"):
         write_image(tmp_path / name, gray([0]), SRGB, bits=bits)
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("bits", [8, 16])
-def test_a_large_picture_has_the_codes_of_its_rows(bits: int) -> None:
+def test_large_picture_in_bands(bits: int) -> None:
     """80,000 pixels are more than are encoded at once."""
     codes = read_back if bits == 8 else codes_of
     image = np.random.default_rng(2).random((200, 400, 3), dtype=np.float32)
@@ -110,7 +110,7 @@ def test_a_large_picture_has_the_codes_of_its_rows(bits: int) -> None:
 
 
 @pytest.mark.parametrize("mode", ["RGB", "L", "P", "RGBA"])
-def test_a_large_texture_has_the_colours_of_its_rows(mode: str) -> None:
+def test_large_texture_in_bands(mode: str) -> None:
     """1.2 million pixels are more than are converted at once, to floats and to light."""
     codes = np.random.default_rng(3).integers(0, 256, (1500, 800, 3), dtype=np.uint8)
     picture = Image.fromarray(codes[..., 0] if mode in {"L", "P"} else codes).convert(mode)
@@ -123,27 +123,15 @@ def test_a_large_texture_has_the_colours_of_its_rows(mode: str) -> None:
     np.testing.assert_array_equal(light, np.stack([linear_from_srgb(row) for row in values]))
 
 
-@pytest.mark.parametrize("ending", [".png", ".npy", ".exr"])
-def test_an_ending_may_be_written_in_capitals(ending: str, tmp_path: Path) -> None:
-    for name in (f"a{ending}", f"b{ending.upper()}"):
-        write_image(tmp_path / name, gray([0.1, 0.7]), SRGB)
-    assert (tmp_path / f"a{ending}").read_bytes() == (tmp_path / f"b{ending.upper()}").read_bytes()
-
-
 @pytest.mark.parametrize("name", ["a.jpg", "a", ".png", "a.png.gz"])
-def test_an_unknown_ending_is_refused_and_the_known_ones_named(name: str, tmp_path: Path) -> None:
+def test_unknown_ending(name: str, tmp_path: Path) -> None:
     with pytest.raises(ImageFileError, match=r"must end in \.png or \.npy") as caught:
         write_image(tmp_path / name, gray([0]), SRGB)
     assert isinstance(caught.value, RenderError)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ImageFileError, match=r"nowhere/a\.png: cannot be written"):
-        write_image(tmp_path / "nowhere" / "a.png", gray([0]), SRGB)
-
-
-def test_a_file_that_cannot_be_replaced_leaves_nothing_behind(tmp_path: Path) -> None:
+def test_failed_write_leaves_nothing(tmp_path: Path) -> None:
     """A folder has the name already."""
     (tmp_path / "a.png").mkdir()
     with pytest.raises(ImageFileError, match="cannot be written"):

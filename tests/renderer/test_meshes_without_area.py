@@ -37,9 +37,7 @@ def drawn(*shapes: Json) -> renderer.RenderPlan:
 
 @pytest.mark.parametrize("flat", [FROM_FILE, WRITTEN], ids=["file", "written"])
 @pytest.mark.parametrize("others", [[FLOOR], [FLOOR, ROOF], []], ids=["floor", "floor and roof", "nothing"])
-def test_it_is_left_out_with_the_reason_and_the_picture_is_that_of_the_others(
-    flat: dict[str, Any], others: list[Json]
-) -> None:
+def test_mesh_without_area_is_left_out(flat: dict[str, Any], others: list[Json]) -> None:
     plan = drawn(*others, flat)
     found = [(item.effect, item.pointers, item.reason) for item in plan.left_out if "area" in item.reason]
     assert found == [("shapes.mesh", (f"/shapes/{len(others)}",), "no triangle of it has an area")]
@@ -50,7 +48,7 @@ def test_it_is_left_out_with_the_reason_and_the_picture_is_that_of_the_others(
     assert dropped == before + 2
 
 
-def test_the_triangles_of_the_others_keep_their_numbers() -> None:
+def test_other_triangles_keep_their_numbers() -> None:
     """Of the roof's own three the first is flat and stays."""
     for shapes in ([FLOOR, ROOF, FROM_FILE], [FLOOR, FROM_FILE, ROOF], [FLOOR, WRITTEN, ROOF, FROM_FILE]):
         plan = drawn(*shapes)

@@ -41,7 +41,7 @@ def raster(mosaic: Mosaic) -> tuple[Any, Any, Any, Any]:
     return x, y, x + CORNERS[number, 0], y % SIDE + CORNERS[number, 1]
 
 
-def test_rays_are_those_of_the_whole_picture(whole: Pinhole, mosaic: Mosaic) -> None:
+def test_rays_of_the_whole_picture(whole: Pinhole, mosaic: Mosaic) -> None:
     x, y, columns, rows = raster(mosaic)
     found = mosaic.rays(x + 0.25, y + 0.75, x, x)
     for part, expected in zip(found, whole.rays(columns + 0.25, rows + 0.75, x, x), strict=True):
@@ -50,7 +50,7 @@ def test_rays_are_those_of_the_whole_picture(whole: Pinhole, mosaic: Mosaic) -> 
     np.testing.assert_array_equal(mosaic.directions(x + 0.25, y + 0.75), directions)
 
 
-def test_the_bounds_of_a_rectangle_hold_all_its_rays(mosaic: Mosaic) -> None:
+def test_bounds_hold_all_rays(mosaic: Mosaic) -> None:
     top, bottom = SIDE // 2, 2 * SIDE + 3
     left, right, low, high = mosaic.bounds(3, top, 9, bottom)
     y, x = (index.ravel() for index in np.mgrid[top:bottom, 3:9])
@@ -59,7 +59,7 @@ def test_the_bounds_of_a_rectangle_hold_all_its_rays(mosaic: Mosaic) -> None:
     assert low < along.min() < along.max() < high
 
 
-def test_pixels_move_with_their_squares_and_keep_what_goes_with_them(mosaic: Mosaic) -> None:
+def test_pixels_move_with_their_squares(mosaic: Mosaic) -> None:
     columns, rows = (index.ravel() for index in np.mgrid[: COLUMNS * SIDE, : ROWS * SIDE])
     x, y, number = mosaic.places(np.stack((columns, rows, np.arange(columns.size))))
     assert np.unique(x * mosaic.height + y).size == x.size == mosaic.width * mosaic.height
@@ -68,7 +68,7 @@ def test_pixels_move_with_their_squares_and_keep_what_goes_with_them(mosaic: Mos
     np.testing.assert_array_equal(rows[number], y % SIDE + corner[:, 1])
 
 
-def test_borders_are_the_outermost_pixels_of_every_square(mosaic: Mosaic) -> None:
+def test_borders_of_squares(mosaic: Mosaic) -> None:
     ring = np.ones((SIDE, SIDE), dtype=bool)
     ring[1:-1, 1:-1] = False
     np.testing.assert_array_equal(mosaic.borders(), np.tile(ring, (len(CORNERS), 1)))

@@ -168,7 +168,7 @@ def seen_normal(radiance: Any, ways: Vector) -> Vector:
 
 @pytest.mark.parametrize("behind", [False, True], ids=["front", "behind"])
 @pytest.mark.parametrize("name", SHAPES)
-def test_a_normal_map_bends_towards_where_u_and_v_grow(name: str, behind: bool) -> None:
+def test_normal_bends_along_u_and_v(name: str, behind: bool) -> None:
     """1e-9: differences of the field over 2^-20 are off by less, and so is the double-precision pixel."""
     shape, field, outward = SHAPES[name]
     u, v = 0.45, 0.4
@@ -190,7 +190,7 @@ RAISED = {"displacement_map": "white", "displacement_height": 0.1}
 
 
 @pytest.mark.parametrize("name", MIRRORED)
-def test_a_normal_map_bends_alike_on_a_surface_that_is_raised(name: str) -> None:
+def test_normal_map_on_a_raised_surface(name: str) -> None:
     """A constant height moves a flat surface along its normal; fine triangles of a round one are near it."""
     shape, field, outward = SHAPES[name]
     u, v = 0.45, 0.4
@@ -206,7 +206,7 @@ def test_a_normal_map_bends_alike_on_a_surface_that_is_raised(name: str) -> None
 
 
 @pytest.mark.parametrize("name", MIRRORED)
-def test_a_normal_map_looks_the_same_in_target_quality(name: str) -> None:
+def test_normal_map_in_target_quality(name: str) -> None:
     """One texel: all samples of a flat surface agree, and detail is shaded apart from light in float32."""
     shape, field, outward = SHAPES[name]
     tangent, _, normal = frame(field, outward, 0.45, 0.4)

@@ -64,9 +64,7 @@ def names(document: Json) -> list[str]:
 @pytest.mark.parametrize("culling", [True, False])
 @pytest.mark.parametrize("later", [[SIGN], [rug(3)], [rug(6)], [SIGN, rug(6)]])
 @pytest.mark.parametrize("floor", [FLOOR, {**rug(7), "scale": [2, 1, 2], "material": "plain"}])
-def test_what_lies_in_an_earlier_shape_changes_no_pixel(
-    floor: Json, later: list[Json], culling: bool
-) -> None:
+def test_later_coplanar_shape_is_hidden(floor: Json, later: list[Json], culling: bool) -> None:
     """Neither where it is seen, nor in the mirror, nor by its shadow."""
     assert "shapes in one place" in names(room(floor, *later))
     with_it, without = (image_of(room(floor, *more), culling=culling) for more in (later, []))
@@ -74,7 +72,7 @@ def test_what_lies_in_an_earlier_shape_changes_no_pixel(
 
 
 @pytest.mark.parametrize("earlier", [SIGN, rug(3), rug(6)])
-def test_what_comes_first_is_seen_whole(earlier: Json) -> None:
+def test_first_coplanar_shape_is_whole(earlier: Json) -> None:
     """From above, wherever it is hit over a floor far below."""
     below = rectangle([-2, -30, -2], [0, 0, 4], [4, 0, 0])
     both, alone = (plan_of(room(earlier, other)) for other in (FLOOR, below))
@@ -91,14 +89,14 @@ def hit_shapes(plan: Any) -> Any:
 
 
 @pytest.mark.parametrize("sizes", [(6, 7, 8), (3, 7, 8), (6, 2, 8)])
-def test_the_first_of_three_meshes_is_seen(sizes: tuple[int, ...]) -> None:
+def test_first_of_three_meshes(sizes: tuple[int, ...]) -> None:
     """Whichever of them is hit, and whichever of the others is nearer then."""
     hit = hit_shapes(plan_of(scene(*map(rug, sizes), materials=MATERIALS)))
     assert (hit == 0).sum() > 100
     assert hit.max() == 0
 
 
-def test_shapes_that_share_an_edge_or_stand_on_another_do_not_overlap() -> None:
+def test_shared_edges_do_not_overlap() -> None:
     """Tiles and triangles turned by an angle that no double is exact at, far from the origin."""
     across, up = np.array([np.cos(0.3), 0, np.sin(0.3)]), np.array([0.0, 1, 0])
     along, corner = np.cross(across, up), np.array([1e5, 3.0, -7e4])
@@ -111,12 +109,12 @@ def test_shapes_that_share_an_edge_or_stand_on_another_do_not_overlap() -> None:
     assert "shapes in one place" not in names(scene(*tiles, *triangles_of(vertices, faces), wall))
 
 
-def test_shapes_in_parallel_planes_do_not_overlap() -> None:
+def test_parallel_planes_do_not_overlap() -> None:
     above = rectangle([-2, 0.1 + 1e-12, -2], [0, 0, 4], [4, 0, 0])
     assert "shapes in one place" not in names(scene(FLOOR, above))
 
 
-def test_a_large_mesh_stands_beside_a_few_displaced_triangles() -> None:
+def test_large_mesh_beside_displaced_triangles() -> None:
     """Two families of one kind: the one that is tested one by one is found among the flat ones."""
     small = rectangle([1, 0.5, 1], [0, 0, 0.01], [0.01, 0, 0], material="relief")
     relief = phong([0.5, 0.5, 0.5], displacement_map="heights", displacement_height=0.001)
@@ -238,7 +236,7 @@ def pixel_places(pixels: int) -> tuple[Any, Any]:
 
 @pytest.mark.parametrize("second", KINDS)
 @pytest.mark.parametrize("first", KINDS)
-def test_coplanar_shapes_of_all_kinds_show_the_first(first: str, second: str) -> None:
+def test_coplanar_pairs_show_the_first(first: str, second: str) -> None:
     """To rays from both sides, and in pictures of fixed and target quality."""
     document, count = pair_of(first, second)
     plan = plan_of(document, files=BLACK)
@@ -258,7 +256,7 @@ def test_coplanar_shapes_of_all_kinds_show_the_first(first: str, second: str) ->
 
 
 @pytest.mark.parametrize("behind", [("large mesh", "many triangles"), ("rectangle", "large mesh")])
-def test_glass_shows_the_first_of_what_lies_in_its_plane(behind: tuple[str, str]) -> None:
+def test_coplanar_glass_shows_the_first(behind: tuple[str, str]) -> None:
     """Rays that leave it touch both others, at no distance but a rounding."""
     clear = phong([0, 0, 0], ambient=0, diffuse=0, transmission=1, ior=1)
     document, _ = pair_of(*behind)
@@ -290,11 +288,11 @@ def test_equal_ellipsoids_show_the_first(order: int) -> None:
 
 
 @pytest.mark.parametrize("change", [{"center": [0, 1e-12, 0]}, {"radius": 1 - 1e-12}])
-def test_ellipsoids_that_differ_are_not_taken_for_one(change: Json) -> None:
+def test_different_ellipsoids(change: Json) -> None:
     assert "shapes in one place" not in names(scene(sphere([0, 0, 0], 1), {**sphere([0, 0, 0], 1), **change}))
 
 
-def test_a_rug_above_a_boundless_floor_is_seen() -> None:
+def test_rug_above_a_large_floor() -> None:
     """Corners at 1e13 round places by 1e-3, but a floor along two axes has its height from one number."""
     floor = rectangle([-1e13, 0, -1e13], [0, 0, 2e13], [2e13, 0, 0])
     for height in (0.05, 1e-6):
@@ -303,7 +301,7 @@ def test_a_rug_above_a_boundless_floor_is_seen() -> None:
 
 
 @pytest.mark.parametrize("place", [0, 7, 20])
-def test_the_first_of_many_copies_of_a_mesh_is_seen(place: int) -> None:
+def test_first_of_many_copies(place: int) -> None:
     """20 copies, and a square over half of them that is earlier than all, than some or than none."""
     square = rectangle([-1, 0.1, -1], [0, 0, 2], [1, 0, 0])
     shapes = [rug(5)] * 20
@@ -317,7 +315,7 @@ def test_the_first_of_many_copies_of_a_mesh_is_seen(place: int) -> None:
 
 
 @pytest.mark.parametrize("place", [0, 7, 20])
-def test_picture_shows_the_first_of_many_copies(place: int) -> None:
+def test_picture_of_many_copies(place: int) -> None:
     shapes = [rug(5)] * 20
     shapes.insert(place, rectangle([-1, 0.1, -1], [0, 0, 2], [1, 0, 0]))
     view = camera(position=[0.1, 4, 0.2], look_at=[0, 0, 0], width=32, height=32)

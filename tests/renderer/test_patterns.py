@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from renderer.math.streams import keys
 from renderer.samplers import FIXED, PATTERNS
-from schemas.quality import Antialiasing, LightSampling
 
 KEYS = [keys(seed, 0, pixel) for seed, pixel in itertools.product((0, 1, 99), (0, 1, 262143))]
 
@@ -29,7 +28,7 @@ def test_sobol_points_are_a_net(key: NDArray[np.uint64], power: int) -> None:
 
 
 @pytest.mark.parametrize("power", range(1, 9))
-def test_every_aligned_run_of_a_sobol_sequence_is_a_net(power: int) -> None:
+def test_aligned_runs_are_nets(power: int) -> None:
     """So each pass of samples is well spread, not only all of them."""
     size = 1 << power
     for start in (size, 3 * size):
@@ -43,23 +42,21 @@ def test_every_aligned_run_of_a_sobol_sequence_is_a_net(power: int) -> None:
     ("count", "columns", "rows"), [(1, 1, 1), (16, 4, 4), (6, 3, 2), (7, 7, 1), (12, 4, 3), (256, 16, 16)]
 )
 @pytest.mark.parametrize("key", KEYS[:3])
-def test_stratified_points_lie_one_in_each_cell(
-    key: NDArray[np.uint64], count: int, columns: int, rows: int
-) -> None:
+def test_stratified_points_fill_cells(key: NDArray[np.uint64], count: int, columns: int, rows: int) -> None:
     x, y = points("stratified", count, key)
     cells = np.floor(x * columns) + columns * np.floor(y * rows)
     assert sorted(cells) == list(range(count))
 
 
 @pytest.mark.parametrize("n", range(1, 9))
-def test_uniform_points_are_the_centres_of_cells(n: int) -> None:
+def test_uniform_points_are_centres(n: int) -> None:
     x, y = points("uniform", n * n)
     centres = {((i + 0.5) / n, (j + 0.5) / n) for i in range(n) for j in range(n)}
     assert set(zip(x.tolist(), y.tolist(), strict=True)) == centres
 
 
 @pytest.mark.parametrize("n", range(2, 9))
-def test_rotated_points_are_the_turned_grid_wrapped_into_the_pixel(n: int) -> None:
+def test_rotated_points_are_a_turned_grid(n: int) -> None:
     """All inside, their mean in the middle, in three times as many columns and rows as the grid has."""
     x, y = points("rotated", n * n)
     assert ((x >= 0) & (x < 1) & (y >= 0) & (y < 1)).all()
@@ -72,19 +69,15 @@ def test_rotated_points_are_the_turned_grid_wrapped_into_the_pixel(n: int) -> No
     assert len(np.unique(x.round(12))) == len(np.unique(y.round(12))) == 3 * n - 2
 
 
-def test_the_centre_is_the_centre() -> None:
-    assert points("center", 1).tolist() == [[0.5], [0.5]]
-
-
 @pytest.mark.parametrize("pattern", sorted(FIXED))
-def test_fixed_patterns_are_the_same_in_every_pixel(pattern: str) -> None:
+def test_fixed_patterns_repeat(pattern: str) -> None:
     count = 1 if pattern == "center" else 16
     for key in KEYS:
         assert (points(pattern, count, key) == points(pattern, count)).all()
 
 
 @pytest.mark.parametrize("pattern", sorted(set(PATTERNS) - FIXED))
-def test_random_patterns_have_the_mean_of_the_square(pattern: str) -> None:
+def test_random_patterns_are_unbiased(pattern: str) -> None:
     """Over 4096 keys, within 5 standard deviations of an independent sample; all inside the square."""
     key = keys(11, 0, np.arange(4096))[:, None]
     x, y = PATTERNS[pattern](key, np.arange(4)[None, :], 4)
@@ -99,7 +92,7 @@ def test_random_patterns_have_the_mean_of_the_square(pattern: str) -> None:
 
 @pytest.mark.parametrize("offset", np.linspace(0.013, 0.987, 25))
 @pytest.mark.parametrize("slope", [0.0, 0.37, 1.0])
-def test_an_edge_through_a_pixel_covers_its_share(offset: float, slope: float) -> None:
+def test_edge_through_a_pixel(offset: float, slope: float) -> None:
     """Half planes x < offset + slope (y - 1/2) against their area; 64 samples come within 1/8."""
     rows = (np.arange(20000) + 0.5) / 20000
     area = float(np.clip(offset + slope * (rows - 0.5), 0, 1).mean())
@@ -112,9 +105,3 @@ def test_an_edge_through_a_pixel_covers_its_share(offset: float, slope: float) -
     ):
         x, y = points(pattern, 64, KEYS[2])
         assert abs(np.mean(x < offset + slope * (y - 0.5)) - area) <= bound
-
-
-def test_every_pattern_that_a_scene_can_ask_for_is_there() -> None:
-    wanted = {*Antialiasing.model_fields["pattern"].annotation.__args__}  # type: ignore[union-attr]
-    wanted |= {*LightSampling.model_fields["pattern"].annotation.__args__}  # type: ignore[union-attr]
-    assert wanted == set(PATTERNS)

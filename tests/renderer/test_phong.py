@@ -29,7 +29,7 @@ def one_pixel(light: Json, quality: Any, **material: Any) -> Any:
 @BOTH
 @pytest.mark.parametrize("shininess", [0, 0.5, 1, 20, 128, 129, 1e4, 1e7])
 @pytest.mark.parametrize("degrees", [0, 0.01, 5, 44, 80])
-def test_a_highlight_is_the_power_of_its_cosine(degrees: float, shininess: float, quality: Any) -> None:
+def test_highlight_is_a_power_of_its_cosine(degrees: float, shininess: float, quality: Any) -> None:
     """A light straight into the eye's mirror image, and beside it; up to 128 the power may be float32."""
     angle = np.radians(degrees)
     found = one_pixel(

@@ -66,7 +66,7 @@ L_SHAPE = [[1, 3, 7, 6, 10, 9]]
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
-def test_faces_of_mixed_size_are_read_with_all_that_stands_around_them(form: str, newline: str) -> None:
+def test_faces_of_mixed_size(form: str, newline: str) -> None:
     vertices: Element = (
         "vertex",
         ["uchar red", "list ushort short near", *XYZ, "double confidence"],
@@ -88,7 +88,7 @@ def test_faces_of_mixed_size_are_read_with_all_that_stands_around_them(form: str
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_concave_faces_have_their_own_area(form: str) -> None:
+def test_concave_faces(form: str) -> None:
     vertices: Element = ("vertex", [f"double {axis}" for axis in "xyz"], GRID)
     for row in (L_SHAPE, [L_SHAPE[0][2:] + L_SHAPE[0][:2]]):
         assert area(ply(form, vertices, ("face", FACE, [row]))) == 3
@@ -97,7 +97,7 @@ def test_concave_faces_have_their_own_area(form: str) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_strips_are_cut_into_triangles_that_all_face_one_way(form: str) -> None:
+def test_strips(form: str) -> None:
     strip = [4, 0, 5, 1, 6, 2, -1, 8, 4, 9, 9, 9, 5, 5, 6, 10]
     vertices: Element = ("vertex", XYZ, GRID)
     content = ply(form, vertices, ("tristrips", ["list int int vertex_indices"], [[strip], [[2, 3, 6]]]))
@@ -112,7 +112,7 @@ def test_strips_are_cut_into_triangles_that_all_face_one_way(form: str) -> None:
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("names", ["s t", "u v", "texture_u texture_v", "texture_s texture_t"])
-def test_vertices_have_their_texture_coordinates_under_any_of_their_names(form: str, names: str) -> None:
+def test_texture_coordinate_names(form: str, names: str) -> None:
     pairs = [[x / 4, y / 4] for x, y, _ in GRID]
     rows = [[*place, *pair] for place, pair in zip(GRID, pairs, strict=True)]
     vertices: Element = ("vertex", XYZ + [f"float {name}" for name in names.split()], rows)
@@ -121,7 +121,7 @@ def test_vertices_have_their_texture_coordinates_under_any_of_their_names(form: 
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_corners_of_faces_have_their_own_texture_coordinates(form: str) -> None:
+def test_texture_coordinates_of_corners(form: str) -> None:
     corners = [[0.0, 0.25], [0.5, 0.25], [0.5, 0.75], [0.0, 0.75]]
     rows = [
         [[0, 1, 5, 4], [part for pair in corners for part in pair], 0],
@@ -140,7 +140,7 @@ def test_corners_of_faces_have_their_own_texture_coordinates(form: str) -> None:
     assert area(ply(form, ("vertex", XYZ, GRID), faces)) == 2
 
 
-def test_a_mesh_is_read_as_by_another_reader() -> None:
+def test_mesh_equals_another_reader() -> None:
     solid = trimesh.creation.icosphere(subdivisions=2)
     for encoding in ("ascii", "binary"):
         content = solid.export(file_type="ply", encoding=encoding)
@@ -187,7 +187,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("content", "named"), WRONG.values(), ids=WRONG)
-def test_what_is_wrong_is_named_by_its_place(content: bytes, named: str) -> None:
+def test_problems_are_located(content: bytes, named: str) -> None:
     with pytest.raises(AssetError) as caught:
         mesh_of(content)
     said = str(caught.value)
@@ -195,7 +195,7 @@ def test_what_is_wrong_is_named_by_its_place(content: bytes, named: str) -> None
     assert said.endswith(".")
 
 
-def test_no_file_that_is_cut_short_or_damaged_ends_in_anything_but_an_error() -> None:
+def test_damaged_files_are_refused() -> None:
     random = np.random.default_rng(5)
     texts = ply("ascii", ("vertex", XYZ, GRID), ("face", FACE, MIXED))
     for content in (BINARY, texts):

@@ -25,7 +25,7 @@ def flat(*colors: float) -> np.ndarray:
     return np.array(colors, dtype=np.float32).reshape(1, 1, 3)
 
 
-def test_the_squared_error_is_that_share_of_the_squared_difference_which_the_samples_have() -> None:
+def test_squared_error_of_a_pass() -> None:
     # Means of 1 and of 3 samples differ by 1 / 2; their mean has (1/4) (3/4) of the square of it.
     found = squares_of([(PREVIEW, flat(9, 9, 9)), (FIRST, flat(0.5, 0, 0)), (SECOND, flat(0, 0, 0))])
     assert list(found) == [2]
@@ -34,21 +34,17 @@ def test_the_squared_error_is_that_share_of_the_squared_difference_which_the_sam
     assert found[2].variance == pytest.approx(found[2].total ** 2 * (2 + 2) / 3)
 
 
-def test_a_pass_is_compared_with_the_mean_of_all_before_it() -> None:
+def test_pass_is_compared_with_all_before() -> None:
     parts = [(FIRST, flat(1, 1, 1)), (SECOND, flat(0, 0, 0)), (THIRD, flat(0.75, 0.75, 0.75))]
     assert squares_of(parts)[3].total == (0.75 - 0.25) ** 2 * 3 / 16
 
 
-def test_what_is_brighter_than_1_is_shown_as_1() -> None:
+def test_values_above_1_are_clipped() -> None:
     assert squares_of([(FIRST, flat(1, 5, 2)), (SECOND, flat(3, 1, 9))])[2].total == 0
     assert squares_of([(FIRST, flat(5, 5, 5)), (SECOND, flat(0, 0, 0))])[2].total == 3 / 16
 
 
-def test_what_is_no_number_is_taken_to_be_as_wrong_as_can_be() -> None:
-    assert squares_of([(FIRST, flat(np.nan, 0, 0)), (SECOND, flat(0, 0, 0))])[2].total == 3 / 16 / 3
-
-
-def test_tiles_add_up_to_the_picture() -> None:
+def test_tiles_add_up() -> None:
     random = np.random.default_rng(3)
     passes = [random.random((4, 6, 3), dtype=np.float32) for _ in range(2)]
     whole = squares_of(list(zip((FIRST, SECOND), passes, strict=True)))
@@ -60,7 +56,7 @@ def test_tiles_add_up_to_the_picture() -> None:
     assert other.document() == pytest.approx(one.document(), rel=1e-13)
 
 
-def test_the_error_of_independent_samples_is_estimated_without_bias_and_within_its_interval() -> None:
+def test_error_is_unbiased_and_in_its_interval() -> None:
     """Normal samples of deviation 1/20 about 1/2, ten of which lie between it and the clipping."""
     random = np.random.default_rng(11)
     pixels, trials = 512, 500
@@ -81,7 +77,7 @@ def test_the_error_of_independent_samples_is_estimated_without_bias_and_within_i
 
 
 @pytest.mark.parametrize("pattern", ["uniform", "rotated", "stratified", "sobol"])
-def test_samples_that_depend_on_each_other_give_no_error(pattern: str) -> None:
+def test_dependent_samples_give_no_error(pattern: str) -> None:
     plan = plan_of(pictures.of_room(sampling=sampled(4, 4, pattern, "random")))
     reason = unknown_error(plan)
     assert reason is not None
@@ -89,11 +85,11 @@ def test_samples_that_depend_on_each_other_give_no_error(pattern: str) -> None:
 
 
 @pytest.mark.parametrize("light", ["random", "stratified", "sobol"])
-def test_random_camera_samples_give_it(light: str) -> None:
+def test_random_samples_give_an_error(light: str) -> None:
     assert unknown_error(plan_of(pictures.of_room(sampling=sampled(4, 4, "random", light)))) is None
 
 
-def test_the_same_light_points_for_all_samples_give_no_error() -> None:
+def test_shared_light_points_give_no_error() -> None:
     document = pictures.of_room(sampling=sampled(4, 4, "random", "uniform"))
     reason = unknown_error(plan_of(document))
     assert reason is not None
@@ -101,7 +97,7 @@ def test_the_same_light_points_for_all_samples_give_no_error() -> None:
     assert unknown_error(plan_of(document | {"lights": [POINT]})) is None
 
 
-def test_one_sample_has_no_other_to_be_compared_with() -> None:
+def test_one_sample_gives_no_error() -> None:
     reason = unknown_error(plan_of(pictures.of_room(sampling=sampled(1, 4, "random", "random"))))
     assert reason is not None
     assert "one camera sample" in reason
@@ -112,7 +108,7 @@ def report_of(document: dict[str, Any], **options: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("watched", [False, True])
-def test_a_report_says_what_was_taken_by_the_end_of_each_pass(watched: bool) -> None:
+def test_report_of_passes(watched: bool) -> None:
     events: list[Any] = []
     document = pictures.of_room(sampling=sampled(16, 4, "random", "random"))
     report = report_of(document, on_tile=events.append if watched else None, tile_size=8)
@@ -132,7 +128,7 @@ def test_a_report_says_what_was_taken_by_the_end_of_each_pass(watched: bool) -> 
     assert report["convergence"] == trend(passes)
 
 
-def test_a_report_says_why_the_error_is_unknown() -> None:
+def test_report_of_an_unknown_error() -> None:
     document = pictures.of_room(sampling=sampled(16, 4, "sobol", "random"))
     report = report_of(document)
     assert report["error"] is None
@@ -144,7 +140,7 @@ def test_a_report_says_why_the_error_is_unknown() -> None:
     }
 
 
-def test_a_report_of_target_quality_has_its_curve() -> None:
+def test_report_of_target_quality() -> None:
     plan = renderer.compile_scene(pictures.of_room(), TargetQuality(mode="target", error=0.01))
     report = renderer.render(plan).report
     assert report["passes"][-1]["error"] == report["error"]

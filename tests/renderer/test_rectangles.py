@@ -19,7 +19,7 @@ CENTER_FORM = {
 
 
 @pytest.mark.parametrize(("u", "v"), [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.5, 0.5)])
-def test_texture_coordinates_grow_along_tangent_and_cotangent(u: float, v: float) -> None:
+def test_texture_coordinates(u: float, v: float) -> None:
     """The tangent is made perpendicular; (0, 0) is at the corner against both."""
     place = [1 + 4 * (u - 0.5), 2 + 2 * (v - 0.5), 9]
     hits = traced([CENTER_FORM], [place], [[0, 0, -1]])
@@ -28,7 +28,7 @@ def test_texture_coordinates_grow_along_tangent_and_cotangent(u: float, v: float
 
 
 @pytest.mark.parametrize("angle", [1e-8, 1e-4, 1.0])
-def test_edges_are_perpendicular_however_near_the_tangent_is_to_the_normal(angle: float) -> None:
+def test_tangent_near_the_normal(angle: float) -> None:
     normal, center = column((0.3, -0.5, 0.8)), column((1.0, 2.0, 3.0))
     tangent = normal + angle * column((0.7, 0.1, -0.2))
     corner, first, second = edges_of(center, normal, tangent, (3.0, 0.5))
@@ -41,7 +41,7 @@ def test_edges_are_perpendicular_however_near_the_tangent_is_to_the_normal(angle
     assert np.cross(first.ravel(), second.ravel()) @ unit.ravel() > 0
 
 
-def test_the_corners_of_a_parallelogram_are_where_it_says() -> None:
+def test_corners_of_a_parallelogram() -> None:
     shape = rectangle([1, 2, 3], [2, 0, 1], [1, 3, 0])
     inside = 1e-9
     for u in (0, 1):

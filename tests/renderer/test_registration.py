@@ -42,13 +42,13 @@ COMPLETE: dict[type, Any] = {
 }
 
 
-def test_a_shape_of_the_language_without_an_effect_is_refused() -> None:
+def test_shape_without_an_effect() -> None:
     with pytest.raises(TypeError, match=r"No effect is registered for Cone: add a line in renderer\.plan"):
         registered(shapes.Sphere | Cone, {shapes.Sphere: SPHERE})
 
 
 @pytest.mark.parametrize("effect", [ShapeEffect, LightEffect, TextureEffect], ids=lambda kind: kind.__name__)
-def test_an_effect_has_no_part_that_may_be_forgotten(effect: type) -> None:
+def test_effect_without_a_part(effect: type) -> None:
     """A shape without `cast` would be a picture without its shadows."""
     complete = {ShapeEffect: SPHERE, LightEffect: BULB, TextureEffect: TEXTURES[textures.ImageTexture]}[
         effect
@@ -60,7 +60,7 @@ def test_an_effect_has_no_part_that_may_be_forgotten(effect: type) -> None:
             effect(**others)
 
 
-def test_a_shape_whose_family_does_not_say_whether_it_shades_itself_is_refused() -> None:
+def test_family_without_self_shading() -> None:
     with pytest.raises(TypeError, match=r"Cone cannot be registered: Cones does not define .*shades_itself"):
         registered(Cone, {Cone: replace(SPHERE, family=Cones)})
 
@@ -74,8 +74,6 @@ def test_a_shape_whose_family_does_not_say_whether_it_shades_itself_is_refused()
     ],
     ids=["falloff is forgotten", "falloff is in no scene", "surface is forgotten"],
 )
-def test_a_light_whose_fields_and_effect_disagree_is_refused(
-    kind: Any, effect: LightEffect, field: str
-) -> None:
+def test_light_whose_fields_disagree(kind: Any, effect: LightEffect, field: str) -> None:
     with pytest.raises(TypeError, match=rf"{kind.__name__} cannot be registered: .*'{field}'"):
         registered(kind, {kind: effect})

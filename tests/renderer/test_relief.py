@@ -79,7 +79,7 @@ def displaced(shape: dict[str, Any], heights: np.ndarray, height: float, **more:
     return plan_of(heights, scene(shape, displacement_map="map", displacement_height=height, **more))
 
 
-def test_a_ramp_of_heights_tilts_normals_by_its_exact_slope() -> None:
+def test_ramp_tilts_normals_exactly() -> None:
     height = 1.5
     image = picture(ramp(), scene(PANEL, bump_map="map", bump_height=height, specular=0, ambient=0))
     slope = height / 4  # over the width of the panel, in scene units
@@ -89,7 +89,7 @@ def test_a_ramp_of_heights_tilts_normals_by_its_exact_slope() -> None:
     np.testing.assert_allclose(seen, np.tile(np.array([0.8, 0.6, 0.4]) * cosine, (12, 1)), rtol=2e-4)
 
 
-def test_from_behind_a_bump_is_a_dent() -> None:
+def test_bump_from_behind_is_a_dent() -> None:
     front = picture(ramp(), scene(PANEL, bump_map="map", bump_height=1.5))
     turned = scene(PANEL | {"tangent": [-1, 0, 0], "normal": [0, 0, -1]}, bump_map="map", bump_height=-1.5)
     turned["shapes"][0]["tangent"] = [1, 0, 0]
@@ -97,7 +97,7 @@ def test_from_behind_a_bump_is_a_dent() -> None:
 
 
 @pytest.mark.parametrize("kind", ["bump", "displacement"])
-def test_height_0_is_left_out_and_changes_no_byte(kind: str) -> None:
+def test_height_0_changes_no_byte(kind: str) -> None:
     document = scene(BALL, **{f"{kind}_map": "map", f"{kind}_height": 0})
     plan = plan_of(hills(), document)
     assert f"/materials/m/{kind}_height" in [pointer for left in plan.left_out for pointer in left.pointers]
@@ -107,12 +107,12 @@ def test_height_0_is_left_out_and_changes_no_byte(kind: str) -> None:
 
 
 @pytest.mark.parametrize("shape", [PANEL, BALL, CUBE], ids=["rectangle", "ellipsoid", "mesh"])
-def test_flat_heights_tilt_no_normal(shape: dict[str, Any]) -> None:
+def test_flat_heights_tilt_nothing(shape: dict[str, Any]) -> None:
     flat = picture(constant(0.7), scene(shape, bump_map="map", bump_height=2.0))
     np.testing.assert_allclose(flat, picture(constant(0.7), scene(shape)), atol=1e-6)
 
 
-def test_a_constant_displacement_moves_a_plane_by_just_its_height() -> None:
+def test_constant_displacement_of_a_plane() -> None:
     plan = displaced(PANEL, constant(1.0), 0.25)
     targets = np.random.default_rng(1).uniform([-1.9, -0.9], [1.9, 0.9], (200, 2))
     origins = np.column_stack((targets, np.full(200, 3.0)))
@@ -122,7 +122,7 @@ def test_a_constant_displacement_moves_a_plane_by_just_its_height() -> None:
     assert set(hits.shape) == {0}
 
 
-def test_a_constantly_displaced_ball_is_a_larger_ball_up_to_its_facets() -> None:
+def test_constant_displacement_of_a_ball() -> None:
     plan = displaced(BALL, constant(1.0), 0.2)
     directions = np.random.default_rng(2).normal(size=(500, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -138,7 +138,7 @@ def test_a_constantly_displaced_ball_is_a_larger_ball_up_to_its_facets() -> None
     assert radius.min() >= 1.2 * math.cos(angle / 2) ** 2
 
 
-def test_relief_casts_its_shadow_on_itself() -> None:
+def test_relief_shades_itself() -> None:
     document = scene(PANEL, size=96, displacement_map="map", displacement_height=0.5, ambient=0.5, specular=0)
     image = picture(ridge(), document)
     # The light comes from the left at 45 degrees: right of the wall at x = 0 it is dark for its height.
@@ -147,7 +147,7 @@ def test_relief_casts_its_shadow_on_itself() -> None:
     np.testing.assert_allclose(lit, np.array([0.8, 0.6, 0.4]) * (0.5 + math.sqrt(0.5)), rtol=1e-5)
 
 
-def test_displacement_stops_at_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_displacement_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(displacement, "MAX_TRIANGLES", 1000)
     for shape in (PANEL, BALL, CUBE):
         family = displaced(shape, hills(), 0.1, size=2000).intersectors[0].family

@@ -15,7 +15,7 @@ from tests.pictures.parts import SINGLE, image_of, plan_of
 SMALL = pictures.of_room()
 
 
-def test_the_report_says_what_was_done() -> None:
+def test_report() -> None:
     result = renderer.render(plan_of(SMALL))
     report = result.report
     assert (report["width"], report["height"]) == (24, 16)
@@ -38,9 +38,7 @@ def test_triangles_without_area_are_counted() -> None:
 
 @pytest.mark.parametrize("height", [1e-13, 1e-300])
 @pytest.mark.parametrize("kind", ["triangle", "mesh"])
-def test_triangles_so_thin_that_exact_arithmetic_decides_are_counted_and_stay(
-    kind: str, height: float
-) -> None:
+def test_exact_triangles_are_counted(kind: str, height: float) -> None:
     thin, plain = [[0, 0, 0], [1, 0, 0], [0.5, height, 0]], [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
     if kind == "mesh":
         mesh = {"type": "mesh", "vertices": thin + plain[2:], "triangles": [[0, 1, 2], [0, 1, 3]]}
@@ -51,7 +49,7 @@ def test_triangles_so_thin_that_exact_arithmetic_decides_are_counted_and_stay(
     assert numerics == {"non_finite": 0, "clamped": 0, "degenerate_dropped": 0, "retried": 1}
 
 
-def test_pixels_are_counted_of_which_some_samples_alone_are_beyond_single_precision() -> None:
+def test_bad_pixels_are_counted() -> None:
     """An edge through the picture: the mean of a bright pass and black ones is within float32 again."""
     edge, settings = (
         rectangle([-9, -9, 0], [9, 0, 0], [2, 18, 0]),
@@ -65,18 +63,7 @@ def test_pixels_are_counted_of_which_some_samples_alone_are_beyond_single_precis
     assert result.report["numerics"]["clamped"] == np.count_nonzero(shown)
 
 
-def test_results_plans_and_scenes_are_described_in_one_line() -> None:
-    loaded = renderer.load_scene({**SMALL, "name": "hall"})
-    plan = renderer.compile_scene(loaded, layers=["depth"])
-    lines = [repr(each) for each in (loaded, plan, renderer.render(plan))]
-    assert max(map(len, lines)) < 100
-    assert "hall" in lines[0]
-    assert "hall" in lines[1]
-    assert "24 x 16" in lines[2]
-    assert "depth" in lines[2]
-
-
-def test_a_quality_given_to_render_takes_the_place_of_the_plans() -> None:
+def test_quality_of_render() -> None:
     plan = plan_of(SMALL)
     again = plan_of(SMALL, SINGLE.model_copy(update={"precision": "double"}))
     changed = renderer.render(plan, again.quality).image
@@ -95,7 +82,7 @@ class Broken:
 
 
 @pytest.mark.parametrize("error", [ArithmeticError("overflow"), MemoryError("too much"), ValueError("wrong")])
-def test_a_tile_that_fails_is_named_with_what_repeats_it(error: Exception) -> None:
+def test_failed_tile_is_named(error: Exception) -> None:
     plan: Any = plan_of({**SMALL, "sampling": {**SMALL["sampling"], "seed": 12}})
     object.__setattr__(plan, "intersectors", (Broken(error),))
     with pytest.raises(renderer.RenderError) as caught:
@@ -105,7 +92,7 @@ def test_a_tile_that_fails_is_named_with_what_repeats_it(error: Exception) -> No
         assert part in message
 
 
-def test_what_on_tile_raises_stops_the_render() -> None:
+def test_callback_that_raises() -> None:
     class EnoughError(Exception):
         pass
 
@@ -117,7 +104,7 @@ def test_what_on_tile_raises_stops_the_render() -> None:
 
 
 @pytest.mark.slow
-def test_a_worker_that_dies_is_reported_and_nothing_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dead_worker_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first task that reaches a worker ends its process."""
     monkeypatch.setattr(rendering, "_attempt", _die)
     with pytest.raises(renderer.RenderError, match="worker process died"):

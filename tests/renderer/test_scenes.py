@@ -9,7 +9,6 @@ import pytest
 
 import renderer
 from accuracy.hard_cases.documents import phong, rectangle, scene
-from schemas.limits import Limits
 from schemas.reading import read_scene
 from tests.pictures.parts import Files, png
 
@@ -29,7 +28,7 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "scene.json"
 
 
-def test_a_scene_is_the_same_from_a_path_bytes_a_dict_or_a_model(path: Path) -> None:
+def test_scene_from_any_source(path: Path) -> None:
     model, _ = read_scene(SCENE)
     content = json.dumps(SCENE).encode()
     for source in (path, str(path), content, SCENE, model):
@@ -38,7 +37,7 @@ def test_a_scene_is_the_same_from_a_path_bytes_a_dict_or_a_model(path: Path) -> 
     assert renderer.load_scene(loaded) is loaded
 
 
-def test_the_files_of_a_path_come_from_its_folder(
+def test_files_beside_a_path(
     path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Not from where the program runs."""
@@ -49,36 +48,20 @@ def test_the_files_of_a_path_come_from_its_folder(
     assert (renderer.render(renderer.compile_scene(path)).image == expected.image).all()
 
 
-def test_a_source_of_files_takes_the_place_of_the_folder(path: Path) -> None:
+def test_source_of_files(path: Path) -> None:
     loaded = renderer.load_scene(path, assets=Files())
     with pytest.raises(renderer.SceneError, match="no such file"):
         renderer.compile_scene(loaded)
 
 
-def test_a_scene_without_files_says_what_is_missing() -> None:
-    with pytest.raises(renderer.SceneError) as caught:
-        renderer.compile_scene(SCENE)
-    assert [problem.pointer for problem in caught.value.errors] == ["/textures/t/asset"]
-
-
 @pytest.mark.parametrize("source", [b"", b"{}", b"[1]", {"version": 1}, b'{"version": NaN}', b"\xff"])
-def test_what_is_no_scene_is_refused_with_all_its_problems(source: Any) -> None:
+def test_invalid_scene_lists_its_problems(source: Any) -> None:
     with pytest.raises(renderer.SceneError) as caught:
         renderer.load_scene(source)
     assert caught.value.errors
     assert all(problem.detail for problem in caught.value.errors)
 
 
-def test_a_path_that_is_not_there_is_an_error_of_the_system(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError):
-        renderer.load_scene(tmp_path / "nowhere.json")
-
-
-def test_warnings_travel_with_the_scene() -> None:
+def test_warnings_of_a_scene() -> None:
     warned = renderer.load_scene(scene(materials={"spare": phong()}))
     assert "/materials/spare" in [problem.pointer for problem in warned.warnings]
-
-
-def test_limits_are_the_callers() -> None:
-    with pytest.raises(renderer.SceneError, match="at most 10 are allowed"):
-        renderer.load_scene(scene(materials={}), limits=Limits(max_pixels=10))

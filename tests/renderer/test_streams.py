@@ -36,7 +36,7 @@ def test_numbers_are_uniform(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [0, 7])
-def test_pairs_of_neighbours_fill_the_square(seed: int) -> None:
+def test_neighbouring_pairs_fill_the_square(seed: int) -> None:
     """Of neighbouring pixels, samples, dimensions and seeds, in 32 x 32 cells."""
     first = drawn(seed, 1 << 15)
     pairs = {
@@ -50,7 +50,7 @@ def test_pairs_of_neighbours_fill_the_square(seed: int) -> None:
         assert 1e-6 < chi_square_p(counts.ravel()) < 1 - 1e-6, name
 
 
-def test_neighbouring_streams_are_not_correlated() -> None:
+def test_streams_are_uncorrelated() -> None:
     """Rows of a picture too: 512 pixels apart."""
     numbers = drawn(3, 1 << 16)[:, 0] - 0.5
     for distance in (1, 2, 3, 16, 512):
@@ -58,7 +58,7 @@ def test_neighbouring_streams_are_not_correlated() -> None:
         assert abs(correlation) * np.sqrt(numbers.size) < ONE_IN_A_MILLION
 
 
-def test_every_bit_is_as_often_set_as_not_and_flips_with_any_counter() -> None:
+def test_bits_flip_with_any_counter() -> None:
     n = 1 << 14
     before = bits(keys(5, 0, np.arange(n)), 0)
     others = [
@@ -73,7 +73,7 @@ def test_every_bit_is_as_often_set_as_not_and_flips_with_any_counter() -> None:
 
 
 @pytest.mark.parametrize("pattern", ["random", "stratified", "sobol"])
-def test_a_sample_depends_on_seed_pixel_number_and_dimension_alone(pattern: str) -> None:
+def test_sample_is_free_of_its_batch(pattern: str) -> None:
     """Not on which others are requested with it, nor on their order."""
     pixels, samples = np.arange(40).repeat(9), np.tile(np.arange(9), 40)
     together = np.array(PATTERNS[pattern](keys(3, 0, pixels), samples, 9))
@@ -86,7 +86,7 @@ def test_a_sample_depends_on_seed_pixel_number_and_dimension_alone(pattern: str)
 
 
 @pytest.mark.parametrize("pattern", ["random", "stratified", "sobol"])
-def test_another_seed_pixel_or_dimension_gives_other_samples(pattern: str) -> None:
+def test_streams_differ(pattern: str) -> None:
     index = np.arange(16)
     sets = [
         np.array(PATTERNS[pattern](keys(seed, dimension, pixel), index, 16))
@@ -96,7 +96,7 @@ def test_another_seed_pixel_or_dimension_gives_other_samples(pattern: str) -> No
         assert (a != b).any()
 
 
-def test_numbers_are_less_than_one_and_exact_in_single_precision() -> None:
+def test_numbers_are_exact_float32_below_1() -> None:
     largest = uniforms(np.array([0, 0xFFFFFFFF], dtype=np.uint32))
     assert largest.tolist() == [0.0, 1 - 2.0**-24]
     assert (largest.astype(np.float32) == largest).all()

@@ -90,7 +90,7 @@ def may_be_0(about: Json) -> bool:
     return is_color or (is_number and "exclusiveMinimum" not in about)
 
 
-def test_every_number_that_may_be_0_is_known_as_a_strength_or_as_none() -> None:
+def test_strengths_are_known() -> None:
     schema = scene_json_schema()
     found = {
         f"{model}/{name}"
@@ -142,7 +142,7 @@ def described(plan: renderer.RenderPlan) -> Any:
 
 
 @pytest.mark.parametrize("name", NEUTRAL)
-def test_a_strength_of_0_is_left_out(name: str) -> None:
+def test_strength_0_is_left_out(name: str) -> None:
     written, without = (changed(copy.deepcopy(base()), change) for change in NEUTRAL[name])
     for quality in (None, TARGET):
         plan, expected = (plan_of(document, quality, files=FILES) for document in (written, without))

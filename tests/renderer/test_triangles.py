@@ -12,7 +12,7 @@ from renderer.shapes.triangles import unit_normals
 from tests.numerics.tracing import EPS, traced
 
 
-def test_the_normal_turns_with_the_order_of_the_vertices() -> None:
+def test_normal_follows_vertex_order() -> None:
     vertices = np.array([[0.1, 0.2, 0.3], [1.5, 0.1, -0.7], [-0.4, 1.9, 0.6]])
     normal = unit_normals(vertices[:, :, None])[:, 0]
     for order in itertools.permutations(range(3)):
@@ -20,7 +20,7 @@ def test_the_normal_turns_with_the_order_of_the_vertices() -> None:
         assert np.abs(unit_normals(vertices[list(order)][:, :, None])[:, 0] - sign * normal).max() <= 4 * EPS
 
 
-def test_texture_coordinates_of_the_vertices_are_mixed_by_weight() -> None:
+def test_texture_coordinates() -> None:
     uvs = [[0.25, -3], [2, 0.5], [-1, 7]]
     vertices = [[0, 0, 0], [4, 0, 0], [0, 4, 0]]
     for i, j in itertools.product(range(1, 4), range(1, 4)):
@@ -33,7 +33,7 @@ def test_texture_coordinates_of_the_vertices_are_mixed_by_weight() -> None:
             assert hits.uv[0].tolist() == expected
 
 
-def test_a_frame_points_where_the_texture_coordinates_grow() -> None:
+def test_frame_along_texture_coordinates() -> None:
     rng = np.random.default_rng(2)
     for _ in range(200):
         vertices, texture = rng.normal(size=(3, 3)), rng.normal(size=(3, 2))
@@ -50,7 +50,7 @@ def test_a_frame_points_where_the_texture_coordinates_grow() -> None:
 @pytest.mark.parametrize(
     "texture", [[[0, 0], [0, 0], [0, 0]], [[0, 0], [1, 1], [2, 2]], [[0, 1], [0, 2], [0, 3]]]
 )
-def test_texture_coordinates_without_area_give_no_tangent(texture: list[list[float]]) -> None:
+def test_coordinates_without_area_have_no_tangent(texture: list[list[float]]) -> None:
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float)[:, :, None]
     *_, valid = frame_of_texture(
         vertices, np.array(texture, dtype=float)[:, :, None], np.array([[0], [0], [1.0]])
@@ -59,7 +59,7 @@ def test_texture_coordinates_without_area_give_no_tangent(texture: list[list[flo
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_derivatives_of_the_texture_carry_its_edges_onto_those_of_the_triangle(turned: bool) -> None:
+def test_texture_derivatives(turned: bool) -> None:
     """Small whole numbers, and an area of the texture that is a power of two: all of it is exact."""
     vertices = np.array([[1, 2, 3], [4, 3, -1], [-2, 5, 1]], dtype=float)
     texture = np.array([[1, 1], [4, 2], [5, 5]], dtype=float)[:, :: -1 if turned else 1]
@@ -67,9 +67,3 @@ def test_derivatives_of_the_texture_carry_its_edges_onto_those_of_the_triangle(t
     for corner in (1, 2):
         u, v = texture[corner] - texture[0]
         assert np.array_equal((by_u * u + by_v * v)[:, 0], vertices[corner] - vertices[0])
-
-
-def test_a_texture_without_area_has_no_derivatives() -> None:
-    vertices = np.array([[1, 2, 3], [4, 3, -1], [-2, 5, 1]], dtype=float)[:, :, None]
-    texture = np.array([[1, 1], [2, 3], [3, 5]], dtype=float)[:, :, None]
-    assert not np.any(derivatives_of_texture(vertices, texture))

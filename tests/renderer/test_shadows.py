@@ -18,7 +18,7 @@ WALLS = {
 
 @pytest.mark.parametrize("pattern", ["uniform", "stratified", "sobol"])
 @pytest.mark.parametrize("wall", WALLS)
-def test_a_wall_through_a_lamp_leaves_each_side_its_share(wall: str, pattern: str) -> None:
+def test_wall_through_a_lamp(wall: str, pattern: str) -> None:
     """The wall cuts a quarter of the lamp off, along cells: in each there is one of 16 points."""
     plan = plan_of(scene(FLOOR, WALLS[wall], lights=[LAMP], sampling=sampled(1, 16, light=pattern)))
     places = np.linspace(-3, 3, 8)
@@ -28,7 +28,7 @@ def test_a_wall_through_a_lamp_leaves_each_side_its_share(wall: str, pattern: st
     assert hits.visibility[:, 0].tolist() == np.where(places < 0, 0.25, 0.75).tolist()
 
 
-def test_a_sheet_of_very_many_triangles_shades_as_one_of_two() -> None:
+def test_sheet_of_many_triangles() -> None:
     """From the floor, up to 700 of 39,200 triangles are between a point and the lamp."""
     sheet = [[-1.1, 1.5, -0.9], [0.9, 1.6, -1.2], [1.2, 1.5, 1.1], [-0.8, 1.4, 1]], [[0, 1, 2], [0, 2, 3]]
     light = lamp([-0.4, 3, -0.45], [0.8, 0.1, 0], [0, 0.05, 0.9])
