@@ -8,8 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
-from renderer.adaptive.details import LATTICES, lattice
+from accuracy.hard_cases.documents import Json, camera, lamp, phong, rectangle, scene, sphere
 from renderer.adaptive.rays import camera_rays
 from renderer.integrator import radiance
 from renderer.plan.plan import pilot_of
@@ -87,7 +86,7 @@ def dense_values(loaded: renderer.LoadedScene) -> NDArray[np.float32]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS.keys())
-def test_detail_shaded_apart_from_light_is_the_mean_of_dense_samples(material: Json) -> None:
+def test_texture_detail_is_the_mean_of_dense_samples(material: Json) -> None:
     loaded = panel(material)
     inside = np.s_[4:-4, 6:-6]
     found, expected = first_values(loaded)[inside], dense_values(loaded)[inside]
@@ -96,7 +95,7 @@ def test_detail_shaded_apart_from_light_is_the_mean_of_dense_samples(material: J
 
 
 @pytest.mark.slow
-def test_a_penumbra_weighs_the_directions_of_its_light() -> None:
+def test_texture_detail_in_a_penumbra() -> None:
     """A pixel's centre stands for all of it, and 1,024 points for the light: a smooth shadow errs little."""
     loaded = panel(MATERIALS["color and normal"], BALL)
     shaded, open_panel = dense_values(loaded), dense_values(panel(MATERIALS["color and normal"]))
@@ -106,31 +105,8 @@ def test_a_penumbra_weighs_the_directions_of_its_light() -> None:
     assert np.sqrt(np.mean((found - shaded[inside]) ** 2)) <= 2 * ERROR
 
 
-def test_lights_without_an_area_light_detail_from_one_direction() -> None:
-    loaded = panel(MATERIALS["color and normal"], lights=[bulb([-2, 3, 3]), bulb([2, 3, 3])])
-    inside = np.s_[4:-4, 6:-6]
-    found, expected = first_values(loaded)[inside], dense_values(loaded)[inside]
-    assert np.sqrt(np.mean((found - expected) ** 2)) <= ERROR
-
-
-def test_what_has_no_detail_is_lit_as_where_nothing_has() -> None:
-    matt = {**rectangle([-1.5, 0, 0.1], [1.5, 0, 0], [0, 3, 0]), "material": "matt"}
-    beside, alone = first_values(panel(MATERIALS["color and normal"], matt)), first_values(panel({}, matt))
-    left = np.s_[:, 2:16]
-    assert np.array_equal(beside[left], alone[left])
-    assert not np.array_equal(beside, alone)
-    assert np.ptp(alone[left]) > 0.02
-
-
-@pytest.mark.parametrize("count", LATTICES)
-def test_lattices_are_symmetric_about_the_middle_of_the_pixel(count: int) -> None:
-    offsets = lattice(count)[:, :, 0]
-    assert np.abs(offsets).max() < 0.5
-    assert np.abs(offsets + offsets[:, ::-1]).max() <= 2.0**-20
-
-
 @pytest.mark.parametrize("tile_size", [7, 40])
-def test_detail_does_not_depend_on_tiles(tile_size: int) -> None:
+def test_texture_detail_is_free_of_tiles(tile_size: int) -> None:
     plan = plan_of(panel(MATERIALS["color and normal"], BALL), 1 / 255)
     whole = renderer.render(plan).image
     assert (renderer.render(plan, tile_size=tile_size).image == whole).all()
@@ -144,12 +120,12 @@ def test_detail_does_not_depend_on_tiles(tile_size: int) -> None:
     ],
     ids=["mirror", "bump map on a normal map"],
 )
-def test_what_more_than_images_varies_on_is_sampled(material: Json) -> None:
+def test_other_variation_is_sampled(material: Json) -> None:
     names = [stage.name for stage in plan_of(panel(material)).describe().pilot_samples]
     assert "detail of plain" not in names
 
 
-def test_the_plan_names_the_textures_that_requested_detail() -> None:
+def test_plan_names_detailed_textures() -> None:
     stages = plan_of(panel(MATERIALS["color and normal"])).describe().pilot_samples
     (stage,) = [stage for stage in stages if stage.name == "detail of plain"]
     assert stage.pointers == ("/materials/plain/color_texture", "/materials/plain/normal_map")

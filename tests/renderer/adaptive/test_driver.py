@@ -39,7 +39,7 @@ def put_away(driver: Driver) -> Driver:
     return Driver(estimate, driver.prices, driver.workers, driver.tile_size)
 
 
-def test_every_pass_requests_something() -> None:
+def test_every_pass_requests_samples() -> None:
     """An empty scene is interpolated between its first pilot samples: finer lattices would ask for none."""
     driver, wanted = begun(EMPTY), []
     more = True
@@ -51,7 +51,7 @@ def test_every_pass_requests_something() -> None:
 
 
 @pytest.mark.parametrize("document", [ROOM, LENS], ids=["room", "lens"])
-def test_a_driver_that_is_put_away_after_each_pass_asks_the_same_of_the_same_tiles(document: Json) -> None:
+def test_stored_driver_requests_the_same(document: Json) -> None:
     kept, restored = begun(document), begun(document)
     more = True
     while more:
@@ -65,7 +65,7 @@ def test_a_driver_that_is_put_away_after_each_pass_asks_the_same_of_the_same_til
     assert kept.estimate.error == restored.estimate.error
 
 
-def test_a_picture_whose_time_is_spent_ends_with_an_error_that_is_estimated() -> None:
+def test_picture_out_of_time_has_an_error() -> None:
     driver = begun(ROOM)
     render_pass(driver)
     assert driver.estimate.error is None
@@ -73,7 +73,7 @@ def test_a_picture_whose_time_is_spent_ends_with_an_error_that_is_estimated() ->
     assert driver.estimate.error is not None
 
 
-def test_cpu_seconds_of_a_picture_are_those_of_its_tiles_and_of_all_between_these() -> None:
+def test_cpu_seconds_add_up() -> None:
     render = AdaptiveRender(begun(ROOM))
     tiles: list[float] = []
 
@@ -89,3 +89,22 @@ def test_cpu_seconds_of_a_picture_are_those_of_its_tiles_and_of_all_between_thes
     assert render.between_cpu > 0
     assert render.cpu_seconds == pytest.approx(sum(tiles) + render.between_cpu, rel=1e-12)
     assert render.passes[-1]["cpu_seconds"] == render.cpu_seconds
+
+
+def test_stored_arrays_are_read_by_name() -> None:
+    driver = begun(ROOM)
+    while driver.estimate.error is None:
+        render_pass(driver)
+    plan, arrays = driver.estimate.plan, driver.estimate.arrays()
+    again = Estimate.restored(plan, dict(reversed(arrays.items()))).arrays()
+    assert {name: array.tobytes() for name, array in again.items()} == {
+        name: array.tobytes() for name, array in arrays.items()
+    }
+    numbers = arrays["error"]
+    turned = np.dtype([(name, np.float64) for name in reversed(numbers.dtype.names)])
+    missing = {name: array for name, array in arrays.items() if name != "doubts"}
+    surprising = arrays | {"surprises": arrays["doubts"]}
+    reordered = arrays | {"error": np.array(numbers.item(), dtype=turned)}
+    for other in (missing, surprising, reordered, arrays | {"error": np.array(numbers.item())}):
+        with pytest.raises(ValueError, match=r"doubts|surprises|error"):
+            Estimate.restored(plan, other)

@@ -32,7 +32,7 @@ def hulls(corners: Floats) -> Hulls:
     return Hulls(np.arange(corners.shape[2]), corners, edges[corners.shape[0]])
 
 
-def test_an_edge_marks_every_pixel_that_it_passes_by_more_than_a_corner() -> None:
+def test_edge_marks_the_pixels_it_passes() -> None:
     camera = pinhole()
     places = [(3.2, 5.1), (60.7, 40.9), (-30.0, 80.0)]
     corners = seen_through(camera, places, 2.5).T[:, :, None]
@@ -46,7 +46,7 @@ def test_an_edge_marks_every_pixel_that_it_passes_by_more_than_a_corner() -> Non
         assert set(map(tuple, passed[:, long].T.astype(int).tolist())) <= marked
 
 
-def test_an_edge_that_reaches_behind_the_camera_is_marked_as_far_as_it_is_seen() -> None:
+def test_edge_behind_the_camera() -> None:
     camera = pinhole()
     ahead = seen_through(camera, [(32.0, 32.0), (10.0, 32.0)], 3.0)
     behind = camera.position - 5 * camera.forward - camera.up
@@ -56,13 +56,13 @@ def test_an_edge_that_reaches_behind_the_camera_is_marked_as_far_as_it_is_seen()
     assert {(32, 32), (10, 32)} <= set(zip(columns.tolist(), rows.tolist(), strict=True))
 
 
-def test_edges_beside_the_picture_mark_nothing() -> None:
+def test_edge_beside_the_picture() -> None:
     camera = pinhole()
     corners = seen_through(camera, [(70.0, 5.0), (90.0, 40.0), (80.0, 60.0)], 2.0).T[:, :, None]
     assert edge_places(camera, hulls(corners)).size == 0
 
 
-def test_a_pole_is_thin_and_marked_from_end_to_end_and_a_wall_is_not() -> None:
+def test_pole_is_thin() -> None:
     camera = pinhole()
     pole = seen_through(camera, [(20.5, 4.5), (21.0, 4.5), (20.5, 60.5), (21.0, 60.5)], 2.0)
     wall = seen_through(camera, [(2.0, 2.0), (62.0, 2.0), (2.0, 62.0), (62.0, 62.0)], 3.0)
@@ -72,7 +72,7 @@ def test_a_pole_is_thin_and_marked_from_end_to_end_and_a_wall_is_not() -> None:
     assert set(rows.tolist()) == set(range(4, 61))
 
 
-def test_a_small_ball_is_thin() -> None:
+def test_small_ball_is_thin() -> None:
     camera = pinhole()
     (middle,) = seen_through(camera, [(33.3, 21.7)], 4.0).T
     offsets = 0.01 * unit(np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]).T * 1.0).T
@@ -92,7 +92,7 @@ def box_of(camera: Pinhole, middle: tuple[float, float], half_width: float, half
     return corners
 
 
-def test_a_round_post_is_narrow_from_end_to_end_and_a_drawn_out_one_at_its_tips() -> None:
+def test_round_post_is_narrow() -> None:
     camera = pinhole()
     post = narrow_places(camera, hulls(box_of(camera, (20.5, 32.0), 0.7, 20.0)))
     assert set(range(14, 51)) <= set(post[1].tolist())
@@ -102,7 +102,7 @@ def test_a_round_post_is_narrow_from_end_to_end_and_a_drawn_out_one_at_its_tips(
     assert all(row < 12 or row > 52 for row in tips.tolist())
 
 
-def test_a_ball_of_many_pixels_is_not_narrow_and_flat_shapes_never_are() -> None:
+def test_large_ball_is_not_narrow() -> None:
     camera = pinhole()
     assert narrow_places(camera, hulls(box_of(camera, (32.0, 32.0), 12.0, 12.0))).size == 0
     pole = seen_through(camera, [(20.5, 4.5), (21.0, 4.5), (20.5, 60.5), (21.0, 60.5)], 2.0)

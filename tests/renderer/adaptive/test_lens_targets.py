@@ -82,12 +82,12 @@ def squares(name: str) -> np.ndarray:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
-def test_targets_through_a_lens_are_kept(name: str) -> None:
+def test_lens_targets_are_kept(name: str) -> None:
     assert np.count_nonzero(squares(name) > ERROR**2) <= MOST_MISSED
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_reported_errors_through_a_lens_are_those_that_pictures_have(name: str) -> None:
+def test_lens_errors_are_honest(name: str) -> None:
     reported = np.array([error["estimate"] ** 2 for _, error in pictures(name)])
     true = squares(name)
     apart = reported - true
@@ -98,7 +98,7 @@ def test_reported_errors_through_a_lens_are_those_that_pictures_have(name: str) 
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_pictures_through_a_lens_are_neither_brighter_nor_darker_than_converged_ones(name: str) -> None:
+def test_lens_pictures_are_unbiased(name: str) -> None:
     first, second = references(name)
     means = np.array([(image - (first + second) / 2).mean() for image, _ in pictures(name)])
     deviation = means.std(ddof=1) / np.sqrt(len(SEEDS))

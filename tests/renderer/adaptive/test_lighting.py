@@ -101,7 +101,7 @@ def beyond(x: Numbers, z: Numbers, bound: float) -> NDArray[np.bool_]:
 
 
 @pytest.mark.parametrize("error", [0.1, 4 / 255, 1 / 1024])
-def test_points_that_see_all_of_a_light_get_its_mean_within_a_quarter_of_the_error(error: float) -> None:
+def test_visible_light_within_a_quarter_of_the_error(error: float) -> None:
     plan = plan_of(FLOOR, SCREEN, error=error)
     x, z = places(1, 200, 5)
     outside = beyond(x, z, 1.5)
@@ -115,7 +115,7 @@ def test_points_that_see_all_of_a_light_get_its_mean_within_a_quarter_of_the_err
     ("error", "specular", "shininess"),
     [(4 / 255, 0.6, 8.0), (4 / 255, 0.4, 60.0), (4 / 255, 1.0, 30.0), (1 / 1024, 0.6, 8.0)],
 )
-def test_so_does_a_highlight(error: float, specular: float, shininess: float) -> None:
+def test_highlight_within_a_quarter_of_the_error(error: float, specular: float, shininess: float) -> None:
     """Seen from everywhere around the mirror image of the lamp, where the finest grid is fine enough."""
     shiny = {"plain": phong(specular=specular, shininess=shininess)}
     plan = plan_of(FLOOR, error=error, materials=shiny)
@@ -128,7 +128,7 @@ def test_so_does_a_highlight(error: float, specular: float, shininess: float) ->
     assert np.abs(found - expected).max() <= error / 4
 
 
-def test_points_that_see_nothing_of_a_light_get_none_of_it() -> None:
+def test_hidden_light_is_black() -> None:
     plan = plan_of(FLOOR, SCREEN)
     x, z = places(4, 100, 0.49)
     points = points_on_floor(plan, x, z)
@@ -137,7 +137,7 @@ def test_points_that_see_nothing_of_a_light_get_none_of_it() -> None:
     assert rays == corners_for(4 / 255) ** 2 * 100
 
 
-def test_only_points_that_see_a_part_of_a_light_take_many_shadow_rays() -> None:
+def test_shadow_rays_go_to_penumbrae() -> None:
     plan = plan_of(FLOOR, SCREEN)
     x, z = places(5, 400, 3)
     part = beyond(x, z, 0.5) & ~beyond(x, z, 1.5)
@@ -150,12 +150,12 @@ def test_only_points_that_see_a_part_of_a_light_take_many_shadow_rays() -> None:
 @pytest.mark.parametrize(
     ("error", "many"), [(1.0, 8), (2.0**-6, 16), (2.0**-8, 64), (2.0**-10, 256), (1e-6, 1024)]
 )
-def test_a_smaller_error_takes_more_points_in_a_penumbra(error: float, many: int) -> None:
+def test_smaller_error_takes_more_points(error: float, many: int) -> None:
     assert pilot_sample(plan_of(FLOOR, SCREEN, error=error)).partial.emitter.count == many
 
 
 @pytest.mark.parametrize("error", [2.0**-6, 2.0**-8, 2.0**-10])
-def test_in_a_penumbra_the_mean_is_as_near_as_stratified_points_come(error: float) -> None:
+def test_penumbra_is_as_near_as_stratified(error: float) -> None:
     """By the root of the mean square over it, in shares of what the whole light gives.
 
     The border of what a rectangle hides goes through at most 2 sqrt(n) of n square cells with a point each.
@@ -171,7 +171,7 @@ def test_in_a_penumbra_the_mean_is_as_near_as_stratified_points_come(error: floa
     assert np.sqrt((share**2).mean()) <= np.sqrt(2 * np.sqrt(n) / 6) / n
 
 
-def test_a_corner_of_a_light_that_is_hidden_is_found() -> None:
+def test_hidden_corner_of_a_light_is_found() -> None:
     """At the border of the penumbra, where next to nothing of the light is hidden."""
     plan = plan_of(FLOOR, SCREEN)
     edge = np.array([1.5, 1.5, -1.5, 0.3])
@@ -200,7 +200,7 @@ def beside_ball(points: Points, radius: float) -> Numbers:
 
 
 @pytest.mark.parametrize("error", [0.5 / 255, 0.25 / 255, 0.1 / 255])
-def test_a_ball_that_reaches_between_two_probes_darkens_by_what_it_hides(error: float) -> None:
+def test_ball_between_two_probes(error: float) -> None:
     """At the border of its penumbra, where with four probes along a side none of them is hidden."""
     plan = plan_of(FLOOR, sphere([0, 1.5, 0], 0.35), error=error)
     x, z = np.random.default_rng(8).uniform([[1.29], [-0.05]], [[1.3], [0.05]], (2, 400))
@@ -211,7 +211,7 @@ def test_a_ball_that_reaches_between_two_probes_darkens_by_what_it_hides(error: 
     assert np.abs((found - expected).mean(axis=1)).max() <= error / 4
 
 
-def test_who_is_nearer_to_a_light_takes_a_finer_grid() -> None:
+def test_near_points_take_a_finer_grid() -> None:
     plan = plan_of(FLOOR, error=1 / 1024)
     lighting = pilot_sample(plan)
     points = points_on_floor(plan, np.array([0.0, 3.0, 8.5]), np.array([0.0, 1.0, 8.5]))
@@ -221,7 +221,7 @@ def test_who_is_nearer_to_a_light_takes_a_finer_grid() -> None:
     assert cells[0] > cells[2]
 
 
-def test_a_single_shape_casts_no_shadow_and_takes_no_shadow_rays() -> None:
+def test_single_shape_takes_no_shadow_rays() -> None:
     plan = plan_of(FLOOR)
     x, z = places(7, 100, 4)
     points = points_on_floor(plan, x, z)
@@ -231,7 +231,7 @@ def test_a_single_shape_casts_no_shadow_and_takes_no_shadow_rays() -> None:
     assert np.abs(found - exact(points)).max() <= 1 / 255
 
 
-def test_points_behind_a_light_get_none_of_it() -> None:
+def test_points_behind_a_light() -> None:
     light = lamp([-0.5, 3, -0.5], [0, 0, 1], [1, 0, 0], two_sided=False, visible=False)
     found, towards = [], [light, light | {"edges": light["edges"][::-1]}]
     for turned in towards:
@@ -241,6 +241,6 @@ def test_points_behind_a_light_get_none_of_it() -> None:
     assert sorted(bool(light.any()) for light, _ in found) == [False, True]
 
 
-def test_lights_without_an_area_are_sampled_as_always() -> None:
+def test_point_lights_are_sampled_as_always() -> None:
     plan = plan_of(FLOOR, SCREEN, lights=[bulb([0, 3, 0])])
     assert not any(isinstance(lighting, PilotLighting) for lighting in plan.lightings)

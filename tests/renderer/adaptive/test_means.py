@@ -50,7 +50,7 @@ def sampled(plan: RenderPlan, rows: NDArray[np.int64], columns: NDArray[np.int64
 
 @pytest.mark.slow
 @pytest.mark.parametrize("error", [2.0**-8, 2.0**-11])
-def test_means_of_pixels_are_as_exact_as_the_target_asks(error: float) -> None:
+def test_pixel_means_are_as_exact_as_the_target(error: float) -> None:
     """Pixels that the board fills. The lattice's own error is a few over `PLACES` for each edge."""
     plan = board(error)
     none = np.zeros((SIDE, SIDE), np.uint8)

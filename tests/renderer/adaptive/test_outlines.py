@@ -34,9 +34,7 @@ def cube(turned: np.random.Generator | None = None) -> Floats:
 
 @pytest.mark.parametrize("weight", [1.0, 0.0])
 @pytest.mark.parametrize("seed", range(5))
-def test_the_outline_of_a_cube_is_where_a_face_that_is_seen_meets_one_that_is_not(
-    seed: int, weight: float
-) -> None:
+def test_outline_of_a_cube(seed: int, weight: float) -> None:
     drawn = np.random.default_rng(seed)
     place = unit(drawn.uniform(0.3, 1, (3, 1))) * drawn.choice([-1, 1], (3, 1)) * 4
     outline = SharedEdges.of(np.zeros(12, np.int64), cube(drawn)).outline(place, weight)
@@ -54,7 +52,7 @@ def test_the_outline_of_a_cube_is_where_a_face_that_is_seen_meets_one_that_is_no
     assert found == expected
 
 
-def test_edges_of_one_triangle_or_of_three_are_outlines_from_everywhere() -> None:
+def test_edges_of_one_or_three_triangles() -> None:
     fins = np.array([[[0, 0, 0], [0, 1, 0], fin] for fin in ([1, 0, 0], [0, 0, 1], [-1, 0, -1])], dtype=float)
     shared = SharedEdges.of(np.zeros(3, np.int64), np.ascontiguousarray(fins.transpose(1, 2, 0)))
     assert shared.outline(np.array([[3.0], [2.0], [5.0]])).numbers.size == 9
@@ -74,9 +72,7 @@ def strip(camera: Pinhole, width: float, length: float, parts: int) -> Floats:
 
 @pytest.mark.parametrize("parts", [1, FEW])
 @pytest.mark.parametrize("width", [0.1, 0.6])
-def test_a_narrow_strip_is_thin_from_end_to_end_into_however_many_triangles_it_is_cut(
-    width: float, parts: int
-) -> None:
+def test_narrow_strip_is_thin(width: float, parts: int) -> None:
     camera = pinhole()
     vertices = strip(camera, width, 40, parts)
     outline = SharedEdges.of(np.zeros(vertices.shape[2], np.int64), vertices).outline(camera.position)
@@ -85,7 +81,7 @@ def test_a_narrow_strip_is_thin_from_end_to_end_into_however_many_triangles_it_i
     assert set(columns.tolist()) <= {31, 32}
 
 
-def test_a_wide_strip_and_a_ball_of_many_triangles_are_not_thin() -> None:
+def test_wide_strip_is_not_thin() -> None:
     camera = pinhole()
     turns, heights = np.meshgrid(np.linspace(0, 2 * np.pi, 97), np.linspace(0, np.pi, 49))
     ball = np.stack((np.cos(turns) * np.sin(heights), np.cos(heights), np.sin(turns) * np.sin(heights)))

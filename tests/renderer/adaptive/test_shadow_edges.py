@@ -64,7 +64,7 @@ def partly_shadowed(document: Json) -> np.ndarray:
 
 @pytest.mark.parametrize("light", [BULB, SUN], ids=["bulb", "sun"])
 @pytest.mark.parametrize("shape", [BOARD, SAIL, WIRE], ids=["board", "sail", "wire"])
-def test_all_pixels_that_a_hard_shadow_ends_in_are_marked(shape: Json, light: Json) -> None:
+def test_hard_shadow_edges_are_marked(shape: Json, light: Json) -> None:
     document = small(shape, FLOOR, lights=[light])
     ends = partly_shadowed(document)
     assert ends.sum() > 10
@@ -74,7 +74,7 @@ def test_all_pixels_that_a_hard_shadow_ends_in_are_marked(shape: Json, light: Js
     assert (ends & ~found).sum() <= ends.sum() / 3
 
 
-def test_pixels_far_from_any_shadow_are_not_marked() -> None:
+def test_pixels_far_from_shadows() -> None:
     document = small(BOARD, FLOOR, lights=[BULB])
     plan = renderer.compile_scene(renderer.load_scene(document), None)
     y, x = np.indices((SIZE, SIZE)).reshape(2, -1) + 0.5
@@ -85,13 +85,13 @@ def test_pixels_far_from_any_shadow_are_not_marked() -> None:
     assert not (marked(document) & away).any()
 
 
-def test_a_wide_penumbra_is_marked_only_where_the_shape_is_too_thin_for_pilot_samples() -> None:
+def test_wide_penumbra_of_a_thin_shape() -> None:
     wide = lamp([-1, 5, 1], [2, 0, 0], [0, 0, 2])
     assert not marked(small(BOARD, FLOOR, lights=[wide])).any()
     assert marked(small(WIRE, FLOOR, lights=[wide])).any()
 
 
-def test_the_penumbra_beside_an_edge_is_as_wide_as_the_lamp_is_across_it() -> None:
+def test_penumbra_is_as_wide_as_the_lamp() -> None:
     board = rectangle([-1, 1, -0.9], [2, 0, 0], [0, 0, 1.8])
     across, along = ([-1, 5, -0.01], [2, 0, 0], [0, 0, 0.02]), ([-0.01, 5, -1], [0.02, 0, 0], [0, 0, 2])
     by_row, by_column = (marked(small(board, FLOOR, lights=[lamp(*edges)])) for edges in (across, along))
@@ -104,7 +104,7 @@ def test_the_penumbra_beside_an_edge_is_as_wide_as_the_lamp_is_across_it() -> No
     assert not (hard & ~(by_row | by_column)).any()
 
 
-def test_a_mesh_in_a_tree_casts_shadows_by_its_outline() -> None:
+def test_mesh_casts_shadows_by_its_outline() -> None:
     vertices = np.array(SAIL["vertices"])
     tiny = 90 + np.arange(40)[:, None, None] + np.array([[0, 50, -200], [1, 50, -200], [0, 51, -200]])
     places = np.vstack([vertices, vertices.mean(axis=0), *tiny])
@@ -113,7 +113,7 @@ def test_a_mesh_in_a_tree_casts_shadows_by_its_outline() -> None:
     np.testing.assert_array_equal(in_tree, marked(small(SAIL, FLOOR, lights=[BULB])))
 
 
-def test_shadows_end_where_the_floor_ends_and_lights_below_it_cast_none() -> None:
+def test_shadows_end_with_the_floor() -> None:
     narrow = rectangle([-0.2, 0, -0.2], [0, 0, 0.4], [0.4, 0, 0])
     assert (
         marked(small(BOARD, FLOOR, lights=[BULB])).sum() > marked(small(BOARD, narrow, lights=[BULB])).sum()
@@ -121,7 +121,7 @@ def test_shadows_end_where_the_floor_ends_and_lights_below_it_cast_none() -> Non
     assert not marked(small(BOARD, FLOOR, lights=[bulb([0, 0.5, 0])])).any()
 
 
-def test_fixed_quality_a_lens_and_round_shapes_alone_ask_for_none() -> None:
+def test_pictures_without_shadow_edges() -> None:
     document = small(BOARD, FLOOR, lights=[BULB])
     assert renderer.compile_scene(renderer.load_scene(document), FixedQuality(mode="fixed")).adaptive is None
     lens = small(BOARD, FLOOR, lights=[BULB], lens_radius=0.1)

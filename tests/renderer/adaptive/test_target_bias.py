@@ -88,7 +88,7 @@ def difference(name: str, seed: int, error: float) -> float:
     [(name, error) for name in ("soft", "chess", "lamp", "basic", "texturing") for error in (1, 4)]
     + [("lens", 4)],
 )
-def test_pictures_are_as_bright_in_the_mean_as_the_converged_one(name: str, error_255: float) -> None:
+def test_pictures_are_unbiased(name: str, error_255: float) -> None:
     found = np.array([difference(name, seed, error_255 / 255) for seed in SEEDS])
     standard_error = np.hypot(found.std(ddof=1) / np.sqrt(found.size), reference(name).uncertain)
     allowed = max(STANDARD_ERRORS * standard_error, SHARE * error_255 / 255)

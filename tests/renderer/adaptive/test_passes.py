@@ -20,7 +20,7 @@ LENS = pictures.of_room(camera=camera(width=24, height=16) | {"lens_radius": 0.0
 
 @pytest.mark.parametrize("document", [SCENE, LENS], ids=["pinhole", "lens"])
 @pytest.mark.parametrize("light", ["random", "stratified", "sobol"])
-def test_passes_report_the_error_that_pictures_have(document: dict[str, object], light: str) -> None:
+def test_reported_error_of_each_pass(document: dict[str, object], light: str) -> None:
     reported, images = [], []
     for seed in range(2 * PAIRS):
         sampling = sampled(16, 4, "random", light, seed=seed)
