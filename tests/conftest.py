@@ -1,4 +1,4 @@
-"""Ids are unique, skips can be forbidden, and hypothesis generates the same examples on every run."""
+"""Ids are unique, skips can be forbidden, hypothesis repeats its examples, and slow tests are listed."""
 
 import os
 from collections import Counter
@@ -9,6 +9,9 @@ from hypothesis import settings
 
 SKIPS_FORBIDDEN = "SKIPS_FORBIDDEN"
 """Set by the build, where what tests need is installed: a test that is skipped there protects nothing."""
+
+FAST_SECONDS = 2.0
+"""Of a test that is not marked slow, with its fixtures, on an idle machine."""
 
 # A failure on one machine is a failure on all: examples depend on the test alone, and never on the clock.
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
@@ -35,3 +38,16 @@ def pytest_runtest_makereport(
             f"{reason}. {SKIPS_FORBIDDEN} is set, so that this is an error: install what is missing."
         )
     return report
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """List tests of the fast tier that took long: to be made smaller, or marked slow."""
+    reports = [report for name in ("passed", "failed") for report in terminalreporter.getreports(name)]
+    called = [report for report in reports if report.when == "call" and "slow" not in report.keywords]
+    over = sorted(
+        ((each.duration, each.nodeid) for each in called if each.duration > FAST_SECONDS), reverse=True
+    )
+    if over:
+        terminalreporter.section(f"{len(over)} fast tests over {FAST_SECONDS:g} s")
+        for seconds, name in over:
+            terminalreporter.write_line(f"{seconds:6.1f} s  {name}")

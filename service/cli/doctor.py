@@ -26,9 +26,6 @@ PREFIX = "PENUMBRA_"
 CLIENT = ("SERVER", "KEY", "CONFIG")
 """Variables that are not settings of a service."""
 
-DEVELOPERS = ("test", "check", "docs", "bench")
-"""Extras for work on this project."""
-
 LITTLE_MEMORY = 1 << 30
 GIB = 1 << 30
 
@@ -287,8 +284,6 @@ def _extras() -> Iterator[Check]:
         if match:
             groups.setdefault(match[2], []).append(match[1])
     for extra, packages in groups.items():
-        if extra in DEVELOPERS:
-            continue
         missing = ", ".join(_missing(packages))
         cure = f"If you need it: pip install 'penumbra-render[{extra}]'" if missing else ""
         found = f"missing: {missing}" if missing else ", ".join(packages)

@@ -1,37 +1,63 @@
-"""The scene cookbook: its scenes have no warnings, and its pictures are what the renderer makes of them."""
+"""The scenes on the page of the cookbook are valid, and its pictures are what the renderer makes of them."""
 
 from __future__ import annotations
 
-import shutil
-from dataclasses import replace
-from pathlib import Path
+import re
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+import renderer
 from renderer.images.colors import linear_from_srgb
-from tests.acceptance.conftest import ROOT, shell
-from tests.pages import blocks
-from tools.docs import render_cookbook
-from tools.docs.render_cookbook import Recipe
+from renderer.images.files import displayed
+from schemas.quality import TargetQuality
+from tests.acceptance.conftest import ROOT
+from tests.pages import page
 
-PAGE = render_cookbook.PAGE.read_text(encoding="utf-8")
-RECIPES = {recipe.name: recipe for recipe in render_cookbook.recipes()}
-
+PAGE = page("how-to/cookbook.md")
+(ERROR,) = map(float, re.findall(r"(?m)^penumbra render .* --target-error (\S+)$", PAGE))
 COARSER = 4
 """How much more error than on the page pictures may have here: they take a third of the time."""
 BLOCK = 8
 """Pixels along a side: the mean of 64 has an eighth of their errors, so five targets are 0.6 of one."""
 
-each_recipe = pytest.mark.parametrize("recipe", RECIPES.values(), ids=RECIPES)
+
+class Recipe(NamedTuple):
+    name: str
+    scene: str
+
+    def load(self) -> renderer.LoadedScene:
+        return renderer.load_scene(self.scene.encode(), assets=ROOT)
+
+    def picture(self) -> NDArray[np.uint8]:
+        """Codes (H, W, 3) of the picture on the page."""
+        with Image.open(ROOT / "docs" / "images" / "cookbook" / f"{self.name}.png") as picture:
+            return np.asarray(picture)
 
 
-def kept(recipe: Recipe) -> NDArray[np.uint8]:
-    """Codes (H, W, 3) of the picture on the page."""
-    with Image.open(recipe.picture) as picture:
-        return np.asarray(picture)
+RECIPE = re.compile(r"(?ms)^!\[[^]]+\]\(\.\./images/cookbook/([\w-]+)\.png\)\n.*?^```json\n(.*?)^```")
+RECIPES = [Recipe(*found) for found in RECIPE.findall(PAGE)]
+each_recipe = pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.name)
+
+
+@each_recipe
+def test_recipe_is_valid_and_its_picture_has_its_size(recipe: Recipe) -> None:
+    loaded = recipe.load()
+    camera = loaded.document.camera
+    assert loaded.warnings == ()
+    assert recipe.picture().shape == (camera.height, camera.width, 3)
+
+
+@pytest.mark.slow
+@each_recipe
+def test_recipe_gives_its_picture(recipe: Recipe) -> None:
+    loaded = recipe.load()
+    plan = renderer.compile_scene(loaded, TargetQuality(mode="target", error=COARSER * ERROR))
+    picture = displayed(renderer.render(plan).image, loaded.document.display)
+    assert least_error(recipe.picture(), picture) <= ERROR
 
 
 def least_error(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> float:
@@ -45,47 +71,3 @@ def least_error(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> float:
     height, width = (side // BLOCK for side in a.shape[:2])
     blocks = differences[: height * BLOCK, : width * BLOCK].reshape(height, BLOCK, width, BLOCK, 3)
     return float(np.sqrt(np.mean(blocks.mean(axis=(1, 3)) ** 2)))
-
-
-def test_each_scene_of_the_page_has_a_picture_and_each_picture_a_scene() -> None:
-    assert len(RECIPES) == PAGE.count("```json\n") == PAGE.count("\n## ") == 12
-    assert {path.name for path in render_cookbook.PICTURES.iterdir()} == {f"{name}.png" for name in RECIPES}
-
-
-@each_recipe
-def test_a_scene_of_the_page_is_valid_and_without_warnings(recipe: Recipe) -> None:
-    assert recipe.load().warnings == ()
-
-
-@each_recipe
-def test_a_picture_has_the_size_that_its_scene_names(recipe: Recipe) -> None:
-    camera = recipe.load().document.camera
-    assert kept(recipe).shape == (camera.height, camera.width, 3)
-
-
-@pytest.mark.slow
-@each_recipe
-def test_a_picture_is_what_the_renderer_makes_of_the_scene_now(recipe: Recipe) -> None:
-    quality = recipe.quality.model_copy(update={"error": COARSER * recipe.quality.error})
-    picture = replace(recipe, quality=quality).render()
-    assert least_error(kept(recipe), picture) <= recipe.quality.error
-
-
-def test_a_ball_of_another_colour_is_no_longer_the_same_picture() -> None:
-    picture = kept(RECIPES["mirror"])
-    ball = picture.copy()
-    ball[175:185, 35:65] = 255 - ball[175:185, 35:65]
-    assert least_error(picture, picture) == 0
-    assert least_error(picture, ball) > RECIPES["mirror"].quality.error
-
-
-@pytest.mark.slow
-def test_the_commands_of_the_page_make_its_picture(tmp_path: Path) -> None:
-    recipe = RECIPES["image"]
-    shutil.copytree(ROOT / "scenes" / "gallery" / "textures", tmp_path / "scenes" / "gallery" / "textures")
-    (tmp_path / "scene.json").write_text(recipe.scene)
-    (commands,) = blocks(PAGE, "sh")
-    done = shell(commands, tmp_path)
-    assert done.stdout == "scene.json: ok\n"
-    with Image.open(tmp_path / "scene.png") as picture:
-        assert least_error(kept(recipe), np.asarray(picture)) <= recipe.quality.error

@@ -22,7 +22,6 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from service.cli.doctor import DEVELOPERS
 from tests.acceptance.conftest import ROOT
 from tests.postgres_server import PostgresServer, programs
 from tests.s3_server import BUCKET, S3Server
@@ -33,7 +32,7 @@ pytestmark = pytest.mark.slow
 TIMEOUT = 300
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text())
 PACKAGES: list[str] = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
-EXTRAS = sorted(set(PROJECT["project"]["optional-dependencies"]) - set(DEVELOPERS))
+EXTRAS = sorted(PROJECT["project"]["optional-dependencies"])
 GALLERY = ROOT / "scenes" / "gallery"
 CLIENT = ("httpx2", "pydantic", "numpy")
 """What the client imports, apart from what these need themselves."""
@@ -151,7 +150,7 @@ def test_a_wheel_has_every_file_of_the_packages_and_no_other(built: Built) -> No
     assert names == sources()
     kinds = ("service/web/index.html", "service/web/vendor/", "service/storage/database/migrations/versions/")
     kinds += ("scenes/gallery/textures/", "scenes/gallery/meshes/", "scenes/assignment/references/")
-    kinds += ("accuracy/hard_cases/", "service/py.typed")
+    kinds += ("service/py.typed",)
     assert [kind for kind in kinds if not any(name.startswith(kind) for name in names)] == []
 
 
@@ -246,13 +245,6 @@ def flip(place: Environment) -> Said:
     return done.returncode == 0 and json.loads(done.stdout)["metrics"]["flip"] == 0, done.stdout + done.stderr
 
 
-def numerics(place: Environment) -> Said:
-    """Try the first case of all; all of them take a minute."""
-    program = "from service.cli.numerics import catalogue; print(catalogue()[0].cases[0].run())"
-    done = place.run("-c", program)
-    return done.returncode == 0 and "wrong=0" in done.stdout, done.stderr
-
-
 def study(place: Environment) -> Said:
     done = place.penumbra("study", GALLERY / "basic.json", "--out", "study", "--quick", "--budget", "0.1")
     return done.returncode == 0 and any((place.folder / "study" / "images").glob("*.svg")), done.stderr
@@ -315,7 +307,7 @@ def _doctor(place: Environment, name: str, **changes: str) -> Said:
 
 
 PROMISES: dict[str, Callable[[Environment], Said]] = {
-    promise.__name__: promise for promise in (dask, exr, flip, mesh, numerics, postgres, s3, study, traces)
+    promise.__name__: promise for promise in (dask, exr, flip, mesh, postgres, s3, study, traces)
 }
 
 

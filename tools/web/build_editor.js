@@ -7,7 +7,8 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const HERE = dirname(fileURLToPath(import.meta.url));
-const VENDOR = join(HERE, "../../service/web/vendor/codemirror");
+const ROOT = join(HERE, "../..");
+const VENDOR = join(ROOT, "service/web/vendor/codemirror");
 const PACKAGE = /node_modules\/((?:@[^/]+\/)?[^/]+)\//;
 // Style sheets are adopted by shadow roots alone, and documents get a <style>, which the page's policy refuses.
 const ADOPTS = "if (!root.head && root.adoptedStyleSheets";
@@ -46,12 +47,12 @@ async function bundled() {
 async function versions(packages) {
   const lines = packages.map(async (name) => {
     const { version, license } = JSON.parse(
-      await readFile(join(HERE, "node_modules", name, "package.json"), "utf8"),
+      await readFile(join(ROOT, "node_modules", name, "package.json"), "utf8"),
     );
     return `${name} ${version}, ${license}`;
   });
   const head = [
-    "CodeMirror 6, built by `npm run editor` in tools/web: https://codemirror.net",
+    "CodeMirror 6, built by `npm run editor`: https://codemirror.net",
     "Changed in style-mod: a document adopts its style sheets as shadow roots do.",
   ];
   return `${[...head, "", ...(await Promise.all(lines))].join("\n")}\n`;
@@ -61,7 +62,7 @@ async function versions(packages) {
 async function licences(packages) {
   const shared = new Map();
   for (const name of packages) {
-    const text = (await readFile(join(HERE, "node_modules", name, "LICENSE"), "utf8")).trim();
+    const text = (await readFile(join(ROOT, "node_modules", name, "LICENSE"), "utf8")).trim();
     shared.set(text, [...(shared.get(text) ?? []), name]);
   }
   return `${Array.from(shared, ([text, names]) => `${names.join(", ")}\n\n${text}`).join("\n\n----\n\n")}\n`;
@@ -77,9 +78,7 @@ for (const [name, content] of Object.entries(files)) {
   const path = join(VENDOR, name);
   if (!process.argv.includes("--check")) await writeFile(path, content);
   else if ((await readFile(path, "utf8").catch(() => null)) !== content) {
-    console.error(
-      `${relative(process.cwd(), path)} differs from its build. Run: npm run editor --prefix tools/web`,
-    );
+    console.error(`${relative(process.cwd(), path)} differs from its build. Run: npm run editor`);
     process.exitCode = 1;
   }
 }
