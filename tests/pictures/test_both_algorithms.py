@@ -177,12 +177,12 @@ def with_far(document: Json, far: Json) -> Json:
 
 @pytest.mark.parametrize("far", FAR)
 @pytest.mark.parametrize("near", NEAR)
-def test_shapes_look_alike_whatever_stands_far_away(near: str, far: str) -> None:
+def test_far_shapes_change_nothing(near: str, far: str) -> None:
     """What is far away may bring a tree, a stage, or a way of its own for all, and is in no ray's way."""
     assert_alike(with_far(NEAR[near], FAR[far]), NEAR[near])
 
 
-def test_shapes_look_alike_among_very_many_triangles() -> None:
+def test_many_triangles_change_nothing() -> None:
     """72,900 of them are more than are projected on the screen at once."""
     files = {"far.ply": ply(*cut(SPLINTER, [[0, 1, 2]], 270))}
     far = {"shapes": [{"type": "mesh", "asset": "far.ply", "material": "plain"}]}
@@ -216,7 +216,7 @@ BLACK = {"black": {"type": "image", "asset": "black.png", "encoding": "linear"}}
 @pytest.mark.parametrize("view", ["from outside", "from inside"])
 @pytest.mark.parametrize("pattern", ["uniform", "sobol"])
 @pytest.mark.parametrize("name", SURFACES)
-def test_a_surface_looks_alike_however_it_is_written(name: str, pattern: str, view: str) -> None:
+def test_surface_in_every_form(name: str, pattern: str, view: str) -> None:
     """A few triangles one by one, many on the screen, through trees by pairs or rays, or past solid boxes."""
     vertices, triangles = SURFACES[name]
     files = FILES | {"surface.ply": ply(vertices, triangles), "fine.ply": ply(*cut(vertices, triangles, 25))}
@@ -230,7 +230,7 @@ def test_a_surface_looks_alike_however_it_is_written(name: str, pattern: str, vi
 
 
 @pytest.mark.parametrize("target", [4 / 255, 1 / 255])
-def test_a_surface_keeps_a_target_however_it_is_written(target: float) -> None:
+def test_target_of_a_surface_in_every_form(target: float) -> None:
     """Many samples of one form are the truth for all. One form brings other pilot samples than another."""
     more = {"textures": BLACK, "materials": MATERIALS | KEPT, "lights": [LAMP, SUN]}
     true = image_of(folded(FLOOR, mesh(*FOLD), **more, sampling=sampled(256, 4, "sobol", "sobol")), DOUBLE)
@@ -255,7 +255,7 @@ def parts_of(hits: renderer.Hits, chosen: Any) -> Iterator[tuple[str, Any]]:
 
 
 @pytest.mark.parametrize("far", ["a ball", "a mesh of 49 triangles"])
-def test_rays_that_are_traced_together_hit_what_each_hits_alone(far: str) -> None:
+def test_rays_together_and_alone(far: str) -> None:
     """Together they are more than any block, or portion of one, that the renderer works on at once."""
     document = with_far(NEAR["every kind"], FAR[far])
     plan = plan_of(document)
@@ -270,7 +270,7 @@ def test_rays_that_are_traced_together_hit_what_each_hits_alone(far: str) -> Non
 
 
 @pytest.mark.parametrize("far", ["a ball", "a mesh of 49 triangles", "49 triangles"])
-def test_rays_from_far_away_hit_the_same_places(far: str) -> None:
+def test_rays_from_far_away(far: str) -> None:
     """Ellipsoids take other formulas for rays that begin far from them."""
     document = with_far(NEAR["every kind"], FAR[far])
     plan = plan_of(document, DOUBLE)
@@ -288,7 +288,7 @@ def test_rays_from_far_away_hit_the_same_places(far: str) -> None:
 
 @pytest.mark.parametrize("near", NEAR)
 @pytest.mark.parametrize("far", ["a ball", "a mesh of 49 triangles", "49 triangles"])
-def test_a_lens_too_small_to_blur_sees_what_a_pinhole_sees(near: str, far: str) -> None:
+def test_tiny_lens_is_a_pinhole(near: str, far: str) -> None:
     """Rays of a pinhole share their origin, and find many triangles on the screen."""
     document = with_far(NEAR[near], FAR[far])
     lens = {**document["camera"], "lens_radius": 1e-13}
@@ -297,7 +297,7 @@ def test_a_lens_too_small_to_blur_sees_what_a_pinhole_sees(near: str, far: str) 
 
 @pytest.mark.parametrize("falloff", ["none", "physical"])
 @pytest.mark.parametrize("far", ["a ball", "a mesh of 49 triangles", "49 triangles"])
-def test_a_lamp_that_is_hardly_skew_lights_as_one_that_is_not(far: str, falloff: str) -> None:
+def test_hardly_skew_lamp(far: str, falloff: str) -> None:
     """Light points of rectangles are sums of a row and a column; those of parallelograms stand alone."""
     square, skew = (
         lamp([0.4, 3.7, 1.1], [1.1, 0, 0], [slip, 0.3, 0.9], falloff=falloff) for slip in (0.0, 1e-12)
@@ -309,7 +309,7 @@ def test_a_lamp_that_is_hardly_skew_lights_as_one_that_is_not(far: str, falloff:
 
 @pytest.mark.parametrize("far", ["a ball", "a mesh of 49 triangles", "49 triangles"])
 @pytest.mark.parametrize("pattern", ["uniform", "stratified", "sobol"])
-def test_a_lamp_is_a_bulb_if_it_is_small_and_a_bulb_a_sun_if_it_is_far(pattern: str, far: str) -> None:
+def test_small_lamp_and_far_bulb(pattern: str, far: str) -> None:
     """A light with an extent has shafts and pyramids; one at infinity has neither ends nor a distance."""
     shapes, middle = NEAR["every kind"]["shapes"], np.array([0.5, 3.3, 1.2])
     sampling = sampled(1, 9, light=pattern)
@@ -322,7 +322,7 @@ def test_a_lamp_is_a_bulb_if_it_is_small_and_a_bulb_a_sun_if_it_is_far(pattern: 
         assert_alike(some, others, bound=1e-7)
 
 
-def test_of_very_many_light_points_no_pixel_depends_on_its_neighbours() -> None:
+def test_very_many_light_points() -> None:
     """4,096 points of a lamp for each of 108 pixels are more than are worked on at once."""
     shapes = NEAR["every kind"]["shapes"]
     view = camera(width=12, height=9)
@@ -333,7 +333,7 @@ def test_of_very_many_light_points_no_pixel_depends_on_its_neighbours() -> None:
         assert same(renderer.render(plan, tile_size=1).image, renderer.render(plan).image)
 
 
-def test_of_very_many_camera_samples_no_pixel_depends_on_its_neighbours() -> None:
+def test_very_many_camera_samples() -> None:
     """The last pass takes 3,072 samples of each of 16 pixels: more rays than find triangles at once."""
     view = camera(width=4, height=4)
     document = with_far(folded(FLOOR, mesh(*FOLD), lights=[SUN], camera=view), FAR["a mesh of 49 triangles"])
@@ -342,7 +342,7 @@ def test_of_very_many_camera_samples_no_pixel_depends_on_its_neighbours() -> Non
 
 
 @pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
-def test_highlights_on_either_side_of_a_power_differ_by_rounding(quality: Any) -> None:
+def test_highlights_on_both_sides_of_a_power(quality: Any) -> None:
     """Exponents up to 128 may be powers of float32: a dozen roundings of a cosine, times the exponent."""
     images = []
     for shininess in (128.0, 128.0001):
@@ -353,7 +353,7 @@ def test_highlights_on_either_side_of_a_power_differ_by_rounding(quality: Any) -
     assert images[0].max() > 1
 
 
-def test_what_is_kept_of_other_meshes_changes_no_byte() -> None:
+def test_cached_meshes_change_no_byte() -> None:
     """The same vertices smooth and flat, in other shapes, and others until nothing is kept of the first."""
     ball = outward([0.3, 1.0, 0.1], 0.9, 1)
     flat, smooth = (folded(FLOOR, mesh(*ball, smooth=smooth)) for smooth in (False, True))
@@ -368,7 +368,7 @@ def test_what_is_kept_of_other_meshes_changes_no_byte() -> None:
     assert not same(first[0], first[1])
 
 
-def test_a_texture_of_two_uses_is_the_same_as_two_textures() -> None:
+def test_texture_of_two_uses() -> None:
     """As colours a picture is decoded, as normals it is not."""
     picture = {"type": "image", "asset": "picture.png", "encoding": "srgb"}
     both, apart = (
@@ -391,7 +391,7 @@ def board(repeats: Sequence[int], asset: str) -> Json:
     return folded(floor, textures={"tile": texture}, materials={"plain": phong(color_texture="tile")})
 
 
-def test_a_large_texture_is_the_small_one_that_it_repeats() -> None:
+def test_large_texture_repeats_a_small_one() -> None:
     """Decoded, made linear and halved in bands if it has many texels: each is rounded to float32."""
     rng = np.random.default_rng(5)
     small = rng.integers(0, 256, (16, 16, 3), dtype=np.uint8)

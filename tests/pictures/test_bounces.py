@@ -1,7 +1,6 @@
 """Mirrors and glass in pictures: against the literal drawing, mirrored geometry, and themselves."""
 
 import random
-from collections import Counter
 from dataclasses import replace
 from typing import Any
 
@@ -22,19 +21,15 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from renderer.integrator import camera_rays, local_radiance, radiance
 from renderer.math.streams import branch, keys
-from renderer.tiling import blocks
 from schemas.reading import read_scene
-from schemas.tiles import Pass, Tile
 from tests.pictures import pictures
 from tests.pictures.literal import Drawing
-from tests.pictures.parts import DOUBLE, image_of, plan_of, png, samples_of
+from tests.pictures.parts import DOUBLE, plan_of, png, samples_of
 from tests.pictures.test_literal_random import BUMPS, any_scene
 
 COLORED = {"plain": phong(), "red": phong([0.9, 0.1, 0.1], specular=0.4, shininess=9)}
 SILVER = phong([0, 0, 0], ambient=0, diffuse=0, mirror=1)
-GLASS = phong([0, 0, 0], ambient=0, diffuse=0, transmission=1, ior=1.5)
 
 
 def bouncing(seed: int) -> Json:
@@ -48,7 +43,7 @@ def bouncing(seed: int) -> Json:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_a_random_scene_with_mirrors_and_glass_is_what_the_scene_language_says(seed: int) -> None:
+def test_random_mirrors_and_glass_against_the_tracer(seed: int) -> None:
     """1e-9 after up to five bounces; no sample is left out."""
     document = bouncing(seed)
     expected = np.array(Drawing(read_scene(document)[0], {"bumps.png": BUMPS.tolist()}).samples())
@@ -70,7 +65,7 @@ def furniture(z: float) -> list[Json]:
 
 
 @pytest.mark.parametrize("light", ["lamp", "bulb", "sun"])
-def test_a_planar_mirror_shows_the_scene_turned_over_at_its_plane(light: str) -> None:
+def test_planar_mirror_shows_the_mirrored_scene(light: str) -> None:
     """What is seen behind a frame is the scene built a second time beyond it, seen without the mirror."""
 
     def lit(z: float) -> list[Json]:
@@ -96,25 +91,6 @@ def test_a_planar_mirror_shows_the_scene_turned_over_at_its_plane(light: str) ->
     assert np.abs(mirrored - behind)[reached].max() <= 1e-9
 
 
-@pytest.mark.parametrize("part", ["mirror", "transmission"])
-def test_strength_0_is_left_out_and_leaves_the_bytes_as_they_are(part: str) -> None:
-    document = scene(*furniture(1), lights=[bulb([0.5, 3, 2])], materials=COLORED)
-    requested = {**document, "materials": {**COLORED, "plain": phong(**{part: 0})}}
-    assert image_of(requested).tobytes() == image_of(document).tobytes()
-    plan = plan_of(requested)
-    assert plan.scattering == ()
-    left = [(item.effect, item.pointers) for item in plan.left_out]
-    assert (f"materials.phong.{part}", (f"/materials/plain/{part}",)) in left
-
-
-def test_the_plan_names_what_requested_rays() -> None:
-    materials = {"plain": phong(mirror=0.5), "red": {**GLASS}}
-    entries = {entry.name: entry for entry in plan_of(scene(*furniture(1), materials=materials)).entries}
-    assert entries["mirror rays"].pointers == ("/materials/plain/mirror",)
-    assert entries["transmitted rays"].pointers == ("/materials/red/transmission",)
-    assert entries["transmitted rays"].effect == "materials.phong.transmission"
-
-
 def glassy(pattern: str = "random") -> Json:
     materials = {"plain": phong(mirror=0.3), "red": phong([0.9, 0.1, 0.1], transmission=0.8, specular=0.3)}
     ball = sphere([0.4, 1.2, 2.2], 0.7, material="red")
@@ -129,9 +105,7 @@ def glassy(pattern: str = "random") -> Json:
 
 
 @pytest.mark.parametrize("pattern", ["uniform", "random"])
-def test_no_pixel_depends_on_tiles_or_on_how_points_are_grouped(
-    pattern: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bounces_are_free_of_tiles(pattern: str, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of(glassy(pattern))
     whole = renderer.render(plan).image
     assert renderer.render(plan, tile_size=7).image.tobytes() == whole.tobytes()
@@ -140,7 +114,7 @@ def test_no_pixel_depends_on_tiles_or_on_how_points_are_grouped(
     assert renderer.render(plan, tile_size=16).image.tobytes() == whole.tobytes()
 
 
-def test_bounces_have_light_points_of_their_own() -> None:
+def test_bounces_have_their_own_light_points() -> None:
     """The same wall seen twice by one camera sample, once in a mirror, is lit by other random points."""
     plan = plan_of(glassy())
     emitter = plan.lightings[0].emitter
@@ -151,7 +125,7 @@ def test_bounces_have_light_points_of_their_own() -> None:
     assert np.ptp(v, axis=1).min() > 0
 
 
-def test_what_the_camera_sees_keeps_the_random_numbers_of_its_pixel_and_sample() -> None:
+def test_camera_hits_keep_their_random_numbers() -> None:
     """Bounces are named in the same counter as lights; the name of no bounce adds nothing."""
     pixels, lights = np.arange(100), np.uint64(3)
     assert np.array_equal(keys(7, 3, pixels, 2), keys(7, np.zeros(100, dtype=np.uint64) + lights, pixels, 2))
@@ -159,7 +133,7 @@ def test_what_the_camera_sees_keeps_the_random_numbers_of_its_pixel_and_sample()
     assert len({0, int(names[0][0]), int(names[1][0]), int(branch(names[0], 0)[0])}) == 4
 
 
-def test_normal_mapped_mirrors_send_no_ray_below_their_surface() -> None:
+def test_normal_mapped_mirror_sends_no_ray_below() -> None:
     """A mirror over a black floor that would be seen if a ray went through the mirror."""
     relief = {"type": "image", "asset": "bumps.png", "encoding": "linear", "filter": "nearest"}
     materials = {
@@ -194,7 +168,7 @@ def by_first_shape(plan: renderer.RenderPlan, shape: int) -> np.ndarray:
     return (hits.shape == shape).reshape(plan.height, plan.width)
 
 
-def test_a_mirror_shows_the_colour_of_a_visible_light() -> None:
+def test_light_in_a_mirror() -> None:
     shining = lamp([-5, -5, 2], [10, 0, 0], [0, 10, 0], color=(0.25, 0.5, 0.75))
     document = scene(
         rectangle([-9, -9, 0], [18, 0, 0], [0, 18, 0]),
@@ -205,7 +179,7 @@ def test_a_mirror_shows_the_colour_of_a_visible_light() -> None:
     assert np.all(samples_of(plan_of(document, DOUBLE)) == [0.25, 0.5, 0.75])
 
 
-def test_a_mirror_shows_nothing_of_a_triangle_that_it_reflects_exactly_from_its_edge() -> None:
+def test_triangle_edge_on_in_a_mirror() -> None:
     """The middle column of pixels lies in the plane of the triangle, and so do its reflections."""
     floor = rectangle([-8, 0, -8], [0, 0, 16], [16, 0, 0], material="silver")
     upright = triangle([0.5, 0.1, 0], [3, 0.2, 0], [2, 2, 0])
@@ -227,14 +201,12 @@ def between_mirrors(strength: float, bounces: int, **changes: Any) -> Json:
 
 
 @pytest.mark.parametrize(("strength", "bounces"), [(0.03, 2), (0.5, 11), (0.5, 40), (0.03, 8)])
-def test_a_path_is_followed_as_long_as_a_bright_light_may_be_at_its_end(
-    strength: float, bounces: int
-) -> None:
+def test_path_to_a_bright_light(strength: float, bounces: int) -> None:
     document = between_mirrors(strength, bounces, background=[1e6, 1e6, 1e6])
     assert np.allclose(samples_of(plan_of(document, DOUBLE)), strength**bounces * 1e6, rtol=1e-13, atol=0)
 
 
-def test_a_path_ends_where_it_can_add_no_more_than_float32_shows_beside_white() -> None:
+def test_path_ends_below_float32() -> None:
     """Weights of 2^-24 and 2^-26; all along the path there may be 4/3 of what lies beyond the mirrors."""
     for white in (1.0, 0.25):
         for bounces, shown in ((11, 2.0**-22), (13, 0.0)):
@@ -251,7 +223,7 @@ def test_a_path_ends_where_it_can_add_no_more_than_float32_shows_beside_white() 
     ],
     ids=["falloff", "lamp", "ambient"],
 )
-def test_what_may_be_bright_anywhere_keeps_paths_going(brighter: Json) -> None:
+def test_bright_scenes_keep_paths_going(brighter: Json) -> None:
     """Whatever this path finds at its end: a plan does not know what it will see."""
     document = between_mirrors(0.25, 13, background=[1, 1, 1])
     document["shapes"].append(rectangle([-9, 20, -9], [1, 0, 0], [0, 0, 1]))
@@ -261,7 +233,7 @@ def test_what_may_be_bright_anywhere_keeps_paths_going(brighter: Json) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_what_is_left_out_of_faint_paths_is_less_than_the_bound_that_ends_them(seed: int) -> None:
+def test_cut_paths_are_below_their_bound(seed: int) -> None:
     """Every ray that is not sent stands for a path that ends no later, and adds up to 2^-24 a channel."""
     document = bouncing(seed)
     for material in document["materials"].values():
@@ -275,7 +247,7 @@ def test_what_is_left_out_of_faint_paths_is_less_than_the_bound_that_ends_them(s
     assert np.abs(samples_of(plan) - samples_of(endless)).sum() <= 3 * ended * 2.0**-24
 
 
-def test_inside_of_a_mirror_ball_every_ray_comes_to_its_limit() -> None:
+def test_ray_in_a_mirror_ball_reaches_its_limit() -> None:
     """The mirror is hit on its own inner side at every bounce, and never at distance 0."""
     document = scene(
         sphere([0, 0, 0], 2),
@@ -285,22 +257,3 @@ def test_inside_of_a_mirror_ball_every_ray_comes_to_its_limit() -> None:
     assert renderer.render(plan_of(document, DOUBLE)).report["rays"]["mirror"] == 24 * 16 * 9
     one = np.array([0.8 * 1, 0.7 * 0.9, 0.6 * 0.8]) * 0.2
     assert np.allclose(samples_of(plan_of(document, DOUBLE)), 10 * one, rtol=1e-13, atol=0)
-
-
-def test_camera_rays_alone_are_what_a_scene_without_bounces_shows() -> None:
-    """The loop over waves adds nothing to the first one, bit for bit."""
-    plan = plan_of(any_plain())
-    whole = Pass(1, 1, 0, 4)
-    for block in blocks(Tile(0, 0, 0, plan.width, plan.height), whole):
-        rays, again = camera_rays(plan, block, whole), camera_rays(plan, block, whole)
-        local, _ = local_radiance(plan, rays, Counter())
-        assert radiance(plan, again, Counter()).tobytes() == local.tobytes()
-
-
-def any_plain() -> Json:
-    return scene(
-        *furniture(1),
-        lights=[lamp([-0.5, 3, 1.5], [1, 0, 0], [0, 0, 0.75])],
-        materials=COLORED,
-        sampling=sampled(4, 4, "random", "random"),
-    )

@@ -94,9 +94,7 @@ def shown(lamps: list[Box], plates: list[Box]) -> Floats:
 
 @pytest.mark.parametrize("hidden", [False, True], ids=["open", "hidden"])
 @pytest.mark.parametrize(("brightness", "size"), [(157, 0.1), (15700, 0.1), (1570, 1.5)])
-def test_small_bright_lamps_keep_the_target_and_its_interval(
-    brightness: float, size: float, hidden: bool
-) -> None:
+def test_small_bright_lamps_keep_the_target(brightness: float, size: float, hidden: bool) -> None:
     missed, outside = 0, 0
     for seed in SEEDS:
         lamps, plates = boxes(seed, brightness, size)
@@ -140,13 +138,13 @@ CASES = [(157, 0.1), (157, 0.4), (1570, 0.1), (15700, 0.1)]
 
 
 @pytest.mark.parametrize(("brightness", "size"), CASES)
-def test_lamps_missed_in_a_mirror_are_within_the_interval(brightness: float, size: float) -> None:
+def test_mirrored_lamps_are_in_the_interval(brightness: float, size: float) -> None:
     for true, error in (in_mirror(seed, brightness, size) for seed in SEEDS):
         assert true <= error["high"]
 
 
 @pytest.mark.xfail(reason="no ray looks for reflections: only the interval says that they may be there")
 @pytest.mark.parametrize(("brightness", "size"), CASES)
-def test_lamps_in_a_mirror_keep_the_target(brightness: float, size: float) -> None:
+def test_mirrored_lamps_keep_the_target(brightness: float, size: float) -> None:
     missed = sum(in_mirror(seed, brightness, size)[0] > 1.25 * ERROR for seed in SEEDS)
     assert missed <= MISSED

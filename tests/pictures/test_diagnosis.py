@@ -126,7 +126,7 @@ MISTAKES: list[tuple[str, Change]] = [
 
 
 @pytest.mark.parametrize(("cause", "change"), MISTAKES, ids=[cause for cause, _ in MISTAKES])
-def test_a_mistake_is_named_first_and_what_it_left_is_reported(
+def test_mistake_is_named_first(
     reference: np.ndarray, correct: np.ndarray, cause: str, change: Change
 ) -> None:
     found = against(reference, np.clip(change(correct), 0, 1))
@@ -135,14 +135,14 @@ def test_a_mistake_is_named_first_and_what_it_left_is_reported(
     assert found.causes[0].rmse_after < found.causes[0].rmse_before
 
 
-def test_a_power_of_2_2_for_srgb_is_named_where_noise_does_not_hide_it(reference: np.ndarray) -> None:
+def test_power_of_2_2_for_srgb(reference: np.ndarray) -> None:
     """The two differ by less than 0.01."""
     found = against(reference, linear_from_srgb(reference ** (1 / 2.2)))
     assert found.causes[0].cause == "gamma_2.2"
     assert found.judgement.verdict == "mismatch"
 
 
-def test_a_camera_half_a_pixel_aside_is_named(reference: np.ndarray) -> None:
+def test_camera_half_a_pixel_aside(reference: np.ndarray) -> None:
     """Each row of 192 columns begins one column late: half a pixel of the picture that is made of them."""
     document = scene(36, "uniform")
     document["camera"] |= {"width": 2 * SIDE, "height": 2 * SIDE}
@@ -151,7 +151,7 @@ def test_a_camera_half_a_pixel_aside_is_named(reference: np.ndarray) -> None:
     assert against(reference, halved).causes[0].cause == "half_pixel_right"
 
 
-def test_missing_anti_aliasing_is_named(reference: np.ndarray) -> None:
+def test_missing_anti_aliasing(reference: np.ndarray) -> None:
     found = against(reference, pixels(scene(1, "center")))
     assert [cause.cause for cause in found.causes] == ["antialiasing_missing"]
     assert found.judgement.verdict == "mismatch"
@@ -160,15 +160,13 @@ def test_missing_anti_aliasing_is_named(reference: np.ndarray) -> None:
 @pytest.mark.parametrize(
     ("pattern", "samples"), [("uniform", 4), ("uniform", 64), ("random", 4), ("sobol", 16)]
 )
-def test_a_correct_picture_is_the_same_but_for_noise_and_has_no_cause(
-    reference: np.ndarray, pattern: str, samples: int
-) -> None:
+def test_correct_picture_has_no_cause(reference: np.ndarray, pattern: str, samples: int) -> None:
     found = against(reference, pixels(scene(samples, pattern)))
     assert found.judgement.verdict == "noisy_match"
     assert found.causes == ()
 
 
-def test_a_picture_saved_with_eight_bits_matches_itself(correct: np.ndarray) -> None:
+def test_picture_of_eight_bits(correct: np.ndarray) -> None:
     codes = np.floor(srgb_from_linear(np.clip(correct, 0, 1)) * 255 + 0.5).astype(np.uint8)
     file = io.BytesIO()
     np.save(file, codes)
@@ -177,7 +175,7 @@ def test_a_picture_saved_with_eight_bits_matches_itself(correct: np.ndarray) -> 
     assert found.regions == ()
 
 
-def test_a_missing_shape_is_where_they_differ_most_and_has_no_other_cause(reference: np.ndarray) -> None:
+def test_missing_shape(reference: np.ndarray) -> None:
     document = scene(16, "uniform")
     whole = renderer.load_scene(document)
     without = pixels(document | {"shapes": [document["shapes"][0], document["shapes"][2]]})
@@ -188,7 +186,7 @@ def test_a_missing_shape_is_where_they_differ_most_and_has_no_other_cause(refere
     assert verdict["worst_regions"][0]["name"] == "ball (shapes/1)"
 
 
-def test_a_missing_shadow_is_found_on_the_floor_and_is_too_bright(reference: np.ndarray) -> None:
+def test_missing_shadow(reference: np.ndarray) -> None:
     """The ball floats in the air beside the light: seen where it was, its shadow on the floor is gone."""
     document = scene(16, "uniform")
     whole = renderer.load_scene(document)

@@ -5,13 +5,14 @@ import pytest
 
 import renderer
 from accuracy.hard_cases.documents import camera, ellipsoid, phong, rectangle, sampled, scene, triangle
-from benchmarks.targets import clipped, root_of_product
+from accuracy.statistics import clipped
 from renderer.integrator import camera_rays, intersect
 from renderer.textures import footprints
 from renderer.tiling import blocks
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 from tests.pictures.parts import image_of, plan_of, png
+from tests.pictures.references import root_of_product
 
 GREY = {"plain": phong(color_texture="board", ambient=1, diffuse=0)}
 
@@ -31,7 +32,7 @@ def horizon(kind: str, samples: int = 1, pattern: str = "uniform", seed: int = 0
     }
 
 
-def test_the_far_region_of_a_filtered_board_has_its_mean() -> None:
+def test_far_board_has_its_mean() -> None:
     image = image_of(horizon("box"))[:, :, 0]
     far = image[21:24]
     assert far.std() < 0.1
@@ -39,7 +40,7 @@ def test_the_far_region_of_a_filtered_board_has_its_mean() -> None:
     assert abs(far.mean() - 0.5) <= 3 * far.std() / np.sqrt(far.size)
 
 
-def test_a_filtered_board_is_nearer_to_a_heavily_sampled_one() -> None:
+def test_filtered_board_is_nearer_to_the_truth() -> None:
     truth = image_of(horizon("none", samples=1024, pattern="sobol", seed=5)).astype(float)
 
     def error(kind: str, samples: int) -> float:
@@ -70,7 +71,7 @@ def points_of(document: dict, shift: tuple[float, float] = (0.0, 0.0)) -> render
 
 
 @pytest.mark.parametrize("figure", FIGURES)
-def test_footprints_are_what_rays_through_neighbouring_places_add_to_uv(figure: str) -> None:
+def test_footprints_against_offset_rays(figure: str) -> None:
     textures = {"board": {"type": "checker", "filter": "box"}}
     view = camera(position=[0.4, 0.7, 5], look_at=[0, 0, 0], width=16, height=16, vertical_fov=30)
     document = scene(
@@ -89,13 +90,8 @@ def test_footprints_are_what_rays_through_neighbouring_places_add_to_uv(figure: 
         assert np.abs(found - slope)[:, smooth].max() <= 1e-4 * np.abs(slope[:, smooth]).max()
 
 
-def test_a_sample_stands_for_its_share_of_the_pixel() -> None:
-    one, four = (points_of(horizon("box", samples)) for samples in (1, 4))
-    assert four.footprints == pytest.approx(one.footprints / 2, rel=1e-12)
-
-
 @pytest.mark.parametrize("height", [0.0, 1e-300, 1e-12, 1e-3])
-def test_footprints_are_finite_at_the_grazing_limit(height: float) -> None:
+def test_footprints_at_the_grazing_limit(height: float) -> None:
     view = camera(position=[0, height, 0], look_at=[0, 0, -1], width=9, height=9)
     image = image_of(horizon("box", camera=view))
     assert np.isfinite(image).all()
@@ -103,7 +99,7 @@ def test_footprints_are_finite_at_the_grazing_limit(height: float) -> None:
     assert image.max() <= 1
 
 
-def test_footprints_are_finite_where_a_ray_runs_along_the_surface() -> None:
+def test_footprints_along_the_surface() -> None:
     document = horizon("box")
     points = points_of(document)
     points.viewers[...] = np.array([[1.0], [0.0], [0.0]])
@@ -112,7 +108,7 @@ def test_footprints_are_finite_where_a_ray_runs_along_the_surface() -> None:
     assert np.isfinite(points.footprints).all()
 
 
-def test_a_board_in_a_flat_mirror_is_filtered_as_far_away_as_it_appears() -> None:
+def test_board_in_a_mirror() -> None:
     mirror = rectangle([-50, -50, -60], [100, 0, 0], [0, 100, 0], material="mirror")
     textures = {"board": {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [80, 80]}}
     view = camera(position=[0, 0, 0], look_at=[0, 0, -1], width=16, height=16, vertical_fov=20)
@@ -132,7 +128,7 @@ def test_a_board_in_a_flat_mirror_is_filtered_as_far_away_as_it_appears() -> Non
     assert np.abs(drawn("box") - 0.5).max() < 0.05
 
 
-def test_an_unfiltered_scene_has_no_footprints_and_a_filter_that_is_not_shown_needs_none() -> None:
+def test_footprints_only_where_needed() -> None:
     plain = horizon("none")
     hidden = horizon("none")
     hidden["textures"] = {**hidden["textures"], "unused": {"type": "checker", "filter": "box"}}
@@ -145,7 +141,7 @@ def test_an_unfiltered_scene_has_no_footprints_and_a_filter_that_is_not_shown_ne
 
 
 @pytest.mark.parametrize("use", ["color_texture", "normal_map", "bump_map"])
-def test_a_mipmap_may_be_used_as_any_map(use: str) -> None:
+def test_mipmap_as_any_map(use: str) -> None:
     codes = np.random.default_rng(1).integers(100, 156, (13, 8, 3), dtype=np.uint8)
     textures = {"board": {"type": "image", "asset": "map", "filter": "mipmap", "wrap": "repeat"}}
     material = phong(**{"color_texture": "board"} if use == "color_texture" else {use: "board"})
@@ -155,7 +151,7 @@ def test_a_mipmap_may_be_used_as_any_map(use: str) -> None:
     assert np.isfinite(image_of(document, files={"map": png(codes)})).all()
 
 
-def test_with_target_quality_textures_filter_as_for_256_samples() -> None:
+def test_filter_in_target_quality() -> None:
     """How many there will be is not known, and a coarser filter would make another picture."""
     target = TargetQuality(mode="target", error=1 / 255)
     offsets = []
@@ -169,9 +165,7 @@ def test_with_target_quality_textures_filter_as_for_256_samples() -> None:
 @pytest.mark.parametrize(
     ("kind", "side", "tiles", "error"), [("mipmap", 64, 4, 2 / 255), ("bilinear", 512, 1, 4 / 255)]
 )
-def test_a_target_is_kept_on_tiles_that_shrink_to_the_horizon(
-    kind: str, side: int, tiles: int, error: float
-) -> None:
+def test_target_on_far_tiles(kind: str, side: int, tiles: int, error: float) -> None:
     """A pixel far away covers more texels than one look-up does, and a pyramid blurs it too much."""
     rim = side // 8
     codes = np.zeros((side, side, 3), dtype=np.uint8)

@@ -18,9 +18,7 @@ GALLERY = Path(scenes.__file__).parent / "gallery"
 
 @pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
 @pytest.mark.parametrize("path", sorted(GALLERY.glob("*.json")), ids=lambda path: path.stem)
-def test_no_pixel_of_the_gallery_is_counted_as_bad_and_nothing_warns(
-    path: Path, quality: FixedQuality
-) -> None:
+def test_gallery_has_no_bad_pixel(path: Path, quality: FixedQuality) -> None:
     document = json.loads(path.read_text(encoding="utf-8"))
     document["camera"] |= {"width": 48, "height": 32}
     with warnings.catch_warnings():

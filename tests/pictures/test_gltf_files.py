@@ -19,7 +19,7 @@ from renderer.meshes.files import announced, needs_other_files, read_mesh, self_
 from renderer.meshes.gltf import MOST_VALUES
 from service.converting.formats import convert
 from tests.pictures.parts import Files
-from tests.pictures.test_mesh_files import FACES, FILES, FLOOR, VERTICES, mesh_file, solid, textured
+from tests.pictures.test_mesh_files import FACES, FLOOR, VERTICES, mesh_file, solid, textured
 from tests.service.converting.test_gltf import TRIANGLE, Made
 
 
@@ -51,7 +51,7 @@ def written(mesh: trimesh.Trimesh) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("make", [solid, textured], ids=["plain", "textured"])
-def test_a_file_with_its_buffers_beside_it_is_the_mesh_of_the_glb(
+def test_gltf_with_its_buffers_equals_glb(
     make: Callable[[], trimesh.Trimesh],
 ) -> None:
     files = written(make())
@@ -65,7 +65,7 @@ def test_a_file_with_its_buffers_beside_it_is_the_mesh_of_the_glb(
     np.testing.assert_array_equal(found[1].T, FACES)
 
 
-def test_a_data_uri_holds_its_bytes() -> None:
+def test_data_uri() -> None:
     made = placed()
     for head in (
         "data:application/octet-stream;base64,",
@@ -89,7 +89,7 @@ def test_a_data_uri_holds_its_bytes() -> None:
         ("../m.bin", "m.bin"),
     ],
 )
-def test_buffers_are_named_from_the_folder_of_the_mesh(tmp_path: Path, uri: str, file: str) -> None:
+def test_buffers_beside_the_mesh(tmp_path: Path, uri: str, file: str) -> None:
     made = placed()
     assets = folder_of(tmp_path, **{"models__m.gltf": with_buffers(made, uri=uri), file: made.binary})
     assert read_mesh("models/m.gltf", assets)[1].shape == (3, 1)
@@ -113,7 +113,7 @@ AWAY = {
 
 
 @pytest.mark.parametrize(("uri", "detail"), AWAY.items(), ids=AWAY)
-def test_nothing_is_read_outside_the_folder_of_the_scene(tmp_path: Path, uri: str, detail: str) -> None:
+def test_buffers_outside_the_folder(tmp_path: Path, uri: str, detail: str) -> None:
     made = placed()
     (tmp_path / "secret.bin").write_bytes(made.binary)
     assets = folder_of(tmp_path / "scene", models__m=with_buffers(made, uri=uri))
@@ -195,9 +195,7 @@ WRONG: dict[str, tuple[Callable[[Made], None], str]] = {
 
 
 @pytest.mark.parametrize(("change", "detail"), WRONG.values(), ids=WRONG)
-def test_geometry_that_is_not_read_is_refused_with_its_reason(
-    change: Callable[[Made], None], detail: str
-) -> None:
+def test_unread_geometry_is_refused(change: Callable[[Made], None], detail: str) -> None:
     made = placed()
     change(made)
     for content in (made.glb(), with_buffers(made, uri="m.bin")):
@@ -217,7 +215,7 @@ MODES = {
 
 @pytest.mark.parametrize("case", MODES.values(), ids=MODES)
 @pytest.mark.parametrize("scale", [[1, 1, 1], [-1, 1, 1], [2, -1, 1], [-1, -1, 1], [1, -1, -1]])
-def test_triangles_of_every_mode_keep_their_outside(case: Any, scale: list[int], tmp_path: Path) -> None:
+def test_modes_keep_their_outside(case: Any, scale: list[int], tmp_path: Path) -> None:
     mode, places, order, areas = case
     made = Made()
     made.node(mesh=made.mesh(places, order, mode=mode, attributes={"NORMAL": made.accessor([(0, 0, 1)] * 5)}))
@@ -241,7 +239,7 @@ def test_triangles_of_every_mode_keep_their_outside(case: Any, scale: list[int],
 
 
 @pytest.mark.parametrize("length", [1e-200, 0.5, 1e200])
-def test_a_quaternion_of_any_length_turns_alike(length: float) -> None:
+def test_quaternion_of_any_length(length: float) -> None:
     made = placed()
     made.document["nodes"][0]["rotation"] = [0, 0, length, length]
     # A quarter turn about z takes x to y and y to -x.
@@ -250,7 +248,7 @@ def test_a_quaternion_of_any_length_turns_alike(length: float) -> None:
 
 
 @pytest.mark.parametrize(("kind", "largest"), [(np.uint8, 255), (np.uint16, 65535)])
-def test_a_primitive_without_texture_coordinates_is_read_as_alone(kind: type, largest: int) -> None:
+def test_primitive_without_texture_coordinates(kind: type, largest: int) -> None:
     made = Made()
     shares = made.accessor([(0, largest), (largest, 0), (0, 0)], kind, normalized=True)
     for number, attributes in enumerate(({}, {"TEXCOORD_0": shares}, {})):
@@ -267,25 +265,12 @@ def test_a_primitive_without_texture_coordinates_is_read_as_alone(kind: type, la
     assert read_mesh("m", Files(m=made.glb()))[2] is None
 
 
-def test_a_buffer_shorter_than_it_says_is_cut_short() -> None:
-    made = placed()
-    files = Files({"m": with_buffers(made, uri="m.bin"), "m.bin": made.binary[:-1]})
-    with pytest.raises(AssetError, match=r"has 43 bytes, where its byteLength says 44: it is cut short"):
-        read_mesh("m", files)
-
-
-def test_a_buffer_without_bytes_is_refused() -> None:
+def test_buffer_without_bytes() -> None:
     with pytest.raises(AssetError, match="Buffer 0 of the mesh has no 'uri'"):
         read_mesh("m", Files(m=with_buffers(placed())))
 
 
-def test_a_buffer_longer_than_it_says_is_read() -> None:
-    made = placed()
-    files = Files({"m": with_buffers(made, uri="m.bin"), "m.bin": made.binary + b"more"})
-    assert read_mesh("m", files)[1].shape == (3, 1)
-
-
-def test_what_is_no_geometry_does_not_keep_a_mesh_from_being_read() -> None:
+def test_other_content_is_ignored() -> None:
     made = placed()
     made.document["accessors"].append({"componentType": 5126, "count": 10**12, "type": "VEC3"})
     made.document["bufferViews"].append({"buffer": 1, "byteLength": 10**9})
@@ -299,18 +284,13 @@ def test_what_is_no_geometry_does_not_keep_a_mesh_from_being_read() -> None:
     )
 
 
-def test_what_is_no_json_is_refused_with_its_line() -> None:
-    with pytest.raises(AssetError, match=r"as glTF in line 2, column 1: This is not JSON\. There is a comma"):
-        read_mesh("m", Files(m=b'{"asset": {},\n}'))
-
-
-def test_a_description_of_too_many_values_is_refused_before_it_is_parsed() -> None:
+def test_description_of_too_many_values() -> None:
     many = b'{"asset": {"version": "2.0"}, "extras": [' + b"0," * MOST_VALUES + b"0]}"
     with pytest.raises(AssetError, match="more than 1000000 values"):
         announced(many)
 
 
-def test_many_views_of_the_same_bytes_are_refused_before_they_are_copied() -> None:
+def test_many_views_of_the_same_bytes() -> None:
     made = placed()
     made.document["bufferViews"] = [{"buffer": 0, "byteLength": 1 << 26} for _ in range(9)]
     made.document["accessors"] = [
@@ -322,7 +302,7 @@ def test_many_views_of_the_same_bytes_are_refused_before_they_are_copied() -> No
         announced(made.glb())
 
 
-def test_a_mesh_with_its_buffers_is_one_file_for_a_server() -> None:
+def test_mesh_is_one_file_for_a_server() -> None:
     files = Files(written(textured()))
     content = files.read("model.gltf")
     alone = self_contained("model.gltf", content, files)
@@ -334,13 +314,7 @@ def test_a_mesh_with_its_buffers_is_one_file_for_a_server() -> None:
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("kind", FILES)
-def test_a_mesh_that_is_one_file_stays_as_it_is(kind: str) -> None:
-    content = FILES[kind]()
-    assert self_contained("m", content, Files()) == content
-
-
-def test_a_scene_file_is_rendered_with_the_mesh_beside_it(tmp_path: Path) -> None:
+def test_scene_file_with_a_mesh_beside_it(tmp_path: Path) -> None:
     document: Json = scene(FLOOR, mesh_file("models/model.gltf"))
     folder_of(tmp_path, **{f"models__{name}": content for name, content in written(solid()).items()})
     (tmp_path / "scene.json").write_text(json.dumps(document))

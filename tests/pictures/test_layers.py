@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import Json, bulb, camera, phong, rectangle, sampled, scene, sphere
-from renderer.layers import LAYERS
 from renderer.math.arrays import lengths
 from renderer.tiling import tiles
 from schemas.api.layers import LAYER_NAMES
-from schemas.quality import FixedQuality
 from tests.pictures import pictures
 from tests.pictures.parts import Files, png, same
 from tests.pictures.random_scenes import accepted, scenes
@@ -56,7 +54,7 @@ def centre_rays(plan: renderer.RenderPlan) -> tuple[NDArray[np.float64], NDArray
 
 
 @pytest.mark.parametrize("name", DRAWN)
-def test_layers_are_what_tracing_the_rays_through_the_centres_gives_to_the_bit(name: str) -> None:
+def test_layers_equal_traced_centres(name: str) -> None:
     plan = plan_with(DRAWN[name])
     layers = renderer.render(plan).layers
     origins, directions = centre_rays(plan)
@@ -75,7 +73,7 @@ def test_layers_are_what_tracing_the_rays_through_the_centres_gives_to_the_bit(n
 
 @given(scenes().filter(accepted))
 @settings(max_examples=60)
-def test_layers_of_random_scenes_are_what_tracing_gives(document: Json) -> None:
+def test_layers_of_random_scenes(document: Json) -> None:
     plan = plan_with(document, width=9, height=7)
     layers = renderer.render(plan, tile_size=4).layers
     hits = renderer.trace(plan, *centre_rays(plan))
@@ -83,7 +81,7 @@ def test_layers_of_random_scenes_are_what_tracing_gives(document: Json) -> None:
         assert same(getattr(hits, part).astype(layers[part].dtype).reshape(layers[part].shape), layers[part])
 
 
-def test_a_wall_has_the_depth_position_and_coordinates_that_geometry_gives() -> None:
+def test_layers_of_a_wall() -> None:
     """A wall 3 before a camera that looks straight at it, with an opening of 90 degrees: 6 high, 12 wide."""
     wall = rectangle([-6, -3, 0], [12, 0, 0], [0, 6, 0])
     document = scene(
@@ -111,13 +109,13 @@ def layers_of_size(document: Json, width: int, height: int) -> dict[str, NDArray
     return renderer.render(plan_with(document, width=width, height=height)).layers
 
 
-def test_a_wall_from_behind_has_its_normal_towards_the_camera() -> None:
+def test_normal_faces_the_camera() -> None:
     wall = rectangle([-9, -9, 0], [0, 18, 0], [18, 0, 0])
     document = scene(wall, camera=camera(position=[0, 0, 3], look_at=[0, 0, 0]), lights=[bulb([0, 0, 2])])
     assert np.all(layers_of(document)["normal"] == [0, 0, 1])
 
 
-def test_albedo_is_the_texel_and_not_what_light_makes_of_it() -> None:
+def test_albedo_is_the_texel() -> None:
     texels = pictures.codes(6, 5)
     picture = {"type": "image", "asset": "picture.png", "encoding": "linear", "filter": "nearest"}
     document = scene(
@@ -133,7 +131,7 @@ def test_albedo_is_the_texel_and_not_what_light_makes_of_it() -> None:
     assert np.array_equal(layers["albedo"], expected.astype(np.float32))
 
 
-def test_a_normal_map_bends_the_shading_normal_and_not_the_geometric_one() -> None:
+def test_shading_normal() -> None:
     layers = layers_of(DRAWN["normal map"])
     seen = layers["shape"] >= 0
     geometric, shading = layers["normal"][seen], layers["shading_normal"][seen]
@@ -142,7 +140,7 @@ def test_a_normal_map_bends_the_shading_normal_and_not_the_geometric_one() -> No
 
 
 @pytest.mark.parametrize("name", DRAWN)
-def test_layers_have_their_types_and_what_misses_have_is_stated(name: str) -> None:
+def test_types_and_misses(name: str) -> None:
     layers = layers_of(DRAWN[name])
     assert tuple(layers) == LAYER_NAMES
     missed = layers["shape"] == -1
@@ -161,14 +159,14 @@ def test_layers_have_their_types_and_what_misses_have_is_stated(name: str) -> No
     assert missed.all() == (name == "nothing in view")
 
 
-def test_a_light_that_the_camera_sees_does_not_hide_the_shape_behind_it() -> None:
+def test_visible_light_hides_no_layer() -> None:
     document = DRAWN["room"]
     unlit = {**document, "lights": [{**document["lights"][0], "visible": False}]}
     with_light, without = layers_of(document), layers_of(unlit)
     assert all(same(with_light[part], without[part]) for part in CENTRES)
 
 
-def test_a_lens_blurs_the_picture_and_not_the_layers() -> None:
+def test_layers_through_a_lens() -> None:
     document = DRAWN["room"]
     open_lens = {**document, "camera": {**document["camera"], "lens_radius": 0.3, "focus_distance": 4}}
     sharp, blurred = (renderer.render(plan_with(d)) for d in (document, open_lens))
@@ -177,7 +175,7 @@ def test_a_lens_blurs_the_picture_and_not_the_layers() -> None:
 
 
 @pytest.mark.parametrize("name", DRAWN)
-def test_layers_do_not_depend_on_tiles_or_samples(name: str) -> None:
+def test_layers_are_free_of_tiles_and_samples(name: str) -> None:
     whole = layers_of(DRAWN[name])
     for size in (5, 64):
         small = layers_of(DRAWN[name], tile_size=size)
@@ -187,15 +185,7 @@ def test_layers_do_not_depend_on_tiles_or_samples(name: str) -> None:
     assert np.all(other["samples"] == 2)
 
 
-def test_the_layers_of_a_pixel_do_not_depend_on_its_neighbours() -> None:
-    whole, alone = (
-        renderer.render(plan_with(DRAWN["normal map"], width=11, height=8), tile_size=size).layers
-        for size in (64, 1)
-    )
-    assert all(same(alone[part], whole[part]) for part in LAYER_NAMES)
-
-
-def test_a_filtered_texture_gives_the_albedo_of_a_sample_and_not_of_a_tile() -> None:
+def test_albedo_of_a_filtered_texture() -> None:
     board = {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [90, 90], "filter": "box"}
     document = pictures.checkered() | {"textures": {"picture": board}}
     plan = plan_with(document)
@@ -208,7 +198,7 @@ def test_a_filtered_texture_gives_the_albedo_of_a_sample_and_not_of_a_tile() -> 
 
 
 @pytest.mark.slow
-def test_layers_do_not_depend_on_workers() -> None:
+def test_layers_are_free_of_workers() -> None:
     plan = plan_with(DRAWN["room"])
     alone = renderer.render(plan).layers
     shared = renderer.render(plan, workers=2, tile_size=16).layers
@@ -216,7 +206,7 @@ def test_layers_do_not_depend_on_workers() -> None:
 
 
 @pytest.mark.parametrize("name", DRAWN)
-def test_asking_for_layers_changes_nothing_else(name: str) -> None:
+def test_layers_change_nothing_else(name: str) -> None:
     bare, requested = plan_with(DRAWN[name], layers=()), plan_with(DRAWN[name])
     plain, full = renderer.render(bare), renderer.render(requested)
     assert plain.layers == {}
@@ -230,31 +220,8 @@ def test_asking_for_layers_changes_nothing_else(name: str) -> None:
     assert effects == {"layers", *(f"layers.{part}" for part in LAYER_NAMES)}
 
 
-def test_passes_record_no_layers_unasked_centres_once_and_errors_in_each_but_the_preview() -> None:
+def test_layers_of_passes() -> None:
     for names, expected in (((), 0), (("depth",), 1), (("depth", "error"), 2)):
         plan = plan_with(DRAWN["room"], layers=names)
         results = [renderer.render_tile(plan, tiles(plan, pass_)[0], pass_) for pass_ in plan.passes]
         assert sum(bool(result.layers) for result in results) == expected
-
-
-def test_the_number_of_samples_needs_no_ray() -> None:
-    plan = plan_with(DRAWN["room"], layers=["samples"])
-    result = renderer.render(plan)
-    assert "layers" not in result.report["rays"]
-    assert np.all(result.layers["samples"] == 4)
-    assert "rays of layers" not in [entry.name for entry in plan.entries]
-
-
-def test_another_quality_keeps_the_requested_layers() -> None:
-    plan = plan_with(DRAWN["room"], layers=["samples"])
-    quality = FixedQuality.model_validate({"mode": "fixed", "antialiasing": {"samples": 9}})
-    assert np.all(renderer.render(plan, quality).layers["samples"] == 9)
-
-
-def test_an_unknown_layer_is_refused_with_the_one_that_was_meant() -> None:
-    with pytest.raises(ValueError, match=r"There is no layer 'nromal'\. Did you mean 'normal'"):
-        plan_with(DRAWN["room"], layers=["depth", "nromal"])
-
-
-def test_every_layer_of_the_language_has_a_recorder() -> None:
-    assert tuple(LAYERS) == LAYER_NAMES

@@ -39,7 +39,7 @@ def lens_points(pattern: str, samples: int, pixels: int = 1) -> np.ndarray:
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)
-def test_places_on_the_lens_fill_its_disk_evenly(pattern: str) -> None:
+def test_lens_points_fill_the_disk(pattern: str) -> None:
     samples = 1 if pattern == "center" else 16
     x, y = lens_points(pattern, samples, pixels=20000 // samples)
     squared = (x * x + y * y).ravel()
@@ -52,14 +52,7 @@ def test_places_on_the_lens_fill_its_disk_evenly(pattern: str) -> None:
         assert np.abs(counts - expected).max() <= SIGMAS * deviation
 
 
-def test_a_place_in_the_pixel_says_nothing_about_the_place_on_the_lens() -> None:
-    x, y = lens_points("uniform", 16, pixels=4000)
-    # The mean over pixels of each sample number, the same place in all pixels, is that of an even disk.
-    for part in (x, y):
-        assert np.abs(part.mean(axis=0)).max() <= SIGMAS * 0.5 / math.sqrt(4000)
-
-
-def test_halves_of_the_pixel_do_not_go_with_halves_of_the_lens() -> None:
+def test_pixel_and_lens_are_uncorrelated() -> None:
     pixel, sample = np.indices((500, 16)).reshape(2, -1)
     inside, _ = PATTERN_FUNCTIONS["sobol"](keys(0, PIXEL_DIMENSIONS, pixel), sample, 16)
     left = inside.reshape(500, 16) < 0.5
@@ -69,16 +62,7 @@ def test_halves_of_the_pixel_do_not_go_with_halves_of_the_lens() -> None:
     assert ((both > 0) & (both < 8)).mean() > 0.8
 
 
-@pytest.mark.parametrize("pattern", ["uniform", "sobol"])
-def test_the_places_of_a_pixel_are_spread_over_the_lens(pattern: str) -> None:
-    x, y = lens_points(pattern, 16, pixels=50)
-    squares = np.floor((np.arctan2(y, x) / (2 * math.pi) + 0.5) * 4).astype(int)
-    for pixel in squares:
-        # Sixteen scrambled Sobol points put four into each quarter of the square that becomes the disk.
-        assert np.bincount(pixel % 4, minlength=4).min() >= 2
-
-
-def test_rays_of_a_place_on_the_picture_join_in_the_plane_in_focus() -> None:
+def test_rays_join_in_focus() -> None:
     view = camera(lens_radius=0.7, focus_distance=3.5)
     plan = plan_of(scene(camera=view, sampling=sampled(samples=16, pattern="stratified")))
     lens = plan.camera
@@ -90,7 +74,7 @@ def test_rays_of_a_place_on_the_picture_join_in_the_plane_in_focus() -> None:
     assert (lens.forward * (origins - lens.position)).sum(axis=0) == pytest.approx(0, abs=1e-15)
 
 
-def test_what_lies_in_the_plane_in_focus_looks_as_through_a_pinhole() -> None:
+def test_plane_in_focus_is_sharp() -> None:
     textures = {"board": {"type": "checker", "repeat": [7, 5]}}
     materials = {"plain": phong(color_texture="board", ambient=1, diffuse=0)}
     board = rectangle([-2, -2, 0], [4, 0, 0], [0, 4, 0])
@@ -125,9 +109,7 @@ def spot(depth: float, radius: float, focus: float, samples: int) -> np.ndarray:
     [(2.0, 0.2, 3.0), (6.0, 0.3, 3.0), (1e3, 0.25, 3.0)],
     ids=["near", "far", "sky"],
 )
-def test_a_bright_point_spreads_over_the_circle_of_confusion(
-    depth: float, radius: float, focus: float
-) -> None:
+def test_circle_of_confusion(depth: float, radius: float, focus: float) -> None:
     # The square is brightened by its size on the screen: each sample finds it with a small chance.
     image = spot(depth, radius, focus, samples=4096)
     pixels = 33 / (2 * math.tan(math.radians(10)))
@@ -162,12 +144,12 @@ def crowd(**lens: object) -> dict:
 
 @pytest.mark.parametrize("radius", [1e-3, 0.2, 1.5])
 @pytest.mark.parametrize("focus", [0.5, 6.1, 1e6])
-def test_a_lens_sees_the_same_with_culling_and_without(radius: float, focus: float) -> None:
+def test_lens_with_and_without_culling(radius: float, focus: float) -> None:
     document = crowd(lens_radius=radius, focus_distance=focus)
     assert np.array_equal(image_of(document), image_of(document, culling=False))
 
 
-def test_a_lens_that_reaches_into_an_ellipsoid_sees_its_shadow_from_inside() -> None:
+def test_lens_inside_an_ellipsoid() -> None:
     ball = sphere([0, 0, 0], 1)
     view = camera(
         position=[0, 0, 1.2], look_at=[0, 0, 0], lens_radius=2, focus_distance=10, width=4, height=4
@@ -175,22 +157,3 @@ def test_a_lens_that_reaches_into_an_ellipsoid_sees_its_shadow_from_inside() -> 
     settings = {"camera": view, "ambient": [0, 0, 0], "lights": [sun([0, 0, -1])]}
     plan = plan_of(scene(ball, **settings))
     assert any(stage.name == "shadows of ellipsoids" for stage in plan.describe().stages)
-
-
-def test_a_lens_of_radius_0_is_left_out_and_changes_no_bit() -> None:
-    plain, written = crowd(), crowd(lens_radius=0, focus_distance=2)
-    plan = plan_of(written)
-    assert np.array_equal(image_of(plain), image_of(written))
-    assert plan.describe().stages == plan_of(plain).describe().stages
-    left = [entry for entry in plan.describe().left_out if entry.effect == "camera.lens"]
-    assert [(entry.pointers, entry.reason) for entry in left] == [
-        (("/camera/lens_radius",), "the lens radius is 0"),
-        (("/camera/focus_distance",), "the lens radius is 0"),
-    ]
-
-
-def test_a_lens_is_a_stage_of_the_lines_that_ask_for_it() -> None:
-    stages = plan_of(crowd(lens_radius=0.1, focus_distance=2)).describe().stages
-    requested = [stage.pointers for stage in stages if stage.effect == "camera.lens"]
-    assert requested == [("/camera/lens_radius", "/camera/focus_distance")]
-    assert plan_of(crowd(lens_radius=0.1)).camera.focus == pytest.approx(math.hypot(0.5, 6))

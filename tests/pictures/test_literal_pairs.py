@@ -90,14 +90,14 @@ def compared(seed: int) -> list[Compared]:
 
 
 @pytest.mark.parametrize("seed", range(30))
-def test_a_shape_in_the_way_of_another_is_what_the_scene_language_says(seed: int) -> None:
+def test_pairs_of_kinds_against_the_tracer(seed: int) -> None:
     for each in compared(seed):
         assert each.different == each.explained, each
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(30, 3000, 99))
-def test_every_kind_in_the_way_of_every_kind_is_what_the_scene_language_says(first: int) -> None:
+def test_all_pairs_against_the_tracer(first: int) -> None:
     for seed in range(first, first + 99):
         for each in compared(seed):
             assert each.different == each.explained, (seed, each)

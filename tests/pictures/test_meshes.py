@@ -47,7 +47,7 @@ def one_by_one(vertices: Any, triangles: Any) -> list[Json]:
     return [triangle(*(list(map(float, vertices[i])) for i in row)) for row in triangles]
 
 
-def test_a_mesh_is_the_picture_of_its_triangles() -> None:
+def test_mesh_equals_its_triangles() -> None:
     expected = image_of(lit(FLOOR, *one_by_one(VERTICES, FACES)))
     np.testing.assert_array_equal(image_of(lit(FLOOR, mesh())), expected)
     halves = [mesh(triangles=FACES[:100]), mesh(triangles=FACES[100:])]
@@ -71,7 +71,7 @@ WAYS = {
 @pytest.mark.parametrize("light", WAYS)
 @pytest.mark.parametrize("smooth", [False, True])
 @pytest.mark.parametrize("far", [(), (FAR,)], ids=["few triangles", "many"])
-def test_a_wall_shades_the_floor_of_its_own_mesh(light: str, smooth: bool, far: tuple[Json, ...]) -> None:
+def test_mesh_shades_itself(light: str, smooth: bool, far: tuple[Json, ...]) -> None:
     """From -x, 45 degrees high: the shadow ends one height behind the wall, behind bulb and lamp a third on.
 
     The rays come from above, beside the wall; places next to an end of the shadow are left out.
@@ -86,7 +86,7 @@ def test_a_wall_shades_the_floor_of_its_own_mesh(light: str, smooth: bool, far: 
     np.testing.assert_array_equal(seen, np.where(shaded, 0.0, 1.0))
 
 
-def test_few_triangles_are_the_picture_of_the_same_in_a_tree() -> None:
+def test_few_triangles_equal_a_tree() -> None:
     """Twelve triangles are tested one by one; with others far away, through a tree."""
     vertices, faces = solids.icosphere([0.0, 1.0, 0.0], 1.0, 0)
     hidden = mesh(VERTICES * 0.1 + [0, 0, 500.0], name="behind the camera and the light")
@@ -96,7 +96,7 @@ def test_few_triangles_are_the_picture_of_the_same_in_a_tree() -> None:
     assert (difference > 0).mean() < 0.01
 
 
-def test_meshes_with_single_triangles_and_everything_else() -> None:
+def test_meshes_beside_other_shapes() -> None:
     """Which triangle is in which family changes nothing."""
     ball, extra = sphere([1.5, 0.7, 0.5], 0.7), one_by_one(VERTICES - [2, 0, 0], FACES)
     together = lit(FLOOR, ball, mesh(), *extra)
@@ -104,7 +104,7 @@ def test_meshes_with_single_triangles_and_everything_else() -> None:
     np.testing.assert_array_equal(image_of(together), image_of(apart))
 
 
-def test_a_trace_names_the_triangle() -> None:
+def test_trace_names_the_triangle() -> None:
     plan = plan_of(lit(sphere([0, -9, 0], 1), mesh(), mesh(VERTICES - [-5, 0, 0])))
     middles = VERTICES[FACES].mean(axis=1)
     directions = middles - [0, 1, 0]
@@ -116,7 +116,7 @@ def test_a_trace_names_the_triangle() -> None:
         np.testing.assert_allclose(hits.position, places, atol=1e-12)
 
 
-def test_texture_coordinates_are_those_of_the_vertices_or_the_triangles_own() -> None:
+def test_texture_coordinates() -> None:
     vertices, uvs = [[0, 0, 0], [2, 0, 0], [0, 2, 0]], [[0.1, 0.2], [0.5, 0.3], [0.2, 0.9]]
     for given, expected in ((uvs, [0.1 + 0.1 + 0.025, 0.2 + 0.025 + 0.175]), (None, [0.25, 0.25])):
         shape = mesh(vertices, [[0, 1, 2]], uvs=given)
@@ -124,7 +124,7 @@ def test_texture_coordinates_are_those_of_the_vertices_or_the_triangles_own() ->
         np.testing.assert_allclose(hits.uv, [expected], atol=1e-15)
 
 
-def test_placing_scales_then_turns_then_moves() -> None:
+def test_placement() -> None:
     turn = {"axis": [0, 0, 3], "degrees": 90}
     shape = mesh(
         [[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2]], scale=[2, 3, 4], rotate=turn, translate=[7, 8, 9]
@@ -137,7 +137,7 @@ def test_placing_scales_then_turns_then_moves() -> None:
 @pytest.mark.parametrize(
     ("scale", "smooth"), [(-1.0, True), ([-0.5, 1, 2], False), ([-1, -2, 1], True)], ids=str
 )
-def test_a_negative_scale_mirrors_and_keeps_outside_outside(scale: Any, smooth: bool) -> None:
+def test_negative_scale(scale: Any, smooth: bool) -> None:
     """Glass with a board on it. By hand: vertices multiplied, and after one or three mirrors turned over."""
     factors = np.broadcast_to(scale, 3)
     faces = FACES[:, [0, 2, 1]] if np.prod(factors) < 0 else FACES
@@ -157,7 +157,7 @@ def test_a_negative_scale_mirrors_and_keeps_outside_outside(scale: Any, smooth: 
 
 
 @pytest.mark.parametrize("degrees", [0.0, 1e-9, 37.0, -120.0, 180.0, 720.5])
-def test_turning_keeps_lengths_and_the_axis(degrees: float) -> None:
+def test_rotation(degrees: float) -> None:
     rng = np.random.default_rng(3)
     points, axis = rng.normal(size=(30, 3)), rng.normal(size=3)
     points[0] = axis
@@ -172,7 +172,7 @@ def test_turning_keeps_lengths_and_the_axis(degrees: float) -> None:
     assert np.isclose(np.sin(angle), np.sin(np.radians(degrees)), atol=1e-12)
 
 
-def test_smooth_normals_are_the_mean_by_angle() -> None:
+def test_smooth_normals() -> None:
     """Three faces of a cube, one of them cut in two: the corner's normal is the diagonal all the same."""
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [0, 1, 1], [1, 0, 1]])
     faces = np.array([[0, 2, 4], [0, 4, 1], [0, 3, 5], [0, 5, 2], [0, 1, 3], [1, 6, 3]])
@@ -181,34 +181,13 @@ def test_smooth_normals_are_the_mean_by_angle() -> None:
     np.testing.assert_allclose(np.linalg.norm(normals, axis=0), 1, atol=1e-15)
 
 
-def test_vertices_at_one_place_share_a_smooth_normal() -> None:
-    apart = VERTICES[FACES].reshape(-1, 3)
-    rows = np.arange(len(apart)).reshape(-1, 3)
-    welded = meshes.smooth_normals(VERTICES.T, FACES.T)[:, FACES.reshape(-1)]
-    np.testing.assert_allclose(meshes.smooth_normals(apart.T, rows.T), welded, atol=1e-15)
-    np.testing.assert_allclose(welded, (apart - [0, 1, 0]).T, atol=0.02)
-
-
-def test_smooth_normals_that_cancel_give_way_to_the_triangles_own() -> None:
-    sheet = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]], smooth=True)
-    family = meshes.build([0], [read_scene(scene(sheet))[0].shapes[0]], Files())
-    np.testing.assert_array_equal(family.vertex_normals, np.broadcast_to(family.normals, (3, 3, 2)))
-
-
-def test_a_smooth_ball_is_nearly_the_picture_of_a_sphere() -> None:
+def test_smooth_ball_is_nearly_a_sphere() -> None:
     view = camera(position=[0.5, 1.6, 2.2], look_at=[0, 1, 0], vertical_fov=25)
     document = {"camera": view, "materials": {"plain": phong(specular=0.5, shininess=20)}}
     true = image_of(lit(sphere([0, 1, 0], 1), **document))
     smooth = np.abs(image_of(lit(mesh(smooth=True), **document)) - true)
     flat = np.abs(image_of(lit(mesh(), **document)) - true)
     assert (smooth**2).mean() < (flat**2).mean() / 4
-
-
-def test_a_plan_of_a_mesh_speaks_of_meshes() -> None:
-    description = plan_of(lit(FLOOR, mesh())).describe()
-    names = [stage.name for stage in description.stages if stage.effect == "shapes.mesh"]
-    assert names == ["hits of meshes", "points on meshes", "shadows of meshes"]
-    assert description.cost.cpu_seconds < 1
 
 
 SQUARE = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"
@@ -218,7 +197,7 @@ MAPPED = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n"
 @pytest.mark.parametrize(
     "more", [{}, {"displacement_map": "heights", "displacement_height": 0.1}], ids=["still", "displaced"]
 )
-def test_a_textured_file_without_texture_coordinates_is_a_warning(more: Json) -> None:
+def test_missing_texture_coordinates(more: Json) -> None:
     files = {"bare": SQUARE, "mapped": MAPPED, "h.png": png(np.zeros((2, 2, 3), dtype=np.uint8))}
     textures = {"board": {"type": "checker"}, "heights": {"type": "image", "asset": "h.png"}}
     shapes = [mesh_file("mapped"), mesh_file("bare"), mesh_file("bare")]

@@ -12,7 +12,7 @@ import trimesh
 
 from renderer.assets import AssetError
 from renderer.math.arrays import Floats
-from renderer.meshes.files import file_kind, read_mesh
+from renderer.meshes.files import read_mesh
 from tests.pictures.parts import Files
 
 
@@ -49,18 +49,13 @@ TWO_FACES = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])[[[0, 1, 2], [
         PLACES + b"vt 0.5\nvt 0 0 0\n\n\nf 1 2 3\nf 2 3 4\n",
     ],
 )
-def test_the_same_faces_are_read_however_they_are_written(content: bytes) -> None:
+def test_faces_in_every_form(content: bytes) -> None:
     corners, texture = read(content)
     assert texture is None
     np.testing.assert_array_equal(corners, TWO_FACES)
 
 
-@pytest.mark.parametrize("beginning", [b"\xef\xbb\xbfv 0 0 0", b"# a comment\rv 0 0 0", b"g a\nf -3 -2 -1"])
-def test_a_single_line_says_that_a_file_is_obj(beginning: bytes) -> None:
-    assert file_kind(beginning) == "obj"
-
-
-def test_parts_of_a_file_are_one_mesh_in_the_order_of_the_file() -> None:
+def test_parts_are_one_mesh() -> None:
     faces = b"o a\nusemtl x\nf 1 2 3\no b\nusemtl y\nf 1 2 4\nusemtl x\nf 2 3 4\n"
     _, triangles, _ = read_mesh("m", Files(m=PLACES + faces))
     assert triangles.T.tolist() == [[0, 1, 2], [0, 1, 3], [1, 2, 3]]
@@ -101,7 +96,7 @@ WRONG = {
 
 @pytest.mark.parametrize("before", [0, 30_000], ids=["first", "after many"])
 @pytest.mark.parametrize(("line", "named"), WRONG.values(), ids=WRONG)
-def test_a_line_that_cannot_be_used_is_named(line: bytes, named: str, before: int) -> None:
+def test_unusable_line(line: bytes, named: str, before: int) -> None:
     # More than are converted at once: their places are counted from the first all the same.
     right = b"f 1/1/1 2/1/1 3/1/1\n" * before if line.startswith(b"f") else b""
     content = PLACES + b"vt 0 0\nvn 0 0 1\nf 1 2 3\n" + right + line + b"f 1 2 3\n"
@@ -110,16 +105,10 @@ def test_a_line_that_cannot_be_used_is_named(line: bytes, named: str, before: in
         read(content)
 
 
-def test_a_wrong_vertex_among_many_is_named() -> None:
+def test_wrong_vertex_among_many() -> None:
     content = b"v 1 2 3 1\n# a comment\n" * 25_000 + b"v 1 2 three\nf 1 2 3\n"
     with pytest.raises(AssetError, match=r"^m\.obj:50001: .*three"):
         read(content)
-
-
-def test_relative_numbers_of_texture_coordinates_count_those_before_the_face() -> None:
-    _, texture = read(PLACES + b"vt 0 0\nf -4/-1 -3/-1 -2/-1\nvt 1 1\nf -4/-1 -3/-1 -2/-1\n")
-    assert texture is not None
-    assert texture[:, 0].tolist() == [[0, 0], [1, 1]]
 
 
 def written(rng: np.random.Generator, count: int) -> tuple[bytes, Floats, Floats]:
@@ -150,7 +139,7 @@ def written(rng: np.random.Generator, count: int) -> tuple[bytes, Floats, Floats
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_every_corner_of_a_random_file_is_read_as_it_was_written(seed: int) -> None:
+def test_random_file_is_read_as_written(seed: int) -> None:
     content, places, pairs = written(np.random.default_rng(seed), 20 + seed)
     corners, texture = read(content.replace(b"\\\n", b"\\\r\n") if b"\r\n" in content else content)
     np.testing.assert_array_equal(corners, places)
@@ -160,7 +149,7 @@ def test_every_corner_of_a_random_file_is_read_as_it_was_written(seed: int) -> N
 
 @pytest.mark.parametrize("count", [3, 12_000], ids=["few", "many"])
 @pytest.mark.parametrize("form", ["{0}", "{0}/{1}", "{0}//{2}", "{0}/{1}/{2}"])
-def test_a_plain_file_is_read_as_another_library_reads_it(form: str, count: int) -> None:
+def test_file_equals_another_reader(form: str, count: int) -> None:
     rng = np.random.default_rng(count)
     lines = [" ".join(["v", *map(repr, place)]) for place in rng.normal(size=(count, 3)).tolist()]
     lines += [" ".join(["vt", *map(repr, pair)]) for pair in rng.uniform(size=(99, 2)).tolist()]
@@ -193,7 +182,7 @@ CONCAVE = {
 
 @pytest.mark.parametrize("points", CONCAVE.values(), ids=CONCAVE)
 @pytest.mark.parametrize("turn", range(4))
-def test_a_concave_face_covers_its_own_area_once(points: list[tuple[int, int]], turn: int) -> None:
+def test_concave_face_is_covered_once(points: list[tuple[int, int]], turn: int) -> None:
     corners, _ = read(polygon(points[turn:] + points[:turn]))
     x, y, _ = corners.T
     areas = ((x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])) / 2
@@ -219,26 +208,7 @@ def corners_of(*faces: str) -> list[list[tuple[Any, Any]]]:
     ]
 
 
-def test_a_vertex_on_a_seam_has_in_each_triangle_the_texture_coordinates_written_there() -> None:
+def test_vertex_on_a_seam() -> None:
     first, second = corners_of("1/1 2/2 3/3", "1/4 3/2 4/1")
     assert first == [(SQUARE[0], (0, 0)), (SQUARE[1], (1, 0)), (SQUARE[2], (1, 1))]
     assert second == [(SQUARE[0], (0, 1)), (SQUARE[2], (1, 0)), (SQUARE[3], (0, 0))]
-
-
-@pytest.mark.parametrize("face", ["1/1 2/2 3/3 4/4", "4/4 3/3 2/2 1/1", "3/3 4/4 1/1 2/2"])
-def test_a_face_of_four_corners_keeps_its_texture_coordinates(face: str) -> None:
-    triangles = corners_of(face)
-    assert len(triangles) == 2
-    assert {corner for triangle in triangles for corner in triangle} == set(
-        zip(SQUARE, CORNERS_OF_PICTURE, strict=True)
-    )
-
-
-@pytest.mark.parametrize("bare", ["1 2 3 4", "1/1 2 3/3 4/4"])
-def test_a_face_without_texture_coordinates_leaves_those_of_the_others(bare: str) -> None:
-    triangles = corners_of("1/1 2/2 3/3 4/4", bare)
-    assert [[uv for _, uv in triangle] for triangle in triangles[2:]] == [[(0, 0), (1, 0), (0, 1)]] * 2
-    assert triangles[:2] == corners_of("1/1 2/2 3/3 4/4")
-    assert [[place for place, _ in triangle] for triangle in triangles[2:]] == [
-        [place for place, _ in triangle] for triangle in triangles[:2]
-    ]

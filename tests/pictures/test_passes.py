@@ -72,7 +72,7 @@ def true_errors(name: str, seed: int) -> tuple[list[float], list[float]]:
 
 
 @pytest.mark.parametrize(("name", "seed"), [("checkered", 1), ("checkered", 2), ("room", 1)])
-def test_pictures_do_not_get_worse_whenever_their_time_is_over(name: str, seed: int) -> None:
+def test_passes_never_get_worse(name: str, seed: int) -> None:
     shown, reported = true_errors(name, seed)
     assert len(reported) > 1
     for errors in (shown, reported):

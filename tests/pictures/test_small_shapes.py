@@ -13,9 +13,9 @@ import pytest
 import renderer
 from accuracy.hard_cases.documents import Json, lamp, mesh, phong, rectangle, scene, sphere, sun, triangle
 from accuracy.statistics import clipped
-from benchmarks.targets import root_of_product
 from renderer.math.arrays import Floats
 from schemas.quality import FixedQuality, TargetQuality
+from tests.pictures.references import root_of_product
 
 SIDE = 64
 TARGET = 1 / 255
@@ -142,11 +142,11 @@ NAMES = [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name 
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_pictures_of_small_and_thin_shapes_keep_their_target(name: str) -> None:
+def test_small_shapes_keep_the_target(name: str) -> None:
     assert max(true for true, _ in shots(name)) <= 1.25 * TARGET
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_pictures_of_small_and_thin_shapes_know_their_error(name: str) -> None:
+def test_small_shapes_know_their_error(name: str) -> None:
     outside = [error for true, error in shots(name) if not error["low"] <= true <= error["high"]]
     assert len(outside) <= MOST_OUTSIDE

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.hard_cases.documents import Json, camera, lamp, scene, sphere
-from benchmarks.targets import clipped, root_of_product
+from accuracy.statistics import clipped
 from schemas.quality import FixedQuality, Quality, TargetQuality
 from tests.pictures import pictures
+from tests.pictures.references import root_of_product
 
 pytestmark = pytest.mark.slow
 
@@ -94,12 +95,12 @@ def allowed(pairs: int, chance: float) -> int:
 PAIRS = [(name, target, seed) for name in SCENES for target in TARGETS for seed in SEEDS]
 
 
-def test_nineteen_of_twenty_pictures_keep_their_target() -> None:
+def test_pictures_keep_their_target() -> None:
     missed = [pair for pair in PAIRS if root_of_product(*shot(*pair)[1]) > pair[1]]
     assert len(missed) <= allowed(len(PAIRS), 0.05), missed
 
 
-def test_the_interval_holds_the_true_error_in_nineteen_of_twenty_pictures() -> None:
+def test_intervals_hold_the_true_error() -> None:
     outside = []
     for pair in PAIRS:
         error, differences = shot(*pair)
@@ -108,12 +109,12 @@ def test_the_interval_holds_the_true_error_in_nineteen_of_twenty_pictures() -> N
     assert len(outside) <= allowed(len(PAIRS), 0.05), outside
 
 
-def test_no_more_is_done_than_twice_what_was_requested() -> None:
+def test_no_more_than_twice_the_request() -> None:
     ratios = [root_of_product(*shot(*pair)[1]) / pair[1] for pair in PAIRS]
     assert np.median(ratios) >= 0.5
 
 
-def test_errors_in_a_penumbra_have_no_bands_at_the_strides_of_the_pilot_samples() -> None:
+def test_penumbra_has_no_bands() -> None:
     """Errors of pixels 2, 4 and 8 apart are independent.
 
     With the interpolation of pilot samples allowed to err by twenty times the target, the score is 15

@@ -31,7 +31,7 @@ CHECKERED: Json = {
 }
 
 
-def test_a_light_by_its_centre_is_the_light_by_its_corner() -> None:
+def test_light_by_centre_or_corner() -> None:
     images = [
         image_of(scene(*room(), lights=[light], sampling=sampled(points=4)))
         for light in (BY_CENTER, BY_CORNER)
@@ -40,7 +40,7 @@ def test_a_light_by_its_centre_is_the_light_by_its_corner() -> None:
     assert images[0].std() > 0
 
 
-def test_a_rectangle_by_its_centre_is_the_rectangle_by_its_corner() -> None:
+def test_rectangle_by_centre_or_corner() -> None:
     """Its tangent, made perpendicular to the normal, is z; normal x tangent is x."""
     by_corner = rectangle([-0.5, 1, 0], [0, 0, 1], [1.5, 0, 0], material="board")
     images = [

@@ -67,9 +67,6 @@ def test_box_checker_of_one_colour() -> None:
     assert np.array_equal(found, np.array(color)[:, None].repeat(99, axis=1))
 
 
-SIZES = [(1, 1), (1, 5), (2, 2), (3, 7), (13, 8), (17, 1)]
-
-
 def image(texels: np.ndarray, wrap: str = "repeat") -> ImageTexture:
     return ImageTexture(texels.astype(np.float32), "mipmap", wrap)
 

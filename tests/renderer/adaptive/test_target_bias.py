@@ -16,6 +16,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,25 +24,21 @@ import pytest
 
 import renderer
 from accuracy.statistics import clipped
-from benchmarks.references import SCENES
-from benchmarks.scaling import small
-from benchmarks.targets import CONVERGED
 from renderer.assets import FolderAssets
 from schemas.quality import TargetQuality
+from tests.pictures.references import CONVERGED, SCENES, small
 
 pytestmark = pytest.mark.slow
 
-GALLERY = SCENES.parent / "gallery"
-
 PATHS = {
-    path.stem: path
-    for path in (
-        SCENES / "soft.json",
-        SCENES / "chess.json",
-        SCENES / "lamp.json",
-        GALLERY / "basic.json",
-        GALLERY / "texturing.json",
-        GALLERY / "lens.json",
+    Path(name).stem: SCENES / f"{name}.json"
+    for name in (
+        "study/soft",
+        "study/chess",
+        "study/lamp",
+        "gallery/basic",
+        "gallery/texturing",
+        "gallery/lens",
     )
 }
 SIDE = 32

@@ -17,7 +17,7 @@ import pytest
 from PIL import Image
 
 import schemas
-from schemas.api.jobs import Failure, Job
+from schemas.api.jobs import Failure
 from schemas.errors import Problem, ProblemDocument, SceneError
 from service.client import (
     AsyncClient,
@@ -37,15 +37,6 @@ from service.client.pictures import Picture
 from tests.service.cli.conftest import SCENE
 
 NO_SERVER = "http://127.0.0.1:9"
-
-
-def job(job_id: str) -> Job:
-    links = dict.fromkeys(("self", "cancel", "tiles", "events", "plan", "image_png", "image_npy"), "")
-    return Job.model_validate(
-        {"id": job_id, "state": "succeeded", "width": 1, "height": 1, "last_seq": 1, "links": links}
-        | {"progress": {"done": 1, "total": 1, "share": 1}, "created_at": "2026-01-01T00:00:00Z"}
-        | {"cost": {"predicted_cpu_seconds": 0, "cpu_seconds": 0, "rays": {}}, "quality": {}}
-    )
 
 
 PIXELS = np.linspace(0, 1, 24, dtype=np.float32).reshape(2, 4, 3)
