@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import io
 from pathlib import Path
 from typing import Any
@@ -28,12 +26,7 @@ def test_equal_pictures_match_and_leave_no_folder(ramp: np.ndarray, tmp_path: Pa
     assert not (tmp_path / "none").exists()
 
 
-def test_noise_is_no_difference(ramp: np.ndarray) -> None:
-    noisy = ramp + np.random.default_rng(1).normal(0, 0.02, ramp.shape)
-    assert assert_render_close(noisy, ramp).judgement.verdict == "noisy_match"
-
-
-def test_the_message_gives_verdict_margin_cause_place_and_files(ramp: np.ndarray, tmp_path: Path) -> None:
+def test_message_gives_verdict_cause_place_and_files(ramp: np.ndarray, tmp_path: Path) -> None:
     with pytest.raises(AssertionError) as caught:
         assert_render_close(ramp[::-1], ramp, folder=tmp_path)
     message = str(caught.value)
@@ -44,7 +37,7 @@ def test_the_message_gives_verdict_margin_cause_place_and_files(ramp: np.ndarray
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.png" for name in PICTURES}
 
 
-def test_a_wider_tolerance_may_allow_what_differs(ramp: np.ndarray) -> None:
+def test_tolerance_may_allow_what_differs(ramp: np.ndarray) -> None:
     patched = ramp.copy()
     patched[24:40, 24:40] += 0.02  # 4 of 64 blocks
     with pytest.raises(AssertionError, match=r"6\.2% of the blocks"):
@@ -53,7 +46,7 @@ def test_a_wider_tolerance_may_allow_what_differs(ramp: np.ndarray) -> None:
     assert assert_render_close(patched, ramp, max_bias=0.07).bias.share == 4 / 64
 
 
-def test_pictures_of_a_difference_show_what_their_names_say(tmp_path: Path) -> None:
+def test_saved_pictures_show_what_their_names_say(tmp_path: Path) -> None:
     here, there = (
         np.full((SIDE, SIDE, 3), linear_from_srgb(np.array(seen)).astype(np.float64)) for seen in (0.6, 0.5)
     )
@@ -73,7 +66,7 @@ def png(codes: np.ndarray) -> bytes:
     return buffer.getvalue()
 
 
-def test_a_picture_may_be_a_file_bytes_an_array_an_image_or_a_result(tmp_path: Path) -> None:
+def test_picture_may_be_file_bytes_array_image_or_result(tmp_path: Path) -> None:
     codes = np.random.default_rng(2).integers(0, 256, (SIDE, SIDE, 3), dtype=np.uint8)
     linear = linear_from_srgb(codes / 255).astype(np.float32)
     (tmp_path / "a.png").write_bytes(png(codes))
@@ -89,14 +82,14 @@ def test_a_picture_may_be_a_file_bytes_an_array_an_image_or_a_result(tmp_path: P
         assert assert_render_close(form, codes, reference_encoding="srgb").judgement.verdict == "match"
 
 
-def test_what_cannot_be_compared_is_no_difference(ramp: np.ndarray) -> None:
+def test_sizes_that_differ_are_no_difference(ramp: np.ndarray) -> None:
     with pytest.raises(NotComparableError, match="State the encoding"):
         assert_render_close(np.zeros((8, 8, 3), np.uint8), ramp)
     with pytest.raises(NotComparableError, match="pixel by pixel"):
         assert_render_close(ramp[:8], ramp)
 
 
-def test_without_a_folder_the_pictures_are_in_a_new_one(
+def test_folder_is_a_new_one_by_default(
     ramp: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))

@@ -20,7 +20,7 @@ def fractions(picture: np.ndarray) -> list[Fraction]:
     return [Fraction(float(value)) for value in picture.ravel()]
 
 
-def test_means_of_squares_are_those_of_exact_fractions(pictures: tuple[np.ndarray, np.ndarray]) -> None:
+def test_means_of_squares_are_exact(pictures: tuple[np.ndarray, np.ndarray]) -> None:
     image, reference = pictures
     found = metrics(image, reference, 0.5)
     pairs = list(zip(fractions(image), fractions(reference), strict=True))
@@ -33,9 +33,7 @@ def test_means_of_squares_are_those_of_exact_fractions(pictures: tuple[np.ndarra
     assert found.psnr == pytest.approx(-10 * math.log10(mse), rel=32 * EPS)
 
 
-def test_the_largest_difference_and_the_share_over_a_limit_are_counted_one_by_one(
-    pictures: tuple[np.ndarray, np.ndarray],
-) -> None:
+def test_largest_difference_and_share_over_a_limit(pictures: tuple[np.ndarray, np.ndarray]) -> None:
     image, reference = pictures
     over = sum(
         any(abs(image[y, x, c] - reference[y, x, c]) > 0.5 for c in range(3))
@@ -48,14 +46,14 @@ def test_the_largest_difference_and_the_share_over_a_limit_are_counted_one_by_on
     assert found.max_abs == max(abs(float(a - b)) for a, b in zip(image.flat, reference.flat, strict=True))
 
 
-def test_equal_pictures_are_not_apart_at_all() -> None:
+def test_equal_pictures_have_no_error() -> None:
     picture = np.full((4, 4, 3), 0.3)
     found = metrics(picture, picture, 0.0)
     assert (found.mse, found.psnr, found.relmse, found.max_abs, found.frac_over) == (0, math.inf, 0, 0, 0)
 
 
 @pytest.mark.parametrize(("difference", "share"), [(0.1, 0.0), (0.1 + 1e-12, 1.0)])
-def test_a_difference_exactly_on_the_limit_is_not_over_it(difference: float, share: float) -> None:
+def test_difference_on_the_limit_is_not_over_it(difference: float, share: float) -> None:
     """0.7 - 0.6 is 0.09999999999999998 and 0.4 - 0.3 is 0.10000000000000003: neither is over 0.1."""
     for base in (0.3, 0.6):
         image, reference = np.full((2, 2, 3), base + difference), np.full((2, 2, 3), base)
@@ -90,21 +88,11 @@ def test_ssim_is_the_mean_over_all_whole_windows(shape: tuple[int, int]) -> None
     assert ssim(image, reference) == pytest.approx(literal_ssim(image, reference), abs=1e-11)
 
 
-def test_ssim_of_equal_pictures_is_one() -> None:
-    picture = np.random.default_rng(2).random((16, 16))
-    assert ssim(picture, picture) == 1.0
-
-
-def test_ssim_of_flat_pictures_is_that_of_their_means() -> None:
-    found = ssim(np.full((12, 12), 0.25), np.full((12, 12), 0.75))
-    assert found == pytest.approx((2 * 0.25 * 0.75 + 1e-4) / (0.25**2 + 0.75**2 + 1e-4), rel=1e-11)
-
-
-def test_a_picture_smaller_than_the_window_has_no_ssim() -> None:
+def test_ssim_needs_a_whole_window() -> None:
     assert ssim(np.zeros((10, 40)), np.zeros((10, 40))) is None
 
 
-def test_luma_of_grey_is_its_code_and_that_of_pure_colours_their_weights() -> None:
+def test_luma_of_grey_is_its_code() -> None:
     grey = np.full((1, 1, 3), 0.2140411)
     assert luma(grey)[0, 0] == pytest.approx(0.5, abs=1e-6)
     colors = np.eye(3).reshape(1, 3, 3)

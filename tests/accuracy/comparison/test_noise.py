@@ -28,9 +28,7 @@ def picture(values: np.ndarray, **layers: np.ndarray) -> Picture:
 def reference(value: float = 0.5) -> Picture:
     values = np.full((SIDE, SIDE, 3), value)
     return picture(
-        values,
-        error=np.full(values.shape, (SINGLE / MANY) ** 0.5),
-        samples=np.full(values.shape[:2], MANY),
+        values, error=np.full(values.shape, (SINGLE / MANY) ** 0.5), samples=np.full(values.shape[:2], MANY)
     )
 
 
@@ -40,14 +38,14 @@ def drawn(seed: int, samples: float, mean: float = 0.5) -> Picture:
     return picture(random.normal(mean, (SINGLE / samples) ** 0.5, (SIDE, SIDE, 3)))
 
 
-def test_the_variance_of_a_sample_is_the_squared_error_times_the_samples() -> None:
+def test_variance_of_a_sample_is_from_error_and_samples() -> None:
     single = sample_variances(reference())
     assert single is not None
     assert single.ravel().tolist() == pytest.approx([SINGLE] * single.size, rel=64 * EPS)
     assert sample_variances(drawn(1, 4)) is None
 
 
-def test_allowed_is_the_noise_of_the_samples_and_of_the_reference_with_rounding_and_tolerance() -> None:
+def test_allowed_variance_adds_all_sources() -> None:
     rounding = np.full((SIDE, SIDE, 3), 0.03)
     allowed = allowed_variances(reference(), 4, rounding, 0.01)
     assert allowed is not None
@@ -57,27 +55,27 @@ def test_allowed_is_the_noise_of_the_samples_and_of_the_reference_with_rounding_
 
 
 @pytest.mark.parametrize("samples", [4, 16, 64])
-def test_so_many_samples_or_more_are_noise(samples: int) -> None:
+def test_enough_samples_are_accepted(samples: int) -> None:
     """A block is called noisier by chance once in 10,000: two of 64 blocks once in 25,000 pictures."""
     found = compare(drawn(2, samples), reference(), policy=STRICT)
     assert found.judgement.verdict == "noisy_match"
 
 
 @pytest.mark.parametrize("samples", [1, 1.5])
-def test_fewer_samples_are_not_accepted_and_the_message_says_so(samples: float) -> None:
+def test_fewer_samples_are_not_accepted(samples: float) -> None:
     """1.5 samples have 2.7 times the variance that is allowed."""
     found = compare(drawn(3, samples), reference(), policy=STRICT)
     assert (found.judgement.verdict, found.judgement.test) == ("mismatch", "noise")
     assert found.judgement.reason.startswith("The picture is noisier than 4 samples a pixel: ")
 
 
-def test_without_a_number_of_samples_or_their_variance_any_noise_is_accepted() -> None:
+def test_any_noise_is_accepted_without_a_bound() -> None:
     noisy = drawn(4, 0.5)
     assert compare(noisy, reference(), policy=Policy()).passed
     assert compare(noisy, picture(np.full((SIDE, SIDE, 3), 0.5)), policy=STRICT).passed
 
 
-def test_noise_does_not_hide_that_a_block_is_too_bright() -> None:
+def test_noise_does_not_hide_a_brighter_block() -> None:
     random = np.random.default_rng(5)
     offset = 0.2 + random.normal(0, 1.0, (SIDE, SIDE, 3))
     nothing, most = np.zeros_like(offset), np.full_like(offset, 0.1**2)
@@ -96,15 +94,13 @@ def test_noise_in_still_pixels_is_found_beside_noisy_ones() -> None:
 
 
 @pytest.mark.parametrize(("spots", "share"), [(1, 0), (2, 1)])
-def test_a_pixel_that_one_sample_in_many_lights_is_no_noise_but_two_in_a_block_are(
-    spots: int, share: float
-) -> None:
+def test_two_spots_in_a_block_are_noise(spots: int, share: float) -> None:
     rare = np.zeros((8, 8, 3))
     rare[0, : 2 * spots : 2] = 0.25
     assert noise(rare, np.full(rare.shape, 1e-4), 4).share == share
 
 
-def test_pixels_side_by_side_that_are_off_are_no_spots() -> None:
+def test_line_of_pixels_is_no_spots() -> None:
     line = np.zeros((8, 8, 3))
     line[3, 1:7] = 0.25
     assert noise(line, np.full(line.shape, 1e-4), 4).share == 0

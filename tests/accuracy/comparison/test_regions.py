@@ -13,7 +13,7 @@ def everything(difference: np.ndarray) -> np.ndarray:
     return np.ones((-(-difference.shape[0] // 8), -(-difference.shape[1] // 8)), bool)
 
 
-def test_blocks_that_touch_are_one_region_and_the_worst_comes_first() -> None:
+def test_regions_are_touching_blocks_worst_first() -> None:
     difference = np.zeros((64, 64, 3))
     difference[8:24, 16:24] = -0.5
     difference[40:48, 40:48] = 0.6
@@ -27,7 +27,7 @@ def test_blocks_that_touch_are_one_region_and_the_worst_comes_first() -> None:
     assert first.shape is None
 
 
-def test_a_region_has_the_name_of_the_shape_that_most_of_its_difference_lies_on() -> None:
+def test_region_has_the_name_of_its_shape() -> None:
     shapes = np.zeros((16, 16), np.int32)
     shapes[2:4, 2:4] = 2
     difference = np.full((16, 16, 3), 0.001)
@@ -39,7 +39,7 @@ def test_a_region_has_the_name_of_the_shape_that_most_of_its_difference_lies_on(
     assert named(None, []) is None
 
 
-def test_differences_at_the_border_of_an_odd_size_are_placed_once() -> None:
+def test_region_at_the_border_of_an_odd_size() -> None:
     difference = np.zeros((13, 13, 3))
     difference[12, 12] = 1.0
     (region,) = worst(difference, everything(difference), None)
@@ -48,12 +48,12 @@ def test_differences_at_the_border_of_an_odd_size_are_placed_once() -> None:
     assert region.rmse == pytest.approx(math.sqrt(1 / 64))
 
 
-def test_equal_pictures_have_no_worst_region() -> None:
+def test_equal_pictures_have_no_region() -> None:
     difference = np.zeros((9, 9, 3))
     assert worst(difference, everything(difference), None) == ()
 
 
-def test_where_noise_does_not_explain_all_only_that_is_reported() -> None:
+def test_region_is_only_where_noise_is_no_reason() -> None:
     difference = np.random.default_rng(1).normal(0.0, 0.2, (32, 32, 3))
     difference[8:16, 16:24] += 0.1
     suspects = np.zeros((4, 4), bool)

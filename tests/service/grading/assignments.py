@@ -1,12 +1,11 @@
 """Small assignments in a folder: scenes, references, a submission, and a manifest of some tests."""
 
-from __future__ import annotations
-
 import copy
+import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -48,6 +47,13 @@ def scene(**changes: Any) -> dict[str, Any]:
 def pixels(document: dict[str, Any]) -> np.ndarray:
     """The linear picture of a scene."""
     return render(compile_scene(load_scene(document))).image
+
+
+def npy(values: np.ndarray) -> bytes:
+    """An array as a file."""
+    file = io.BytesIO()
+    np.save(file, values)
+    return file.getvalue()
 
 
 def image_test(**changes: Any) -> dict[str, Any]:
@@ -106,8 +112,7 @@ class Assignment:
     submission: Path
 
     @classmethod
-    def of(cls, folder: Path) -> Assignment:
-        """Create an assignment."""
+    def of(cls, folder: Path) -> Self:
         made = cls(folder / "assignment", folder / "submission")
         for inside in (made.references, made.submission):
             inside.mkdir()

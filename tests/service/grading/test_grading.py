@@ -1,7 +1,5 @@
 """A whole run: a broken test costs only its own points, and the result adds up."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -15,7 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from schemas.errors import SceneError
 from schemas.grading.grades import Grade
 from tests.service.grading.assignments import (
     SCENE,
@@ -38,7 +35,7 @@ GREEDY = scene(camera=SCENE["camera"] | {"width": 8192, "height": 8192})
 """With target quality this needs gigabytes at once: float64 sums for every pixel."""
 
 
-def test_one_broken_test_never_costs_the_others(assignment: Assignment) -> None:
+def test_broken_tests_never_cost_the_others(assignment: Assignment) -> None:
     assignment.hand_in("endless.json", ENDLESS)
     assignment.hand_in("greedy.json", GREEDY)
     assignment.hand_in("hits.npz", b"PK\x03\x04 cut off")
@@ -75,7 +72,7 @@ def test_one_broken_test_never_costs_the_others(assignment: Assignment) -> None:
     assert "timed out after 1 s" in found.tests[0].message
 
 
-def test_points_add_up_and_bonus_points_are_added(assignment: Assignment) -> None:
+def test_points_add_up_with_bonus_on_top(assignment: Assignment) -> None:
     assignment.hand_in("picture.npy", pixels(SCENE))
     tenths = [image_test(id=f"t{number}", points=0.1) for number in range(3)]
     found = assignment.grade(*tenths, scene_test(points=5, bonus=True))
@@ -86,7 +83,7 @@ def test_points_add_up_and_bonus_points_are_added(assignment: Assignment) -> Non
     assert found.verdict == "match"
 
 
-def test_a_missing_bonus_file_costs_no_points(assignment: Assignment) -> None:
+def test_missing_bonus_file_costs_no_points(assignment: Assignment) -> None:
     assignment.hand_in("picture.npy", pixels(SCENE))
     found = assignment.grade(image_test(), rays_test(bonus=True))
     assert (found.tests[1].status, found.verdict, found.score, found.max_score) == (
@@ -97,13 +94,7 @@ def test_a_missing_bonus_file_costs_no_points(assignment: Assignment) -> None:
     )
 
 
-def test_hidden_tests_and_tags_are_marked(assignment: Assignment) -> None:
-    found = assignment.grade(scene_test(hidden=True, tags=["shadows"]), scene_test(id="seen"))
-    assert [test.hidden for test in found.tests] == [True, False]
-    assert found.tests[0].tags == ("shadows",)
-
-
-def test_parallel_tests_are_listed_in_the_order_of_the_manifest(assignment: Assignment) -> None:
+def test_tests_are_listed_in_the_order_of_the_manifest(assignment: Assignment) -> None:
     tests = [scene_test(id=f"t{number}") for number in range(5)]
     reported: list[str] = []
     found = assignment.grade(*tests, jobs=3, on_test=lambda test: reported.append(test.id))
@@ -111,7 +102,7 @@ def test_parallel_tests_are_listed_in_the_order_of_the_manifest(assignment: Assi
     assert sorted(reported) == [test["id"] for test in tests]
 
 
-def test_a_reference_is_rendered_once_and_can_be_cached(assignment: Assignment, tmp_path: Path) -> None:
+def test_reference_is_rendered_once_and_cached(assignment: Assignment, tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     cache.mkdir()
     assignment.hand_in("picture.npy", pixels(SCENE))
@@ -127,27 +118,14 @@ def test_a_reference_is_rendered_once_and_can_be_cached(assignment: Assignment, 
     assert len(list(cache.iterdir())) == 2
 
 
-def test_no_number_that_the_submission_writes_is_taken_for_its_time(assignment: Assignment) -> None:
-    assignment.hand_in("report.json", {"cpu_seconds": 0})
-    with pytest.raises(SceneError) as caught:
-        assignment.test(time_test(submitted={"type": "report", "file": "report.json"}))
-    assert {problem.pointer for problem in caught.value.errors} == {"/tests/0/submitted/type"}
-
-
 @pytest.mark.parametrize(("budget", "points"), [({"full": 60}, 10), ({"full": 1e-9}, 0)])
-def test_the_time_of_a_scene_is_compared_with_the_budget(
+def test_time_of_a_scene_is_compared_with_the_budget(
     assignment: Assignment, budget: dict[str, float], points: float
 ) -> None:
     assert assignment.test(time_test(accept=budget)).points == points
 
 
-def test_a_scene_is_timed_by_the_cpu_seconds_of_its_render(assignment: Assignment) -> None:
-    tested = assignment.test(time_test(accept={"full": 60}))
-    assert tested.status == "passed"
-    assert 0 < (tested.value or 0) < 60
-
-
-def test_the_result_is_a_document_that_can_be_read_again(assignment: Assignment) -> None:
+def test_result_can_be_read_again(assignment: Assignment) -> None:
     found = assignment.grade(scene_test(), student="ada", submitted="2026-11-21T20:15:00+00:00")
     text = found.model_dump_json()
     assert json.loads(text)["schema"] == "penumbra/grade/v1"
@@ -171,9 +149,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.slow
-def test_killing_the_process_of_a_test_from_outside_costs_that_test_alone(
-    assignment: Assignment, tmp_path: Path
-) -> None:
+def test_killed_process_costs_its_test_alone(assignment: Assignment, tmp_path: Path) -> None:
     assignment.hand_in("endless.json", ENDLESS)
     assignment.manifest(scene_test(id="killed", submitted={"file": "endless.json"}), scene_test(id="good"))
     script = tmp_path / "run.py"
@@ -212,7 +188,7 @@ def _children(process: int) -> list[int]:
 
 
 @pytest.mark.slow
-def test_a_reference_that_times_out_is_reported_and_costs_no_points(assignment: Assignment) -> None:
+def test_reference_that_times_out_costs_no_points(assignment: Assignment) -> None:
     (assignment.references / "endless.json").write_text(json.dumps(ENDLESS))
     assignment.hand_in("picture.npy", pixels(SCENE))
     late = image_test(id="late", reference={"type": "scene", "file": "endless.json"})

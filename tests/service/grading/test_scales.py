@@ -1,7 +1,5 @@
 """Partial credit is exact, and a value equal to the threshold reaches it."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import pytest
@@ -38,12 +36,12 @@ STEPS = CpuSeconds(full=2, bands=(Band(at=3, share=0.5), Band(at=4, share=0.25))
         (float("inf"), Metric(by="metric", metric="psnr", full=30), Fraction(1)),
     ],
 )
-def test_a_number_earns_its_exact_share(value: float, scale: Scale, share: Fraction) -> None:
+def test_number_earns_its_exact_share(value: float, scale: Scale, share: Fraction) -> None:
     # All these numbers are binary fractions, so there is no rounding.
     assert Fraction(share_of(value, scale)) == share
 
 
-def test_a_threshold_that_is_missed_by_rounding_alone_is_reached() -> None:
+def test_threshold_missed_by_rounding_alone_is_reached() -> None:
     tenths = 0.1 + 0.2
     assert tenths > 0.3
     scale = Metric(by="metric", metric="rmse", full=0.3)
@@ -60,7 +58,7 @@ def test_worse_never_earns_more(one: float, other: float) -> None:
     assert 0 <= share_of(good, RMSE) <= 1
 
 
-def test_the_margin_is_a_share_of_the_threshold_and_negative_where_it_is_missed() -> None:
+def test_margin_is_a_signed_share_of_the_threshold() -> None:
     assert margin_of(0.125, RMSE) == 0.5
     assert margin_of(0.5, RMSE) == -1.0
     assert margin_of(1.0, Metric(by="metric", metric="ssim", full=0.5)) == 1.0

@@ -1,8 +1,4 @@
-"""Shapes of a simple ray tracer, as a course teaches them: many rays at once, one shape at a time.
-
-It shares no code with the package that grades it. Each mistake has a name, and an `if` beside the correct
-code.
-"""
+"""Shapes of a student's ray tracer: many rays at once, one shape at a time; mistakes are made by name."""
 
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
@@ -11,13 +7,11 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray
+Json = dict[str, Any]
 Wrong = AbstractSet[str]
 
 START = 1e-6
 """Smallest t of a hit; nearer ones are the surface at which the ray starts."""
-
-OFFSET = 1e-4
-"""Offset of the origin of shadow rays from the surface, in scene units."""
 
 
 def unit(v: Array) -> Array:
@@ -93,8 +87,7 @@ class Flat:
             inside &= u + v <= 1
         else:
             inside &= (u <= 1) & (v <= 1)
-        start = least(wrong)
-        return np.where(inside & (t > start), t, np.inf)
+        return np.where(inside & (t > least(wrong)), t, np.inf)
 
     def normals(self, places: Array, wrong: Wrong) -> Array:
         normal = self.normal if "normals_not_normalised" in wrong else unit(self.normal)
@@ -105,7 +98,7 @@ class Flat:
         return (places - self.corner) @ self.to_weights
 
 
-def shape_of(document: dict[str, Any]) -> Ball | Flat:
+def shape_of(document: Json) -> Ball | Flat:
     if document["type"] == "triangle":
         a, b, c = (np.array(vertex, float) for vertex in document["vertices"])
         return Flat(a, b - a, c - a, half=True)

@@ -1,37 +1,36 @@
-"""A simple ray tracer that solves the assignment with random samples, and can make mistakes on purpose."""
+"""A student's ray tracer: solves the assignment with random samples, and makes mistakes on purpose.
 
-from collections.abc import Callable
+It shares no code with the package that grades it. Each mistake has a name, and an `if` beside the right code.
+"""
+
+import json
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PIL import Image
 
-from tests.service.grading.assignment.shapes import OFFSET, Array, Ball, Flat, Wrong, dot, shape_of, unit
+from tests.service.grading.assignment.shapes import Array, Ball, Flat, Json, Wrong, dot, shape_of, unit
 
-Json = dict[str, Any]
+RIGHT: Wrong = frozenset()
+SAMPLES = 16
+ADVANCED = "antialiasing_advanced"
+"""The scene that needs better sample positions than random ones."""
 
-
-def is_stretched(shape: Json) -> bool:
-    """Whether the shape is an ellipsoid given by its axes, not a sphere."""
-    return "axes" in shape
-
-
-def with_camera(scene: Json, wrong: Wrong) -> Json:
-    """The scene as the program reads its camera."""
-    if "size_swapped" not in wrong:
-        return scene
-    camera = scene["camera"]
-    return scene | {"camera": camera | {"width": camera["height"], "height": camera["width"]}}
+OFFSET = 1e-4
+"""How far above a surface its shadow rays start, in scene units."""
 
 
 class Tracer:
     """A scene, the names of the mistakes to make, and a random generator."""
 
-    def __init__(self, scene: Json, folder: Path, wrong: Wrong = frozenset(), seed: int = 0) -> None:
-        self.scene, self.wrong = with_camera(scene, wrong), wrong
+    def __init__(self, scene: Json, folder: Path, wrong: Wrong = RIGHT, seed: int = 0) -> None:
+        camera = scene["camera"]
+        if "size_swapped" in wrong:
+            camera = camera | {"width": camera["height"], "height": camera["width"]}
+        self.scene, self.wrong = scene | {"camera": camera}, wrong
         self.random = np.random.default_rng(seed)
-        kept = [shape for shape in scene["shapes"] if "shape_missing" not in wrong or not is_stretched(shape)]
+        kept = [shape for shape in scene["shapes"] if "shape_missing" not in wrong or "axes" not in shape]
         self.shapes = [shape_of(shape) for shape in kept]
         self.numbers = np.array([scene["shapes"].index(shape) for shape in kept] + [-1])
         self.materials = [scene["materials"][shape["material"]] for shape in kept]
@@ -42,17 +41,16 @@ class Tracer:
             if texture["type"] == "image"
         }
 
-    def picture(self, samples: int = 16, pattern: str = "random") -> Array:
+    def picture(self, samples: int = SAMPLES, pattern: str = "random") -> Array:
         """The linear picture, (H, W, 3)."""
         return self.averaged(self.colors, samples, pattern)
 
-    def normal_picture(self, samples: int = 16) -> Array:
+    def normal_picture(self, samples: int = SAMPLES) -> Array:
         """Normals n as (n + 1) / 2, black for misses, (H, W, 3)."""
         return self.averaged(self.normal_colors, samples, "random")
 
     def averaged(self, seen: Callable[[Array, Array], Array], samples: int, pattern: str) -> Array:
-        camera = self.scene["camera"]
-        height, width = camera["height"], camera["width"]
+        height, width = (self.scene["camera"][side] for side in ("height", "width"))
         j, i = np.mgrid[:height, :width].reshape(2, -1)
         total = np.zeros((height * width, 3))
         if "one_sample" in self.wrong:
@@ -82,7 +80,6 @@ class Tracer:
     def rays(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Origins and directions of rays through points of the picture, in pixels from the upper left."""
         camera, wrong = self.scene["camera"], self.wrong
-        position = np.array(camera["position"], float)
         f, r, u = self.axes()
         angle = np.radians(camera["vertical_fov"])
         h = np.tan(angle if "fov_not_halved" in wrong else angle / 2)
@@ -102,7 +99,7 @@ class Tracer:
         if "upside_down" in wrong:
             down = -down
         d = f + np.outer(across * h * aspect, r) + np.outer(down * h, u)
-        return np.broadcast_to(position, d.shape), unit(d)
+        return np.broadcast_to(np.array(camera["position"], float), d.shape), unit(d)
 
     def axes(self) -> tuple[Array, Array, Array]:
         """The camera's forward, right and up vectors."""
@@ -163,11 +160,12 @@ class Tracer:
             normals = facing * self.mapped(material["normal_map"], shape, places, outward)
         ambient = 0 if "no_ambient" in self.wrong else material["ambient"]
         total = np.array(self.scene["ambient"]) * ambient * color
+        above = places + (0.0 if "acne" in self.wrong else OFFSET) * facing * outward
         for light in self.scene["lights"]:
             towards, reach = self.light_points(light, places)
             l = towards if "light_not_normalised" in self.wrong else unit(towards)
-            share = self.seen(i, places + self.offset() * facing * outward, towards, reach)
-            total = total + share[:, None] * np.array(light["color"]) * self.phong(
+            share = self.seen(i, above, towards, reach)[:, None]
+            total = total + share * np.array(light["color"]) * self.phong(
                 material, color, normals, l, viewers
             )
         return total
@@ -193,7 +191,6 @@ class Tracer:
             return np.broadcast_to(-np.array(light["direction"], float), places.shape), np.inf
         if light["type"] == "point":
             return np.array(light["position"]) - places, 1.0
-        corner, edges = np.array(light["corner"]), np.array(light["edges"])
         shares = self.random.random((len(places), 2))
         if "hard_shadow" in self.wrong:
             shares[:] = 0.5
@@ -201,23 +198,18 @@ class Tracer:
             shares[:] = shares[0]
         if "light_off_center" in self.wrong:
             shares = shares + 0.5
-        return corner + shares @ edges - places, 1.0
-
-    def offset(self) -> float:
-        """How far above the surface shadow rays start."""
-        return 0.0 if "acne" in self.wrong else OFFSET
+        return np.array(light["corner"]) + shares @ np.array(light["edges"]) - places, 1.0
 
     def seen(self, own: int, places: Array, towards: Array, reach: float) -> Array:
         """1 where the light is visible, 0 where it is blocked."""
+        seen = np.ones(len(places), bool)
         if "no_shadows" in self.wrong:
-            return np.ones(len(places))
+            return seen.astype(float)
         if "shadow_ray_endless" in self.wrong:
             reach = np.inf
-        seen = np.ones(len(places), bool)
         for i, shape in enumerate(self.shapes):
-            if i == own and isinstance(shape, Flat) and "acne" not in self.wrong:
-                continue
-            seen &= shape.distances(places, towards, self.wrong) >= reach
+            if i != own or isinstance(shape, Ball) or "acne" in self.wrong:
+                seen &= shape.distances(places, towards, self.wrong) >= reach
         return seen.astype(float)
 
     def color(self, material: Json, coordinates: Array) -> Array:
@@ -255,8 +247,7 @@ class Tracer:
     def mapped(self, name: str, shape: Ball | Flat, places: Array, outward: Array) -> Array:
         """Outward normals from a normal map on a flat shape."""
         assert isinstance(shape, Flat)
-        u, v = shape.coordinates(places).T
-        x, y, z = (self.looked_up(name, u, v) * 2 - 1).T
+        x, y, z = (self.looked_up(name, *shape.coordinates(places).T) * 2 - 1).T
         if "normal_map_green" in self.wrong:
             y = -y
         if "normal_map_swapped" in self.wrong:
@@ -265,7 +256,7 @@ class Tracer:
         return unit(np.outer(x, tangent) + y[:, None] * np.cross(outward, tangent) + z[:, None] * outward)
 
 
-def encoded(linear: Array, wrong: Wrong = frozenset()) -> Array:
+def encoded(linear: Array, wrong: Wrong = RIGHT) -> Array:
     """Encode a linear picture as 8-bit sRGB codes."""
 
     def srgb(x: Array) -> Array:
@@ -279,3 +270,44 @@ def encoded(linear: Array, wrong: Wrong = frozenset()) -> Array:
     for _ in range(0 if "gamma_missing" in wrong else 2 if "gamma_twice" in wrong else 1):
         values = srgb(values)
     return np.round(values * 255).astype(np.uint8)
+
+
+def read(scenes: Path, name: str) -> Json:
+    loaded: Json = json.loads(scenes.joinpath(f"{name}.json").read_text())
+    return loaded
+
+
+def names(scenes: Path) -> Iterator[str]:
+    """The scenes of a folder, without `.json`."""
+    yield from sorted(file.stem for file in scenes.glob("*.json"))
+
+
+def save(
+    scenes: Path, out: Path, name: str, wrong: Wrong = RIGHT, samples: int = SAMPLES, seed: int = 0
+) -> None:
+    """Save the file to hand in for a scene: hits if rays are given for it, else a picture."""
+    tracer, rays = Tracer(read(scenes, name), scenes, wrong, seed), scenes / f"{name}.npz"
+    if not rays.exists():
+        pattern = "random"
+        if name == ADVANCED and "plain_random" not in wrong:
+            pattern = "grid" if "upright_grid" in wrong else "jittered"
+        Image.fromarray(encoded(tracer.picture(samples, pattern), wrong)).save(out / f"{name}.png")
+        return
+    with np.load(rays) as given:
+        origins, directions = given["origins"], given["directions"]
+    if "directions_normalised" in wrong:
+        directions = unit(directions)
+    t, shape = tracer.hits(origins, directions)
+    places = origins + np.where(shape < 0, 0, t)[:, None] * directions
+    normals = tracer.normals(shape, places, directions)
+    np.savez(out / f"{name}.npz", t=t, position=places, normal=normals, shape=tracer.numbers[shape])
+
+
+def run(scenes: Path, out: Path, wrong: Wrong = RIGHT, samples: int = SAMPLES, seed: int = 0) -> None:
+    """Write the files for all scenes of a folder, and pictures of normals for the tables of rays."""
+    out.mkdir(parents=True, exist_ok=True)
+    for name in names(scenes):
+        save(scenes, out, name, wrong, samples, seed)
+        if scenes.joinpath("references", f"{name}_normals.npz").exists():
+            normals = Tracer(read(scenes, name), scenes, wrong, seed).normal_picture(samples)
+            Image.fromarray(np.round(255 * normals).astype(np.uint8)).save(out / f"{name}_normals.png")

@@ -1,7 +1,5 @@
 """What the xUnit plugin of Jenkins accepts as JUnit XML, by the published rules of its junit-10.xsd."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass

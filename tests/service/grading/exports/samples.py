@@ -1,7 +1,5 @@
 """Results to export, and hostile strings."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,22 +1,25 @@
-"""Counting pixels that share the noise of a reference, on pictures of which all is known."""
-
-from __future__ import annotations
+"""Pixels that share the noise of a reference: correct pictures are never suspected, copies always."""
 
 import io
 import math
+from collections.abc import Callable
+from pathlib import Path
 from statistics import NormalDist
 
 import numpy as np
 import pytest
 from PIL import Image
 
+import renderer
 from accuracy.comparison.inputs import Picture, picture_of
+from renderer.images.colors import srgb_from_linear
 from service.grading.likeness.closeness import BOUND, FEWEST, LEVEL, NEAR, Closeness, closeness
+from tests.service.grading.assignments import npy
 
-SIDE = 96
-TRUTH = 0.3
-NOISE = 0.05
-SAMPLES = 64
+SIDE, TRUTH, NOISE, SAMPLES = 96, 0.3, 0.05, 64
+ALL = 0.95 * SIDE * SIDE
+
+Made = Callable[[np.ndarray], Picture]
 
 
 def picture(values: np.ndarray, error: float | np.ndarray | None = None, samples: int = SAMPLES) -> Picture:
@@ -26,16 +29,19 @@ def picture(values: np.ndarray, error: float | np.ndarray | None = None, samples
     if error is not None:
         layers["error"] = np.broadcast_to(np.asarray(error)[..., None], shape).astype(np.float32)
         layers["samples"] = np.full(values.shape, samples)
+    grey = np.broadcast_to(values[:, :, None], shape).astype(np.float32)
+    return picture_of(npy(grey), "picture.npy", "linear", layers)
+
+
+def png(codes: np.ndarray) -> bytes:
     buffer = io.BytesIO()
-    np.save(buffer, np.broadcast_to(values[:, :, None], shape).astype(np.float32))
-    return picture_of(buffer.getvalue(), "picture.npy", "linear", layers)
+    Image.fromarray(codes).save(buffer, "PNG")
+    return buffer.getvalue()
 
 
 def eight_bits(values: np.ndarray) -> Picture:
     codes = np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
-    buffer = io.BytesIO()
-    Image.fromarray(np.repeat(codes[:, :, None], 3, axis=2)).save(buffer, "PNG")
-    return picture_of(buffer.getvalue(), "picture.png", "linear")
+    return picture_of(png(np.repeat(codes[:, :, None], 3, axis=2)), "picture.png", "linear")
 
 
 def noisy(seed: int, deviation: float = NOISE) -> np.ndarray:
@@ -48,60 +54,50 @@ def counted(image: Picture, reference: Picture) -> Closeness:
     return found
 
 
-def test_a_flawless_picture_is_near_as_often_as_normal_noise_is_small() -> None:
+def is_share(found: Closeness, share: float) -> bool:
+    """Six deviations of a binomial count: one failure in 10^9 seeds."""
+    return abs(found.near - share * found.pixels) < 6 * math.sqrt(found.pixels * share * (1 - share))
+
+
+def test_flawless_picture_is_near_as_often_as_stated() -> None:
     found = counted(picture(np.full((SIDE, SIDE), TRUTH)), picture(noisy(1), NOISE))
-    share = 2 * NormalDist().cdf(NEAR) - 1
-    assert found.pixels > 0.95 * SIDE * SIDE
-    # Six deviations of a binomial count: one failure in 10^9 seeds.
-    spread = math.sqrt(found.pixels * share * (1 - share))
-    assert abs(found.near - share * found.pixels) < 6 * spread
+    assert found.pixels > ALL
+    assert is_share(found, 2 * NormalDist().cdf(NEAR) - 1)
     assert not found.suspicious
 
 
 @pytest.mark.parametrize("made", [picture, eight_bits])
-def test_a_picture_made_from_the_reference_is_near_everywhere(made: object) -> None:
-    values = noisy(2)
-    found = counted(made(values), picture(values, NOISE))  # type: ignore[operator]
-    assert found.near == found.pixels > 0.95 * SIDE * SIDE
+def test_copy_is_near_everywhere(made: Made) -> None:
+    found = counted(made(noisy(2)), picture(noisy(2), NOISE))
+    assert found.near == found.pixels > ALL
     assert found.suspicious
 
 
-def test_noise_of_its_own_clears_a_picture_of_suspicion() -> None:
+def test_own_noise_clears_a_picture() -> None:
     reference = picture(noisy(3), NOISE)
     assert not counted(picture(noisy(4)), reference).suspicious
     assert not counted(picture(noisy(5, 4 * NOISE)), reference).suspicious
 
 
-def test_the_worst_yes_or_no_noise_stays_below_the_bound() -> None:
+def test_worst_yes_or_no_noise_stays_below_the_bound() -> None:
     """Three pixels in four have one yes among all samples; those without a yes show no noise."""
     chance = 0.75 / FEWEST
     hits = np.random.default_rng(6).binomial(FEWEST, chance, (SIDE, SIDE))
     error = np.sqrt(hits * (FEWEST - hits) / FEWEST**2 / (FEWEST - 1))
     found = counted(picture(np.full((SIDE, SIDE), chance)), picture(hits / FEWEST, error, FEWEST))
-    once = FEWEST * chance * (1 - chance) ** (FEWEST - 1)
-    share = once / (1 - (1 - chance) ** FEWEST)
+    share = FEWEST * chance * (1 - chance) ** (FEWEST - 1) / (1 - (1 - chance) ** FEWEST)
     assert share < BOUND
-    assert abs(found.near - share * found.pixels) < 6 * math.sqrt(found.pixels * share * (1 - share))
+    assert is_share(found, share)
     assert not found.suspicious
 
 
-@pytest.mark.parametrize("near", [0, 700, 1000])
-def test_suspicion_begins_where_chernoffs_bound_falls_below_the_level(near: int) -> None:
-    share = near / 1000
-    bound = 1.0
-    if share > BOUND:
-        rest = ((1 - BOUND) / (1 - share)) ** (1 - share) if share < 1 else 1.0
-        bound = ((BOUND / share) ** share * rest) ** 1000
-    assert Closeness(1000, near).suspicious == (bound <= LEVEL)
-
-
-def test_the_bound_is_met_between_two_counts() -> None:
+def test_false_alarm_is_rarer_than_stated() -> None:
     suspicious = [Closeness(1000, near).suspicious for near in range(1001)]
     first = suspicious.index(True)
     assert all(suspicious[first:])
     # The exact tail of the binomial is below Chernoff's bound.
     tail = sum(math.comb(1000, k) * 0.7**k * 0.3 ** (1000 - k) for k in range(first, 1001))
-    assert tail <= LEVEL
+    assert LEVEL / 1000 < tail <= LEVEL
 
 
 def test_few_pixels_are_never_enough() -> None:
@@ -109,39 +105,63 @@ def test_few_pixels_are_never_enough() -> None:
     assert not Closeness(30, 30).suspicious
 
 
-def test_errors_that_are_stated_too_large_do_not_count() -> None:
-    """Stratified samples err less than they say: a flawless picture must not pass for a copy."""
-    found = counted(picture(np.full((SIDE, SIDE), TRUTH)), picture(noisy(7, NOISE / 8), NOISE))
-    assert found.pixels == 0
+EDGES = np.tile(np.arange(SIDE) % 8 < 4, (SIDE, 1))
 
 
-@pytest.mark.parametrize("contrast", [0.1, 0.2, 0.4])
-def test_edges_do_not_count_as_noise(contrast: float) -> None:
-    edges = np.tile(TRUTH + contrast * (np.arange(SIDE) % 8 < 4), (SIDE, 1))
-    assert counted(picture(edges), picture(edges, NOISE)).pixels == 0
+@pytest.mark.parametrize(
+    ("image", "reference"),
+    [
+        # Stratified samples err less than they say.
+        (picture(np.full((SIDE, SIDE), TRUTH)), picture(noisy(7, NOISE / 8), NOISE)),
+        *((picture(TRUTH + c * EDGES), picture(TRUTH + c * EDGES, NOISE)) for c in (0.1, 0.2, 0.4)),
+        (picture(0.5 * EDGES), picture(0.5 * EDGES + noisy(12), NOISE)),
+        (eight_bits(noisy(8)), picture(TRUTH + (noisy(8) - TRUTH) / 64, NOISE / 64)),
+        (picture(noisy(10)), picture(noisy(10), NOISE, FEWEST - 1)),
+    ],
+    ids=["stated too large", "0.1", "0.2", "0.4", "strong edges", "rounded", "few samples"],
+)
+def test_pixels_without_known_noise_do_not_count(image: Picture, reference: Picture) -> None:
+    assert counted(image, reference).pixels == 0
 
 
-def test_noise_on_strong_edges_does_not_count() -> None:
-    edges = np.tile(0.5 * (np.arange(SIDE) % 8 < 4), (SIDE, 1))
-    assert counted(picture(edges), picture(edges + noisy(12), NOISE)).pixels == 0
-
-
-def test_what_is_clipped_or_lost_in_rounding_does_not_count() -> None:
-    reference = picture(noisy(8), NOISE)
+def test_clipped_pixels_do_not_count() -> None:
     bright = noisy(9) + 0.95 - TRUTH
     clear = np.count_nonzero(bright + 2 * NOISE < 1)
     assert 0 < counted(picture(bright), picture(bright, NOISE)).pixels <= clear < SIDE * SIDE / 2
-    fine = picture(TRUTH + (noisy(8) - TRUTH) / 64, NOISE / 64)
-    assert counted(eight_bits(noisy(8)), fine).pixels == 0
-    assert counted(eight_bits(noisy(8)), reference).pixels > 0.95 * SIDE * SIDE
 
 
-def test_a_reference_of_few_samples_or_without_its_noise_shows_nothing() -> None:
-    values = noisy(10)
-    assert counted(picture(values), picture(values, NOISE, FEWEST - 1)).pixels == 0
+def test_noise_is_that_of_the_reference_alone() -> None:
+    values = noisy(11)
+    assert counted(picture(values, 100.0), picture(values, NOISE)).suspicious
     assert closeness(picture(values), picture(values)) is None
 
 
-def test_what_the_picture_says_of_its_own_noise_is_not_believed() -> None:
-    values = noisy(11)
-    assert counted(picture(values, 100.0), picture(values, NOISE)).suspicious
+def rendered(pattern: str, samples: int, seed: int) -> renderer.RenderResult:
+    scene = renderer.load_scene(Path(__file__).parents[4] / "scenes" / "study" / "soft.json")
+    document = scene.document.model_dump(mode="json", exclude_unset=True)
+    document["camera"] |= {"width": 64, "height": 64}
+    light = {"pattern": pattern, "samples": 1 if pattern != "uniform" else 4}
+    antialiasing = {"pattern": pattern, "samples": samples}
+    document["sampling"] = {"antialiasing": antialiasing, "light": light, "seed": seed}
+    return renderer.render(renderer.compile_scene(document, layers=("error", "samples")), workers=1)
+
+
+def forms(image: np.ndarray) -> tuple[Picture, Picture]:
+    """As floating point and as PNG."""
+    codes = np.floor(srgb_from_linear(np.clip(image, 0, 1)) * 255 + 0.5).astype(np.uint8)
+    return picture_of(npy(image), "npy"), picture_of(png(codes), "png")
+
+
+@pytest.mark.slow
+def test_rendered_picture_is_not_suspected_and_its_copy_is() -> None:
+    patterns = (("random", 4), ("random", 64), ("stratified", 16), ("sobol", 16), ("uniform", 16))
+    correct = [image for pattern in patterns for image in forms(rendered(*pattern, 7).image)]
+    for pattern in ("random", "stratified", "sobol"):
+        result = rendered(pattern, 16, 1)
+        layers = {name: result.layers[name] for name in ("error", "samples")}
+        reference = picture_of(npy(result.image), "reference", layers=layers)
+        for image in correct:
+            found = counted(image, reference)
+            assert not found.suspicious
+            assert found.near < BOUND * max(found.pixels, 1)
+        assert pattern != "random" or all(counted(copy, reference).suspicious for copy in forms(result.image))

@@ -1,7 +1,5 @@
 """Pictures that share their noise, on pictures of which all is known."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 
@@ -19,6 +17,7 @@ from service.grading.likeness.fingerprints import (
     noise_of,
     pairs,
 )
+from tests.service.grading.assignments import npy
 
 HEIGHT, WIDTH, SAMPLES, STUDENTS = 64, 96, 16, 40
 CENTER, RADIUS = (40.0, 30.0), 20.0
@@ -33,21 +32,12 @@ def disc(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.where(inside, 0.7, 0.2 + 0.1 * x / WIDTH)
 
 
-def shifted(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    return disc(x - 0.5, y - 0.5)
-
-
-def too_dark(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    return 0.8 * disc(x, y)
-
-
-def without_the_disc(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    return 0.2 + 0.1 * x / WIDTH
-
-
-def striped(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """A texture that should not be there."""
-    return disc(x, y) + 0.1 * ((x // 3) % 2)
+MISTAKES: dict[str, Drawn] = {
+    "shifted": lambda x, y: disc(x - 0.5, y - 0.5),
+    "too dark": lambda x, y: 0.8 * disc(x, y),
+    "without the disc": lambda x, _: 0.2 + 0.1 * x / WIDTH,
+    "striped": lambda x, y: disc(x, y) + 0.1 * ((x // 3) % 2),
+}
 
 
 def drawn(
@@ -77,10 +67,9 @@ def seen(pixels: np.ndarray) -> Picture:
 
 @pytest.fixture(scope="module")
 def reference() -> Picture:
-    file = io.BytesIO()
     values = drawn(0, samples=400, lamp=0)
-    np.save(file, np.repeat(values[:, :, None], 3, axis=2).astype(np.float32))
-    return picture_of(file.getvalue(), "reference.npy", "linear")
+    grey = np.repeat(values[:, :, None], 3, axis=2).astype(np.float32)
+    return picture_of(npy(grey), "reference.npy", "linear")
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +84,7 @@ def found(prints: list[Fingerprint]) -> list[tuple[int, int]]:
     return [(pair.first, pair.second) for pair in pairs(noise)]
 
 
-def test_right_pictures_with_their_own_noise_are_no_pair(right: list[Fingerprint]) -> None:
+def test_right_pictures_make_no_pair(right: list[Fingerprint]) -> None:
     # Eight standard errors: one failure in 10^12 classes of this size.
     assert found(right) == []
 
@@ -110,26 +99,20 @@ def test_right_pictures_with_their_own_noise_are_no_pair(right: list[Fingerprint
     ],
     ids=["saved again", "brighter", "noisier", "a third replaced"],
 )
-def test_an_altered_copy_is_found(
+def test_altered_copy_is_found(
     right: list[Fingerprint], reference: Picture, alter: Callable[[np.ndarray], np.ndarray]
 ) -> None:
     copy = fingerprint(seen(alter(codes(drawn(3))).astype(np.uint8)), reference)
     assert found([*right, copy]) == [(2, STUDENTS)]
 
 
-@pytest.mark.parametrize(
-    "scene", [shifted, too_dark, without_the_disc, striped], ids=lambda each: each.__name__
-)
-def test_a_mistake_that_some_share_makes_no_pair(
-    right: list[Fingerprint], reference: Picture, scene: Drawn
-) -> None:
+@pytest.mark.parametrize("scene", MISTAKES.values(), ids=MISTAKES)
+def test_shared_mistake_makes_no_pair(right: list[Fingerprint], reference: Picture, scene: Drawn) -> None:
     wrong = [fingerprint(seen(codes(drawn(seed, scene))), reference) for seed in range(100, 106)]
     assert found([*right, *wrong]) == []
 
 
-def test_pictures_with_one_sample_in_the_centre_make_no_pair(
-    right: list[Fingerprint], reference: Picture
-) -> None:
+def test_one_sample_in_the_centre_makes_no_pair(right: list[Fingerprint], reference: Picture) -> None:
     jagged = [
         fingerprint(seen(codes(drawn(seed, samples=1, places="center", lamp=lamp))), reference)
         for seed in range(100, 103)
@@ -138,13 +121,13 @@ def test_pictures_with_one_sample_in_the_centre_make_no_pair(
     assert found([*right, *jagged]) == []
 
 
-def test_pictures_of_very_many_samples_make_no_pair(right: list[Fingerprint], reference: Picture) -> None:
+def test_very_many_samples_make_no_pair(right: list[Fingerprint], reference: Picture) -> None:
     # Nothing but rounding is left in these, and all programs round alike.
     smooth = [fingerprint(seen(codes(drawn(seed, samples=900))), reference) for seed in range(100, 104)]
     assert found([*right, *smooth]) == []
 
 
-def test_pictures_by_another_fixed_pattern_are_like_it(right: list[Fingerprint], reference: Picture) -> None:
+def test_picture_of_a_fixed_pattern_is_like_it(right: list[Fingerprint], reference: Picture) -> None:
     fixed = fingerprint(seen(codes(drawn(1000))), reference)
     noise = noise_of([*right, fixed])
     assert noise is not None
@@ -156,16 +139,6 @@ def test_too_few_pictures_have_no_known_noise(right: list[Fingerprint]) -> None:
     assert noise_of(right[:FEWEST_PICTURES]) is not None
 
 
-def test_pictures_without_noise_have_none(right: list[Fingerprint]) -> None:
-    assert noise_of([right[0]] * STUDENTS) is None
-
-
-def test_an_odd_row_and_column_are_left_out(reference: Picture) -> None:
-    odd = picture_of(_npy(reference.linear[:-1, :-1]), "odd.npy", "linear")
+def test_odd_row_and_column_are_left_out(reference: Picture) -> None:
+    odd = picture_of(npy(reference.linear[:-1, :-1]), "odd.npy", "linear")
     assert fingerprint(odd, odd).detail.shape == ((HEIGHT // 2 - 1) * (WIDTH // 2 - 1),)
-
-
-def _npy(values: np.ndarray) -> bytes:
-    file = io.BytesIO()
-    np.save(file, values)
-    return file.getvalue()

@@ -8,6 +8,7 @@ from PIL import Image
 
 from accuracy.comparison import Picture, picture_of
 from service.grading.likeness.sample_counts import grain, sample_count
+from tests.service.grading.assignments import npy
 
 SIDE = 96
 SAMPLES = 1024
@@ -25,14 +26,9 @@ def mixed(share: np.ndarray) -> np.ndarray:
 
 
 def reference() -> Picture:
-    buffer = io.BytesIO()
-    np.save(buffer, mixed(shares()).astype(np.float32))
     deviation = (COLORS[1] - COLORS[0]) * np.sqrt(shares() * (1 - shares()) / SAMPLES)
-    layers = {
-        "error": deviation[:, :, None].repeat(3, axis=2),
-        "samples": np.full((SIDE, SIDE), SAMPLES),
-    }
-    return picture_of(buffer.getvalue(), "reference", "linear", layers)
+    layers = {"error": deviation[:, :, None].repeat(3, axis=2), "samples": np.full((SIDE, SIDE), SAMPLES)}
+    return picture_of(npy(mixed(shares()).astype(np.float32)), "reference", "linear", layers)
 
 
 def eight_bits(linear: np.ndarray) -> Picture:
@@ -47,7 +43,7 @@ def honest(samples: int, seed: int) -> Picture:
 
 
 @pytest.mark.parametrize("samples", [1, 4, 16, 64, 256])
-def test_the_slope_is_one_over_the_samples(samples: int) -> None:
+def test_slope_is_one_over_the_samples(samples: int) -> None:
     found = sample_count(honest(samples, samples), reference())
     assert found is not None
     # Five standard errors: one failure in 2 million.
@@ -57,14 +53,14 @@ def test_the_slope_is_one_over_the_samples(samples: int) -> None:
 
 
 @pytest.mark.parametrize("deviation", [0.0, 0.004, 0.01])
-def test_a_copy_of_the_reference_has_no_slope_whatever_noise_is_added(deviation: float) -> None:
+def test_copy_has_no_slope_whatever_noise_is_added(deviation: float) -> None:
     noise = np.random.default_rng(1).normal(0, deviation, (SIDE, SIDE, 3))
     found = sample_count(eight_bits(reference().linear + noise), reference())
     assert found is not None
     assert found.suspicious
 
 
-def test_nothing_is_said_without_known_or_visible_noise() -> None:
+def test_slope_needs_known_and_visible_noise() -> None:
     image = eight_bits(reference().linear)
     assert sample_count(image, image) is None
     layers = {name: layer * 0.01 if name == "error" else layer for name, layer in reference().layers.items()}
@@ -72,7 +68,7 @@ def test_nothing_is_said_without_known_or_visible_noise() -> None:
     assert sample_count(image, faint) is None
 
 
-def test_noise_where_no_sample_varies_is_counted() -> None:
+def test_grain_is_noise_where_no_sample_varies() -> None:
     noise = np.random.default_rng(2).normal(0, 0.05, (SIDE, SIDE, 3))
     found = grain(eight_bits(reference().linear + noise), reference(), 0.005)
     assert found is not None
@@ -81,14 +77,14 @@ def test_noise_where_no_sample_varies_is_counted() -> None:
 
 
 @pytest.mark.parametrize("samples", [4, 16])
-def test_honest_noise_is_where_samples_vary(samples: int) -> None:
+def test_honest_noise_is_no_grain(samples: int) -> None:
     found = grain(honest(samples, 3), reference(), 0.005)
     assert found is not None
     assert found.grainy == 0
     assert not found.suspicious
 
 
-def test_a_shape_in_another_place_is_no_grain() -> None:
+def test_misplaced_shape_is_no_grain() -> None:
     moved = reference().linear.copy()
     moved[20:70, 3:13] = 0.5
     found = grain(eight_bits(moved), reference(), 0.005)
@@ -96,9 +92,7 @@ def test_a_shape_in_another_place_is_no_grain() -> None:
     assert not found.suspicious
 
 
-def test_pictures_narrower_than_a_block_have_no_grain() -> None:
+def test_grain_needs_a_whole_block() -> None:
     thin = np.full((4, 32, 3), 0.5)
     layers = {"error": np.zeros(thin.shape), "samples": np.full(thin.shape[:2], 4)}
-    buffer = io.BytesIO()
-    np.save(buffer, thin)
-    assert grain(eight_bits(thin), picture_of(buffer.getvalue(), "thin", "linear", layers), 0.01) is None
+    assert grain(eight_bits(thin), picture_of(npy(thin), "thin", "linear", layers), 0.01) is None

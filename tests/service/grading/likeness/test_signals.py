@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -13,28 +11,17 @@ def compared(image: np.ndarray, reference: np.ndarray) -> Comparison:
     return compare(picture(image), picture(reference, NOISE))
 
 
-def test_the_reference_itself_is_flagged_once() -> None:
-    found = signals(b"same", b"same", compared(noisy(1), noisy(1)), test="soft")
-    assert [(signal.test, signal.code) for signal in found] == [("soft", "identical_bytes")]
-
-
-def test_a_copy_in_another_form_is_flagged_with_its_count() -> None:
-    (found,) = signals(b"a", b"b", compared(noisy(1), noisy(1)), test="soft")
-    assert found.code == "closer_than_noise"
-    assert found.message.endswith("with the same seed.")
-
-
 @pytest.mark.parametrize("reference", [b"b", None])
-def test_an_independent_picture_is_not_flagged(reference: bytes | None) -> None:
+def test_independent_picture_gives_no_signal(reference: bytes | None) -> None:
     assert signals(b"a", reference, compared(noisy(1), noisy(2)), test="soft") == ()
 
 
-def test_scenes_are_compared_only_by_their_bytes() -> None:
+def test_scene_is_compared_by_its_bytes() -> None:
     assert signals(b"a", b"b", None, test="soft") == ()
     assert len(signals(b"a", b"a", None, test="soft")) == 1
 
 
-def test_a_reference_without_noise_layers_flags_no_picture() -> None:
+def test_reference_without_noise_gives_no_signal() -> None:
     image = picture(noisy(1))
     assert signals(b"a", b"b", compare(image, image), test="soft") == ()
 
@@ -53,14 +40,14 @@ def noisy_assignment(assignment: Assignment) -> Assignment:
 TEST = image_test(reference={"type": "picture", "file": "reference.npy", "encoding": "linear"})
 
 
-def test_the_result_flags_the_reference_itself_and_gives_it_all_points(noisy_assignment: Assignment) -> None:
+def test_reference_itself_is_signalled_and_earns_all(noisy_assignment: Assignment) -> None:
     noisy_assignment.hand_in("picture.npy", (noisy_assignment.references / "reference.npy").read_bytes())
     found = noisy_assignment.grade(TEST)
     assert [signal.code for signal in found.signals] == ["identical_bytes"]
     assert (found.score, found.tests[0].status) == (10, "passed")
 
 
-def test_the_result_flags_a_changed_copy_and_gives_it_all_points(noisy_assignment: Assignment) -> None:
+def test_changed_copy_is_signalled_and_earns_all(noisy_assignment: Assignment) -> None:
     values = np.load(noisy_assignment.references / "reference.npy")
     board = np.indices(values.shape).sum(axis=0) % 2 - 0.5
     noisy_assignment.hand_in("picture.npy", values + board * NOISE / 4)
@@ -68,10 +55,3 @@ def test_the_result_flags_a_changed_copy_and_gives_it_all_points(noisy_assignmen
     assert [(signal.test, signal.code) for signal in found.signals] == [("picture", "closer_than_noise")]
     assert found.score == 10
     assert found.signals[0].message not in found.model_dump_json(include={"tests"})
-
-
-def test_the_result_does_not_flag_an_independent_picture(noisy_assignment: Assignment) -> None:
-    noisy_assignment.hand_in("picture.npy", np.repeat(noisy(2)[:, :, None], 3, axis=2))
-    found = noisy_assignment.grade(TEST)
-    assert found.signals == ()
-    assert found.score == 10

@@ -37,7 +37,7 @@ def dense(document: Json, samples: int, points: int) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("pattern", ["random", "stratified", "sobol"])
-def test_random_places_in_a_pixel_average_to_its_square(pattern: str) -> None:
+def test_random_places_average_to_the_pixel(pattern: str) -> None:
     document = SCENE | {"lights": [pictures.CEILING_LAMP]}
     mean, error = averaged(document, samples=16, points=4, pattern=pattern)
     difference = np.abs(mean - dense(document, 1024, 4))
@@ -46,7 +46,7 @@ def test_random_places_in_a_pixel_average_to_its_square(pattern: str) -> None:
 
 
 @pytest.mark.parametrize("light", ["random", "stratified", "sobol"])
-def test_random_points_of_a_light_average_to_the_light(light: str) -> None:
+def test_random_light_points_average_to_the_light(light: str) -> None:
     mean, error = averaged(SCENE, samples=1, points=16, pattern="center", light=light)
     centred = SCENE | {"sampling": sampled(1, 1, "center")}
     quality = FixedQuality(mode="fixed", light=LightSampling(pattern="uniform", samples=4096))
@@ -55,7 +55,7 @@ def test_random_points_of_a_light_average_to_the_light(light: str) -> None:
     assert error.max() > 0
 
 
-def test_well_spread_points_leave_less_noise_than_independent_ones() -> None:
+def test_stratified_points_leave_less_noise() -> None:
     noise = {
         light: averaged(SCENE, samples=1, points=16, pattern="center", light=light)[1]
         for light in ("random", "stratified", "sobol")
@@ -63,16 +63,6 @@ def test_well_spread_points_leave_less_noise_than_independent_ones() -> None:
     rms = {light: float(np.sqrt(np.mean(error**2))) for light, error in noise.items()}
     assert rms["stratified"] < 0.7 * rms["random"]
     assert rms["sobol"] < 0.7 * rms["random"]
-
-
-def test_noise_falls_with_the_root_of_the_number_of_independent_points() -> None:
-    """Four times the points, half the noise, within what 24 seeds of 96 pixels can show."""
-    rms = [
-        np.sqrt(np.mean(averaged(SCENE, samples=1, points=points, pattern="center", light="random")[1] ** 2))
-        for points in (4, 16, 64)
-    ]
-    assert 1.7 < rms[0] / rms[1] < 2.35
-    assert 1.7 < rms[1] / rms[2] < 2.35
 
 
 @pytest.mark.slow

@@ -1,0 +1,84 @@
+"""Noise, blurs and copies in the ready assignment: they earn nothing, and staff get a signal."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from accuracy.comparison.blurs import smoothed
+from scenes.make_assignment_parts import FOLDER
+from service.grading.outcomes import Outcome
+from tests.service.grading.assignment.test_assignment import TESTS, findings, run_of
+from tests.service.grading.assignment.tracer import Tracer, encoded, read
+
+Added = Callable[[np.ndarray, np.random.Generator], np.ndarray]
+
+
+def blue(picture: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Noise whose means over blocks are near 0."""
+    white = random.standard_normal(picture.shape)
+    around = sum(np.roll(white, step, axis) for step in (1, -1) for axis in (0, 1)) / 4
+    return picture + 0.1 * (white - around) / 1.25**0.5
+
+
+def salted(picture: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """An eighth of the pixels black, and as many white."""
+    drawn = random.random(picture.shape[:2])[:, :, None]
+    return np.where(drawn < 0.125, 0.0, np.where(drawn < 0.25, 1.0, picture))
+
+
+NOISE: dict[str, Added] = {
+    "Gaussian": lambda picture, random: picture + 0.05 * random.standard_normal(picture.shape),
+    "uniform": lambda picture, random: picture + random.uniform(-0.17, 0.17, picture.shape),
+    "multiplied": lambda picture, random: picture * (1 + 0.3 * random.standard_normal(picture.shape)),
+    "blue": blue,
+    "salt and pepper": salted,
+}
+
+
+def drawn(name: str, *wrong: str) -> np.ndarray:
+    return Tracer(read(FOLDER, name), FOLDER, frozenset(wrong)).picture()
+
+
+def graded(name: str, codes: np.ndarray, folder: Path) -> Outcome:
+    """What a picture earns before mistakes are reproduced with its scene."""
+    Image.fromarray(codes).save(folder / f"{name}.png")
+    return next(iter(findings(TESTS[name], run_of(folder, folder))))
+
+
+def codes_of(outcome: Outcome) -> set[str]:
+    return {signal.code for signal in outcome.signals}
+
+
+@pytest.fixture(scope="module")
+def wrong() -> np.ndarray:
+    return drawn("phong_matte", "no_ambient")
+
+
+@pytest.mark.parametrize("kind", NOISE)
+def test_noise_buys_no_points(kind: str, wrong: np.ndarray, tmp_path: Path) -> None:
+    noisy = NOISE[kind](wrong, np.random.default_rng(1))
+    outcome = graded("phong_matte", encoded(noisy), tmp_path)
+    assert outcome.share == 0
+    assert "noise_without_samples" in codes_of(outcome)
+
+
+def test_blur_is_no_antialiasing(tmp_path: Path) -> None:
+    blurred = smoothed(drawn("antialiasing", "one_sample"), 0.8)
+    assert graded("antialiasing", encoded(blurred), tmp_path).share == 0
+
+
+@pytest.mark.parametrize("deviation", [0, 1, 2, 4])
+def test_copy_with_a_little_noise_gives_a_signal(deviation: int, tmp_path: Path) -> None:
+    with np.load(FOLDER / "references" / "antialiasing.npz") as kept:
+        codes = encoded(kept["image"].astype(np.float64)).astype(np.float64)
+    copy = np.rint(codes + deviation * np.random.default_rng(deviation).standard_normal(codes.shape))
+    assert codes_of(graded("antialiasing", np.clip(copy, 0, 255).astype(np.uint8), tmp_path))
+
+
+@pytest.mark.parametrize("name", ["phong_matte", "shadow_soft"])
+def test_honest_picture_gives_no_signal(name: str, tmp_path: Path) -> None:
+    outcome = graded(name, encoded(drawn(name)), tmp_path)
+    assert (outcome.share, codes_of(outcome)) == (1, set())
