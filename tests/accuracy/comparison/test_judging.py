@@ -1,13 +1,14 @@
 """Which test decides: a single block off by far, noise, or a mistake."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from accuracy.comparison.asserting import compared
-from accuracy.comparison.blocks import Bias
-from accuracy.comparison.judging import Policy, judge
+from accuracy.comparison.blocks import Bias, bias
+from accuracy.comparison.judging import Judgement, Policy, judge
 from accuracy.comparison.noise import Noise
 
 CALM = Bias(np.zeros((10, 10)), np.zeros((10, 10)))
@@ -48,3 +49,49 @@ def test_noise_decides_where_too_few_blocks_are_biased() -> None:
 def test_mistake_outranks_noise_as_the_reason() -> None:
     found = judge(equal=False, bias=CALM, scores=None, explained=True, policy=Policy(samples=4), noise=LOUD)
     assert (found.verdict, found.test) == ("mismatch", "diagnosis")
+
+
+def judged(ratios: list[float], explained: bool = False, **policy: Any) -> Judgement:
+    found = Bias(np.array([ratios]), np.zeros((1, len(ratios))))
+    return judge(equal=False, bias=found, scores=None, explained=explained, policy=Policy(**policy))
+
+
+def verdict(ratios: list[float], most_bias: float = 0.25) -> str:
+    return judged(ratios, most_bias=most_bias).verdict
+
+
+def test_verdict_depends_on_the_share_of_biased_blocks() -> None:
+    assert verdict([2.0, 0.5, 0.5, 0.5]) == "noisy_match"
+    assert verdict([2.0, 2.0, 0.5, 0.5]) == "mismatch"
+    assert verdict([1.0, 1.0, 1.0, 1.0]) == "noisy_match"
+    assert verdict([math.inf, 0.0, 0.0, 0.0], 0.0) == "mismatch"
+
+
+def test_margin_is_the_share_of_the_limit_that_is_left() -> None:
+    assert judged([2.0, 0.0, 0.0, 0.0, 0.0], most_bias=0.4).margin == pytest.approx(0.5)
+
+
+def test_factor_of_samples_settles_blocks() -> None:
+    """The difference stays and its noise falls with the root: biased from the factor on, not before."""
+    noise = np.random.default_rng(2).normal(0.0, 0.1, (8, 8, 3))
+    nothing = np.zeros_like(noise)
+    ordered = np.sort(noise.reshape(64, 3), axis=0)
+    shift = 0.02 - ordered[6:58].mean(axis=0)
+    found = judge(
+        equal=False,
+        bias=bias(noise + shift, nothing),
+        scores=None,
+        explained=False,
+        policy=Policy(most_bias=0.0),
+    )
+    assert found.verdict == "noisy_match"
+    factor = found.samples_factor
+    assert factor is not None
+    for share, settled in ((0.98, False), (1.02, True)):
+        quieter = 0.02 + (noise + shift - 0.02) / math.sqrt(share * factor)
+        assert bool(bias(quieter, nothing).blocks[0, 0]) == settled
+
+
+def test_diagnosis_decides_where_blocks_see_nothing() -> None:
+    found = judged([0.0], explained=True)
+    assert (found.verdict, found.test, found.samples_factor) == ("mismatch", "diagnosis", None)

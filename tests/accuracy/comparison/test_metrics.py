@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from accuracy.comparison.metrics import luma, metrics, ssim
+from accuracy.comparison.metrics import flip, luma, metrics, ssim
 from renderer.math.numerics import EPS
 
 
@@ -97,3 +97,11 @@ def test_luma_of_grey_is_its_code() -> None:
     assert luma(grey)[0, 0] == pytest.approx(0.5, abs=1e-6)
     colors = np.eye(3).reshape(1, 3, 3)
     assert luma(colors)[0].tolist() == pytest.approx([0.2126, 0.7152, 0.0722], rel=1e-15)
+
+
+def test_flip_is_0_for_equal_and_1_from_black_to_white() -> None:
+    black, white = np.zeros((64, 64, 3)), np.ones((64, 64, 3))
+    assert flip(white, white) == 0.0
+    # The authors' own value for black against white is 1 but for the compression near the largest error.
+    assert 0.9 < flip(black, white) <= 1.0
+    assert flip(0.9 * white, white) < flip(0.5 * white, white)

@@ -33,13 +33,6 @@ def noisy(picture: np.ndarray, deviation: float) -> np.ndarray:
     return picture + np.random.default_rng(3).normal(0, deviation, picture.shape)
 
 
-@pytest.mark.parametrize("samples", [16, 64])
-def test_honest_noise_earns_all_and_gives_no_signal(stripes: Assignment, samples: int) -> None:
-    stripes.hand_in("picture.npy", drawn(samples, 1))
-    found = stripes.grade(noise_test(samples=4))
-    assert (found.score, found.signals) == (10, ())
-
-
 def test_noise_beyond_the_fewest_samples_is_not_accepted(stripes: Assignment) -> None:
     stripes.hand_in("picture.npy", noisy(drawn(16, 1), 0.1))
     tested = stripes.test(noise_test(samples=4))
@@ -56,16 +49,6 @@ def test_noise_hides_no_mistake_and_gives_a_signal(stripes: Assignment) -> None:
         codes = {signal.code for signal in found.signals}
         assert (deviation, found.score) == (deviation, 0)
         assert (deviation, codes) == (deviation, {"noise_without_samples"} if deviation else set())
-
-
-@pytest.mark.parametrize("deviation", [0.0, 0.004])
-def test_copy_of_the_reference_gives_a_signal(stripes: Assignment, deviation: float) -> None:
-    copy = striped.eight_bits(noisy(striped.reference().linear, deviation)).linear
-    stripes.hand_in("picture.npy", copy)
-    found = stripes.grade(noise_test(samples=4))
-    assert found.signals[0].code == "cleaner_than_samples"
-    assert found.score == 10
-    assert found.signals[0].message not in found.model_dump_json(include={"tests"})
 
 
 @pytest.mark.parametrize(

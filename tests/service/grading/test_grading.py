@@ -36,40 +36,36 @@ GREEDY = scene(camera=SCENE["camera"] | {"width": 8192, "height": 8192})
 
 
 def test_broken_tests_never_cost_the_others(assignment: Assignment) -> None:
-    assignment.hand_in("endless.json", ENDLESS)
-    assignment.hand_in("greedy.json", GREEDY)
     assignment.hand_in("hits.npz", b"PK\x03\x04 cut off")
     assignment.hand_in("nan.npy", np.full((32, 48, 3), np.nan, np.float32))
     assignment.hand_in("picture.npy", pixels(SCENE))
     found = assignment.grade(
-        scene_test(id="late", submitted={"file": "endless.json"}, deadline=1.0),
-        scene_test(
-            id="greedy",
-            submitted={"file": "greedy.json", "quality": {"mode": "target", "error": 0.01}},
-            memory=256,
-        ),
         rays_test(id="damaged"),
         image_test(id="nan", submitted={"file": "nan.npy", "encoding": "linear"}),
         image_test(id="lost", submitted={"file": "none.png", "encoding": "srgb"}),
         image_test(id="no-reference", reference={"type": "scene", "file": "none.json"}),
         image_test(id="good"),
+    )
+    statuses = [test.status for test in found.tests]
+    assert statuses == ["not_gradable", "not_gradable", "skipped", "error", "passed"]
+    assert (found.score, found.gradable, found.verdict) == (10, True, "mismatch")
+    assert found.ungraded == ("damaged", "nan", "no-reference")
+
+
+@pytest.mark.slow
+def test_late_and_greedy_tests_never_cost_the_others(assignment: Assignment) -> None:
+    assignment.hand_in("endless.json", ENDLESS)
+    assignment.hand_in("greedy.json", GREEDY)
+    target = {"mode": "target", "error": 0.01}
+    found = assignment.grade(
+        scene_test(id="late", submitted={"file": "endless.json"}, deadline=1.0),
+        scene_test(id="greedy", submitted={"file": "greedy.json", "quality": target}, memory=256),
+        scene_test(id="good"),
         members={"deadline": 60.0},
     )
-    statuses = {test.id: test.status for test in found.tests}
-    assert statuses == {
-        "late": "error",
-        "greedy": "not_gradable",
-        "damaged": "not_gradable",
-        "nan": "not_gradable",
-        "lost": "skipped",
-        "no-reference": "error",
-        "good": "passed",
-    }
-    assert found.score == 10
-    assert found.gradable
-    assert found.verdict == "mismatch"
-    assert found.ungraded == ("late", "greedy", "damaged", "nan", "no-reference")
+    assert [test.status for test in found.tests] == ["error", "not_gradable", "passed"]
     assert "timed out after 1 s" in found.tests[0].message
+    assert found.ungraded == ("late", "greedy")
 
 
 def test_points_add_up_with_bonus_on_top(assignment: Assignment) -> None:
@@ -86,12 +82,8 @@ def test_points_add_up_with_bonus_on_top(assignment: Assignment) -> None:
 def test_missing_bonus_file_costs_no_points(assignment: Assignment) -> None:
     assignment.hand_in("picture.npy", pixels(SCENE))
     found = assignment.grade(image_test(), rays_test(bonus=True))
-    assert (found.tests[1].status, found.verdict, found.score, found.max_score) == (
-        "skipped",
-        "match",
-        10,
-        10,
-    )
+    assert (found.tests[1].status, found.verdict) == ("skipped", "match")
+    assert (found.score, found.max_score) == (10, 10)
 
 
 def test_tests_are_listed_in_the_order_of_the_manifest(assignment: Assignment) -> None:
@@ -106,11 +98,11 @@ def test_reference_is_rendered_once_and_cached(assignment: Assignment, tmp_path:
     cache = tmp_path / "cache"
     cache.mkdir()
     assignment.hand_in("picture.npy", pixels(SCENE))
-    tests = image_test(id="one"), image_test(id="two"), scene_test()
-    assert assignment.grade(*tests, cache=cache).score == 30
+    tests = image_test(), scene_test()
+    assert assignment.grade(*tests, cache=cache).score == 20
     (kept,) = cache.iterdir()
     before = kept.stat().st_mtime_ns
-    assert assignment.grade(*tests, cache=cache).score == 30
+    assert assignment.grade(*tests, cache=cache).score == 20
     assert kept.stat().st_mtime_ns == before
     # The name in the cache depends on the scene, not on its file name.
     (assignment.references / "scene.json").write_text(json.dumps(scene(lights=[])))

@@ -2,7 +2,6 @@
 
 import io
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,17 +13,17 @@ from renderer.images.colors import srgb_from_linear
 from schemas.grading.classes import SharedFiles
 from schemas.grading.grades import GradeInput
 from schemas.grading.manifest_reading import read_manifest
-from schemas.grading.manifests import ImageTest, Manifest
+from schemas.grading.manifests import Manifest
 from service.grading.classes.class_signals import shared_files, shared_noise
-from service.grading.comparing import image
 from service.grading.folders import Folder
+from service.grading.kinds import findings
 from service.grading.likeness.fingerprints import Fingerprint, fingerprint
 from service.grading.settings import Run
-from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels, scene
+from tests.service.grading.assignments import SCENE, Assignment, image_test, npy, pixels, scene
 from tests.service.grading.exports.samples import result, tried
 
-CAMERA = SCENE["camera"] | {"width": 128, "height": 96}
-HONEST = 14
+CAMERA = SCENE["camera"] | {"width": 96, "height": 72}
+HONEST = 12
 
 
 def sampled(pattern: str, samples: int, seed: int = 0) -> dict[str, Any]:
@@ -48,9 +47,7 @@ def prints(reference: np.ndarray) -> dict[str, dict[str, Fingerprint]]:
     drawn = {f"student-{seed:02}": codes(sampled("random", 16, seed)) for seed in range(HONEST)}
     drawn["fixed-1"] = drawn["fixed-2"] = codes(sampled("center", 1))
     drawn["copy"] = np.clip(np.round(1.03 * drawn["student-03"]), 0, 255).astype(np.uint8)
-    file = io.BytesIO()
-    np.save(file, reference)
-    wanted = picture_of(file.getvalue(), "reference.npy", "linear")
+    wanted = picture_of(npy(reference), "reference.npy", "linear")
     return {student: {"picture": fingerprint(_seen(values), wanted)} for student, values in drawn.items()}
 
 
@@ -64,12 +61,6 @@ def manifest(assignment: Assignment, reference: np.ndarray, **members: Any) -> M
     np.save(assignment.references / "reference.npy", reference)
     picture = {"type": "picture", "file": "reference.npy", "encoding": "linear"} | members
     return read_manifest(assignment.manifest(image_test(reference=picture)).read_bytes(), yaml=False)
-
-
-def groups(
-    manifest: Manifest, folder: Path, prints: dict[str, dict[str, Fingerprint]], *files: SharedFiles
-) -> list[tuple[str, ...]]:
-    return [found.students for found in shared_noise(manifest, folder, prints, files)]
 
 
 def test_copy_is_found_and_a_fixed_pattern_is_not(
@@ -86,27 +77,18 @@ def test_shared_bytes_are_not_reported_as_noise_too(
     assignment: Assignment, reference: np.ndarray, prints: dict[str, dict[str, Fingerprint]]
 ) -> None:
     same = SharedFiles(students=("fixed-1", "fixed-2", "zoe"), tests=("picture",))
-    found = groups(manifest(assignment, reference), assignment.references, prints, same)
-    assert found == [("copy", "student-03")]
+    found = shared_noise(manifest(assignment, reference), assignment.references, prints, [same])
+    assert [shared.students for shared in found] == [("copy", "student-03")]
 
 
-def test_fingerprint_needs_a_picture_without_a_mistake(assignment: Assignment) -> None:
+@pytest.mark.parametrize("flipped", [False, True])
+def test_fingerprint_needs_a_picture_without_a_mistake(assignment: Assignment, flipped: bool) -> None:
     right = pixels(SCENE)
-    found = {}
-    for name, handed_in in (("right", right), ("flipped", right[::-1])):
-        assignment.hand_in("picture.npy", handed_in)
-        (*_, outcome) = image(*_prepared(manifest(assignment, right), assignment))
-        found[name] = outcome.fingerprint
-    assert found["flipped"] is None
-    assert found["right"] is not None
-    assert not found["right"].detail.any()
-
-
-def _prepared(manifest: Manifest, assignment: Assignment) -> tuple[ImageTest, Run]:
-    beside = Folder(assignment.references.resolve(), "reference")
-    (test,) = manifest.tests
-    assert isinstance(test, ImageTest)
-    return test, Run(manifest, beside, Folder(assignment.submission.resolve(), "submission"))
+    assignment.hand_in("picture.npy", right[::-1] if flipped else right)
+    asked = manifest(assignment, right)
+    folders = Folder(assignment.references, "reference"), Folder(assignment.submission, "submission")
+    (*_, outcome) = findings(asked.tests[0], Run(asked, *folders))
+    assert outcome.fingerprint is None if flipped else not outcome.fingerprint.detail.any()
 
 
 def read(test: str, digest: str, size: int | None = 3) -> GradeInput:

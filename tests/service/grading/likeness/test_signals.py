@@ -1,3 +1,5 @@
+"""Signals of a test: copies of the reference are signalled to staff, and cost no points."""
+
 import numpy as np
 import pytest
 

@@ -1,6 +1,5 @@
 """Mistakes made in plans: each gives the numbers that its formula gives by hand."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,11 +7,8 @@ import pytest
 
 import renderer
 from accuracy.hard_cases.documents import phong, rectangle, scene
-from renderer.cameras import Pinhole
 from renderer.images.reading import decode_image
 from renderer.plan.plan import RenderPlan
-from service.grading.mistakes.altered_cameras import altered_cameras
-from service.grading.mistakes.altered_hits import with_last_hits
 from service.grading.mistakes.altered_scenes import alterations
 from service.grading.mistakes.altered_shading import altered_shading, without_shadows
 from service.grading.mistakes.altered_textures import altered_textures
@@ -52,12 +48,7 @@ def floor(shininess: float = 2.0, lamp: np.ndarray = LAMP, **camera: Any) -> Doc
 
 def changes(cause: str, plan: RenderPlan) -> list[RenderPlan]:
     """The plan with a mistake, once for each variant."""
-    document = plan.document
-    return [
-        change(plan)
-        for name, change in (*altered_shading(document), *altered_cameras(document))
-        if name == cause
-    ]
+    return [change(plan) for name, change in altered_shading(plan.document) if name == cause]
 
 
 def shown(cause: str, document: Document) -> list[np.ndarray]:
@@ -114,98 +105,6 @@ def test_cosine_not_clamped_with_and_without_own_shadow() -> None:
     shadowed, lit = shown("cosine_not_clamped", floor(lamp=-10 * LAMP) | ROUND)
     assert (shadowed == 0).all()
     assert (lit < 0).all()
-
-
-@pytest.mark.parametrize("cause", ["normals_of_spheres", "normals_not_normalised"])
-def test_wrong_normals_are_shaded_with(cause: str) -> None:
-    ball = {
-        "type": "ellipsoid",
-        "center": [0.1, 0, 0],
-        "axes": [[1.5, 0, 0], [0, 0.5, 0], [0, 0, 0.8]],
-        "material": "floor",
-    }
-    document = floor(lamp=np.array([1.0, 5.0, 2.0])) | {"shapes": [ball]}
-    document["materials"]["floor"]["specular"] = 0
-    place = renderer.trace(renderer.compile_scene(document), [EYE], [-EYE]).position[0]
-    away = place - ball["center"]
-    light = unit(np.array([1.0, 5.0, 2.0]) - place)
-    wrong = [unit(away)] if cause == "normals_of_spheres" else [away, away / np.array([1.5, 0.5, 0.8]) ** 2]
-    for pixel, normal in zip(shown(cause, document), wrong, strict=True):
-        np.testing.assert_allclose(pixel, DIFFUSE * float(normal @ light) * COLOR, rtol=ROUNDING)
-
-
-WIDTH, HEIGHT = 8, 6
-UP = np.array([0.3, 1.2, 0.1])
-
-
-def camera_with(cause: str) -> list[Pinhole]:
-    plan = renderer.compile_scene(floor(width=WIDTH, height=HEIGHT, up=UP.tolist(), vertical_fov=50))
-    return [altered.camera for altered in changes(cause, plan)]
-
-
-def directions(right: np.ndarray, up: np.ndarray, across: float, upwards: float) -> np.ndarray:
-    """A direction by the formula of the assignment, at shares -1 to 1 of the half screen."""
-    half = np.tan(np.radians(25))
-    return unit(-EYE) + half * WIDTH / HEIGHT * across * right + half * upwards * up
-
-
-FORWARD = unit(-EYE)
-RIGHT = unit(np.cross(FORWARD, UP))
-LONG = np.cross(FORWARD, UP)
-PLACE = (2.25, 1.5)
-ACROSS, UPWARDS = 2 * PLACE[0] / WIDTH - 1, 1 - 2 * PLACE[1] / HEIGHT
-MISCOUNTED = [
-    (2 * (PLACE[0] - first) / (WIDTH - 1) - 1, 1 - 2 * (PLACE[1] - first) / (HEIGHT - 1))
-    for first in (0, 0.5)
-]
-TRUE_UP = np.cross(RIGHT, FORWARD)
-
-
-@pytest.mark.parametrize(
-    ("cause", "expected"),
-    [
-        (
-            "camera_axes_not_unit",
-            [
-                directions(LONG, np.cross(LONG, FORWARD), ACROSS, UPWARDS),
-                directions(LONG, TRUE_UP, ACROSS, UPWARDS),
-            ],
-        ),
-        ("camera_axes_not_orthogonal", [directions(RIGHT, unit(UP), ACROSS, UPWARDS)]),
-        ("size_minus_one", [directions(RIGHT, TRUE_UP, *shares) for shares in MISCOUNTED]),
-        ("aspect_ignored", [directions(RIGHT, TRUE_UP, ACROSS * HEIGHT / WIDTH, UPWARDS)]),
-    ],
-    ids=lambda value: value if isinstance(value, str) else "",
-)
-def test_wrong_camera_has_the_rays_of_its_formula(cause: str, expected: list[np.ndarray]) -> None:
-    cameras = camera_with(cause)
-    for camera, direction in zip(cameras, expected, strict=True):
-        found = camera.directions(*(np.array([value]) for value in PLACE))[:, 0]
-        np.testing.assert_allclose(found, direction, atol=1e-14)
-
-
-def test_smaller_trial_counts_pixels_as_the_whole_picture() -> None:
-    for camera in camera_with("size_minus_one"):
-        small = replace(camera, width=WIDTH // 2, height=HEIGHT // 2)
-        whole = camera.directions(np.array([3]), np.array([5]))
-        np.testing.assert_allclose(small.directions(np.array([1.5]), np.array([2.5])), whole, atol=1e-14)
-
-
-@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
-def test_last_shape_is_hit_at_its_nearest_hit(order: tuple[int, ...]) -> None:
-    """Two balls behind a sheet, seen along z; the ball of radius 1 has two hits."""
-    shapes = [
-        {"type": "rectangle", "corner": [-1, -1, 3], "edges": [[2, 0, 0], [0, 2, 0]], "material": "floor"},
-        {"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "floor"},
-        {"type": "ellipsoid", "center": [0, 0, -4], "radius": 0.5, "material": "floor"},
-    ]
-    t = [7.0, 9.0, 13.5]
-    document = floor() | {"shapes": [shapes[number] for number in order]}
-    plan = with_last_hits(renderer.compile_scene(document))
-    hits = renderer.trace(plan, [[0, 0, 10], [5, 0, 10]], [[0, 0, -1], [0, 0, -1]])
-    assert hits.shape.tolist() == [2, -1]
-    np.testing.assert_allclose(hits.t, [t[order[2]], np.inf], rtol=1e-8)
-    np.testing.assert_allclose(hits.position[0], [0, 0, 10 - t[order[2]]], atol=1e-7)
 
 
 def test_shadows_missing_light_a_covered_floor() -> None:

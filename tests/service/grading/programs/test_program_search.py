@@ -10,7 +10,6 @@ import pytest
 
 from renderer import compile_scene, load_scene, render
 from renderer.images.colors import linear_from_srgb
-from service.grading.programs.displacements import DISPLACEMENTS, Displacement
 from service.grading.programs.repairing import ambient_term
 from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels, scene
 
@@ -23,8 +22,6 @@ CHARGED = [
 ]
 ALL, FRONT = dict.fromkeys(CAMERAS, 10), {"front": 0, "left": 10, "above": 10}
 LEFT, ABOVE = {"front": 10, "left": 0, "above": 10}, {"front": 10, "left": 10, "above": 0}
-FINE = 8
-"""Parts of a pixel along each side."""
 
 Program = Callable[[str], np.ndarray]
 """A program draws the picture of a test."""
@@ -98,35 +95,6 @@ def test_mistake_costs_points_where_it_belongs(
     assert points(found) == left
     named = [name for name, test in found.items() if any(each.cause == cause for each in test.diagnosis)]
     assert named == [name for name, kept in left.items() if not kept]
-
-
-@cache
-def parts(name: str) -> np.ndarray:
-    """The picture of a test with each pixel in 8 x 8 parts."""
-    document = seen(name)
-    size = {side: FINE * document["camera"][side] for side in ("width", "height")}
-    one = {"antialiasing": {"pattern": "center", "samples": 1}}
-    return np.clip(pixels(document | {"camera": document["camera"] | size, "sampling": one}), 0, 1)
-
-
-def displaced(name: str, offset: Displacement) -> np.ndarray:
-    """A picture whose pixels lie in the wrong place; its border continues as it is."""
-    fine = parts(name)
-    height, width = (side // FINE for side in fine.shape[:2])
-    x, y = offset.places(*((np.arange(FINE * n) + 0.5) / FINE for n in (width, height)), width, height)
-    columns, rows = (
-        np.clip(np.floor(FINE * at).astype(int), 0, FINE * n - 1) for at, n in ((x, width), (y, height))
-    )
-    moved = fine[rows][:, columns]
-    return moved.reshape(height, FINE, width, FINE, 3).mean(axis=(1, 3)).astype(np.float32)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("offset", DISPLACEMENTS[1::5], ids=lambda offset: offset.cause)
-def test_displaced_pixels_cost_points_once(assignment: Assignment, offset: Displacement) -> None:
-    found = graded(assignment, lambda name: displaced(name, offset))
-    assert points(found) == FRONT
-    assert found["front"].diagnosis[0].cause == offset.cause
 
 
 def test_another_mistake_costs_points_too(assignment: Assignment) -> None:

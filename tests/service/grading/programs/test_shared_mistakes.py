@@ -19,6 +19,7 @@ FINE = 8
 AMBIENT = 0.2
 PICTURES = range(4)
 TOLERANCE = 0.005
+SLOW = pytest.mark.slow
 
 Change = Callable[[np.ndarray], np.ndarray]
 
@@ -112,7 +113,7 @@ PRODUCTS = (
 )
 
 
-@pytest.mark.parametrize("samples", [4, 16, 64])
+@pytest.mark.parametrize("samples", [pytest.param(4, marks=SLOW), 16, pytest.param(64, marks=SLOW)])
 @pytest.mark.parametrize("cause", MADE)
 def test_mistake_in_all_pictures_is_found(cause: str, samples: int) -> None:
     assert causes(pairs(samples, **MADE[cause])) == {cause}  # type: ignore[arg-type]
@@ -131,20 +132,11 @@ def test_two_mistakes_at_once_are_found(both: tuple[str, str]) -> None:
     assert causes(pairs(**changes)) == set(both)  # type: ignore[arg-type]
 
 
-def test_exposure_is_measured() -> None:
-    program, _ = shared(pairs(light=1.1), KINDS)
-    assert program.scale == pytest.approx(1.1, rel=0.01)
-
-
-def test_right_program_has_no_mistakes() -> None:
-    """Tried on 30 programs, though all their pictures agree."""
-    found = [shared(pairs(samples, seed), KINDS)[1] for samples in (4, 16, 64) for seed in range(10)]
-    assert found == [()] * 30
-
-
-def test_pictures_that_agree_need_no_search() -> None:
-    assert agree(pairs())
-    assert not agree(pairs(after=lambda picture: picture[::-1]))
+@pytest.mark.parametrize("seeds", [2, pytest.param(10, marks=SLOW)])
+def test_right_program_has_no_mistakes(seeds: int) -> None:
+    """If one right program in ten were accused, one of 23 trials of 30 programs would pass."""
+    for samples in (4, 16, 64):
+        assert [shared(pairs(samples, seed), KINDS)[1] for seed in range(seeds)] == [()] * seeds
 
 
 def test_mistake_in_one_picture_is_none_of_the_program() -> None:
