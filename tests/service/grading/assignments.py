@@ -23,15 +23,8 @@ SCENE: dict[str, Any] = {
         "ball": {"type": "phong", "color": [0.8, 0.2, 0.1], "ambient": 0.2},
     },
     "shapes": [
-        {
-            "type": "rectangle",
-            "name": "table",
-            "center": [0, 0, 0],
-            "normal": [0, 1, 0],
-            "tangent": [1, 0, 0],
-            "size": [6, 6],
-            "material": "floor",
-        },
+        {"type": "rectangle", "name": "table", "material": "floor"}
+        | {"center": [0, 0, 0], "normal": [0, 1, 0], "tangent": [1, 0, 0], "size": [6, 6]},
         {"type": "ellipsoid", "name": "ball", "center": [0, 1, 0], "radius": 1, "material": "ball"},
     ],
     "lights": [{"type": "point", "position": [3, 5, 3], "color": [0.8, 0.8, 0.8]}],
@@ -56,52 +49,33 @@ def npy(values: np.ndarray) -> bytes:
     return file.getvalue()
 
 
+REFERENCE = {"type": "scene", "file": "scene.json"}
+
+
 def image_test(**changes: Any) -> dict[str, Any]:
     """A test of the kind `image`."""
-    return {
-        "id": "picture",
-        "name": "A picture",
-        "kind": "image",
-        "points": 10,
-        "submitted": {"file": "picture.npy", "encoding": "linear"},
-        "reference": {"type": "scene", "file": "scene.json"},
-    } | changes
+    submitted = {"file": "picture.npy", "encoding": "linear"}
+    return _test("image", "picture") | {"submitted": submitted, "reference": REFERENCE} | changes
 
 
 def scene_test(**changes: Any) -> dict[str, Any]:
     """A test of the kind `scene`."""
-    return {
-        "id": "scene",
-        "name": "A scene",
-        "kind": "scene",
-        "points": 10,
-        "submitted": {"file": "scene.json"},
-        "reference": {"type": "scene", "file": "scene.json"},
-    } | changes
+    return _test("scene", "scene") | {"submitted": {"file": "scene.json"}, "reference": REFERENCE} | changes
 
 
 def rays_test(**changes: Any) -> dict[str, Any]:
     """A test of the kind `rays`."""
-    return {
-        "id": "rays",
-        "name": "What rays hit",
-        "kind": "rays",
-        "points": 10,
-        "submitted": {"type": "hits", "file": "hits.npz"},
-        "reference": "scene.json",
-    } | changes
+    submitted = {"type": "hits", "file": "hits.npz"}
+    return _test("rays", "rays") | {"submitted": submitted, "reference": "scene.json"} | changes
 
 
 def time_test(**changes: Any) -> dict[str, Any]:
     """A test of the kind `time`."""
-    return {
-        "id": "time",
-        "name": "How long it takes",
-        "kind": "time",
-        "points": 10,
-        "submitted": {"type": "scene", "file": "scene.json"},
-        "accept": {"full": 2},
-    } | changes
+    return _test("time", "time") | {"submitted": REFERENCE, "accept": {"full": 2}} | changes
+
+
+def _test(kind: str, name: str) -> dict[str, Any]:
+    return {"id": name, "name": f"A test of {name}", "kind": kind, "points": 10}
 
 
 @dataclass(frozen=True)

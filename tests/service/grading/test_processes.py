@@ -51,8 +51,11 @@ def test_dead_process_is_reported_and_the_others_finish() -> None:
 
 @pytest.mark.parametrize(
     "after",
-    ["__import__('time').sleep(600)", "__import__('os')._exit(7)", "1 / 0"],
-    ids=["late", "died", "raised"],
+    [
+        pytest.param("__import__('time').sleep(600)", marks=pytest.mark.slow, id="late"),
+        pytest.param("__import__('os')._exit(7)", id="died"),
+        pytest.param("1 / 0", id="raised"),
+    ],
 )
 def test_result_that_arrived_in_time_is_kept(after: str) -> None:
     # Each result replaces the previous one; an error after the last result is ignored.
@@ -88,6 +91,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_output_of_an_errand_does_not_reach_stdout(tmp_path: Path) -> None:
     (tmp_path / "chatty.py").write_text(CHATTY)
     done = subprocess.run(

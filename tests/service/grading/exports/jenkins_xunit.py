@@ -2,48 +2,27 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 TIME = re.compile(r"(([0-9]{0,3},)*[0-9]{3}|[0-9]{0,3})*(\.[0-9]*)?")
+TEXTS = {"failure", "error", "skipped", "system-out", "system-err"}
 
-
-@dataclass(frozen=True)
-class Rule:
-    """Attributes and children of an element; `text` says whether it may hold words."""
-
-    required: frozenset[str] = frozenset()
-    optional: frozenset[str] = frozenset()
-    children: frozenset[str] = frozenset()
-    text: bool = False
-
-
-def words(text: str) -> frozenset[str]:
-    return frozenset(text.split())
-
-
-REASON = Rule(optional=words("type message"), text=True)
+# Of each element the required and the optional attributes, and its children.
 RULES = {
-    "testsuites": Rule(optional=words("name time tests failures errors"), children=words("testsuite")),
-    "testsuite": Rule(
-        required=words("name tests failures errors"),
-        optional=words("group time skipped timestamp hostname id package file log url"),
-        children=words("testsuite properties testcase system-out system-err"),
+    "testsuites": ("", "name time tests failures errors", "testsuite"),
+    "testsuite": (
+        "name tests failures errors",
+        "group time skipped timestamp hostname id package file log url",
+        "testsuite properties testcase system-out system-err",
     ),
-    "properties": Rule(children=words("property")),
-    "property": Rule(required=words("name value")),
-    "testcase": Rule(
-        required=words("name"),
-        optional=words("time classname group"),
-        children=words(
-            "skipped error failure rerunFailure rerunError flakyFailure flakyError system-out system-err"
-        ),
+    "properties": ("", "", "property"),
+    "property": ("name value", "", ""),
+    "testcase": (
+        "name",
+        "time classname group",
+        "skipped error failure rerunFailure rerunError flakyFailure flakyError system-out system-err",
     ),
-    "failure": REASON,
-    "error": REASON,
-    "skipped": REASON,
-    "system-out": Rule(text=True),
-    "system-err": Rule(text=True),
+    **dict.fromkeys(("failure", "error", "skipped"), ("", "type message", "")),
 }
 
 
@@ -52,19 +31,13 @@ def faults(root: Element) -> Iterator[str]:
     if root.tag not in {"testsuites", "testsuite"}:
         yield f"the root is {root.tag}"
     for element in root.iter():
-        yield from _of(element, RULES.get(element.tag, Rule()))
-
-
-def _of(element: Element, rule: Rule) -> Iterator[str]:
-    for name in sorted(rule.required - element.attrib.keys()):
-        yield f"{element.tag} has no {name}"
-    for name in sorted(element.attrib.keys() - rule.required - rule.optional):
-        yield f"{element.tag} has the attribute {name}"
-    for child in element:
-        if child.tag not in rule.children:
-            yield f"{element.tag} contains {child.tag}"
-    between = [element.text, *(child.tail for child in element)]
-    if not rule.text and any(text and text.strip() for text in between):
-        yield f"{element.tag} contains words"
-    if element.tag.startswith("testsuite") and not TIME.fullmatch(element.attrib.get("time", "")):
-        yield f"{element.tag} has the time {element.attrib['time']}"
+        required, optional, children = (set(part.split()) for part in RULES.get(element.tag, ("", "", "")))
+        found = {*element.attrib}
+        yield from (f"{element.tag} has no {name}" for name in required - found)
+        yield from (f"{element.tag} has the attribute {name}" for name in found - required - optional)
+        yield from (f"{element.tag} contains {each.tag}" for each in element if each.tag not in children)
+        between = [element.text, *(child.tail for child in element)]
+        if element.tag not in TEXTS and any(text and text.strip() for text in between):
+            yield f"{element.tag} contains words"
+        if element.tag.startswith("testsuite") and not TIME.fullmatch(element.attrib.get("time", "")):
+            yield f"{element.tag} has the time {element.attrib['time']}"

@@ -4,7 +4,6 @@ import csv
 import io
 import os
 from collections.abc import Sequence
-from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote_to_bytes
 
@@ -18,6 +17,7 @@ from service.grading.classes.class_signals import shared_files
 from service.grading.exports.class_page import class_page, histogram
 from service.grading.exports.gradebook import for_class
 from tests.service.grading.exports.samples import HOSTILE, failed, not_gradable, result, tried
+from tests.service.grading.exports.test_page import Page
 
 BOM = b"\xef\xbb\xbf"
 
@@ -49,18 +49,9 @@ def rows_of(graded: Sequence[tuple[Student, Grade]], *noise: SharedNoise) -> lis
     return list(csv.DictReader(io.StringIO(content.decode("utf-8-sig"), newline="")))
 
 
-class Links(HTMLParser):
-    """Addresses of links, and the names of all elements."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.links: list[str] = []
-        self.tags: set[str] = set()
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.add(tag)
-        self.links += [value or "" for name, value in attrs if name == "href"]
+def links_of(text: str) -> set[bytes]:
+    attributes = Page(text.encode()).attributes
+    return {unquote_to_bytes(value) for _, name, value in attributes if name == "href"}
 
 
 def test_gradebook_has_a_row_for_each_submission() -> None:
@@ -77,7 +68,7 @@ def test_shared_noise_is_in_gradebook_and_page() -> None:
     text = page_of(students, noise)
     signals = text[text.index("<h2>Signals") : text.index("<h2>Submissions")]
     assert "the same noise" in signals
-    assert {unquote_to_bytes(link) for link in Links(signals).links} == {
+    assert links_of(signals) == {
         b"students/ada/staff.html",
         "students/zoë/staff.html".encode(),
         # All samples have a signal of their own.
@@ -91,13 +82,12 @@ def test_names_are_no_formulas_and_no_markup(words: str) -> None:
     students = [graded(name)]
     (row,) = rows_of(students)
     assert row["student"][:1] not in set("=+-@\t\r\n")
-    assert Links(page_of(students)).tags.isdisjoint({"script", "img", "failure"})
+    assert {"script", "img", "failure"}.isdisjoint(Page(page_of(students).encode()).tags)
 
 
 @pytest.mark.parametrize("name", ["zoë", "a b", "50%", "a?b#c", "..a", "a\nb", os.fsdecode(b"zo\xeb")])
 def test_links_lead_to_the_folder_of_any_name(name: str) -> None:
-    links = Links(page_of([graded(name)])).links
-    assert {unquote_to_bytes(link) for link in links} == {b"students/" + os.fsencode(name) + b"/staff.html"}
+    assert links_of(page_of([graded(name)])) == {b"students/" + os.fsencode(name) + b"/staff.html"}
 
 
 def test_causes_are_counted_most_frequent_first() -> None:
