@@ -97,7 +97,7 @@ VIEWS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("view", VIEWS)
-def test_axe_finds_nothing_grave_and_nothing_is_beside_the_screen(
+def test_axe_finds_nothing_grave(
     open_page: Open, shoot: Shoot, jobs: list[str], view: str, scheme: str
 ) -> None:
     path, ready = VIEWS[view]

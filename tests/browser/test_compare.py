@@ -15,7 +15,7 @@ from playwright.sync_api import Page, expect
 
 from service.server import RunningServer
 from tests.browser.conftest import Open, Shoot
-from tests.browser.pictures import codes_of, finished, opened, point_at, served, tab
+from tests.browser.pictures import codes_of, finished, point_at, served
 from tests.service.support import image, scene
 
 
@@ -26,9 +26,7 @@ def pair(server: RunningServer) -> Iterator[tuple[str, str]]:
         yield finished(client, scene() | {"shapes": scene()["shapes"][:1]}), finished(client)
 
 
-def test_the_verdict_is_shown_and_the_worst_region_is_one_click_away(
-    open_page: Open, pair: tuple[str, str], shoot: Shoot
-) -> None:
+def test_verdict_and_worst_region(open_page: Open, pair: tuple[str, str], shoot: Shoot) -> None:
     page = open_page("/compare/{}/{}".format(*pair))
     expect(page.locator(".verdict")).to_contain_text("Not the same")
     shoot(page, "compare-split")
@@ -43,9 +41,8 @@ def test_the_verdict_is_shown_and_the_worst_region_is_one_click_away(
     shoot(page, "compare-region")
 
 
-def test_left_of_the_line_is_one_picture_and_right_of_it_the_other(
-    open_page: Open, client: httpx2.Client, pair: tuple[str, str]
-) -> None:
+@pytest.mark.slow
+def test_line_between_two_pictures(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
     page = open_page("/compare/{}/{}".format(*pair))
     line = page.get_by_label("Line between A and B")
     line.fill("25")
@@ -55,14 +52,6 @@ def test_left_of_the_line_is_one_picture_and_right_of_it_the_other(
     np.testing.assert_array_equal(codes[:, 20:], other[:, 20:])
 
 
-def test_the_f_key_shows_both_in_turn(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
-    page = open_page("/compare/{}/{}".format(*pair))
-    expect(page.locator(".verdict")).to_be_visible()
-    for job in (*pair, pair[0]):
-        page.keyboard.press("f")
-        np.testing.assert_array_equal(codes_of(page), served(client, job))
-
-
 def choose_reference(page: Page, kind: str, content: bytes) -> None:
     page.get_by_label("Reference: a PNG, NPY or EXR file").set_input_files(
         {"name": f"reference.{kind}", "mimeType": "application/octet-stream", "buffer": content}
@@ -70,8 +59,9 @@ def choose_reference(page: Page, kind: str, content: bytes) -> None:
     page.get_by_role("button", name="Compare").click()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["png", "npy", "exr"])
-def test_a_file_can_be_the_reference(
+def test_file_as_the_reference(
     open_page: Open, client: httpx2.Client, pair: tuple[str, str], kind: str
 ) -> None:
     page = open_page(f"/compare/{pair[0]}/file")
@@ -85,10 +75,9 @@ def test_a_file_can_be_the_reference(
 VIRIDIS_BEGIN = [68, 1, 84]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["npy", "png"])
-def test_a_picture_brighter_than_white_does_not_differ_from_its_own_file(
-    open_page: Open, client: httpx2.Client, kind: str
-) -> None:
+def test_picture_brighter_than_white(open_page: Open, client: httpx2.Client, kind: str) -> None:
     bright = scene(40, 24, samples=1, light_samples=1) | {"ambient": [30, 30, 30]}
     job = finished(client, bright)
     assert image(client, job).max() > 2
@@ -109,9 +98,8 @@ def test_a_picture_brighter_than_white_does_not_differ_from_its_own_file(
         ).to_be_visible()
 
 
-def test_the_heat_map_is_that_of_the_service(
-    open_page: Open, client: httpx2.Client, pair: tuple[str, str]
-) -> None:
+@pytest.mark.slow
+def test_heat_map_of_the_service(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
     request = {"image": {"job": pair[0]}, "reference": {"job": pair[1]}, "pictures": True}
     png = client.post("/v1/comparisons", json=request).raise_for_status().json()["images"]["heat_map"]
     expected = np.asarray(Image.open(io.BytesIO(base64.b64decode(png)))).astype(int)
@@ -122,18 +110,8 @@ def test_the_heat_map_is_that_of_the_service(
     assert expected.max() > 100
 
 
-def test_from_the_page_of_a_job_another_is_chosen(open_page: Open, pair: tuple[str, str]) -> None:
-    page = opened(open_page, pair[0])
-    tab(page, "Compare")
-    page.get_by_label("Compare with").select_option(pair[1])
-    page.get_by_role("button", name="Compare").click()
-    expect(page.locator(".verdict")).to_contain_text("Not the same")
-    assert page.url.endswith(f"/compare/{pair[0]}/{pair[1]}")
-
-
-def test_a_refused_file_can_be_replaced_by_another(
-    open_page: Open, client: httpx2.Client, pair: tuple[str, str]
-) -> None:
+@pytest.mark.slow
+def test_refused_file_is_replaced(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
     page = open_page(f"/compare/{pair[0]}/file")
     choose_reference(page, "exr", b"not a picture")
     expect(page.get_by_role("alert")).to_have_text(
@@ -143,7 +121,8 @@ def test_a_refused_file_can_be_replaced_by_another(
     expect(page.locator(".verdict")).to_contain_text("Not the same")
 
 
-def test_pictures_stay_when_their_verdict_fails(open_page: Open, pair: tuple[str, str]) -> None:
+@pytest.mark.slow
+def test_pictures_stay_without_a_verdict(open_page: Open, pair: tuple[str, str]) -> None:
     page = open_page("/jobs")
     page.route("**/v1/comparisons", lambda route: route.abort("internetdisconnected"))
     page.goto("/compare/{}/{}".format(*pair))
@@ -153,9 +132,8 @@ def test_pictures_stay_when_their_verdict_fails(open_page: Open, pair: tuple[str
     expect(verdict.get_by_role("row", name="RMSE")).to_be_visible()
 
 
-def test_pictures_of_two_sizes_are_refused_with_the_reason(
-    open_page: Open, client: httpx2.Client, pair: tuple[str, str]
-) -> None:
+@pytest.mark.slow
+def test_pictures_of_two_sizes(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
     small = finished(client, scene(16, 16, samples=1, light_samples=1))
     page = open_page(f"/compare/{pair[0]}/{small}")
     expect(page.get_by_role("alert")).to_contain_text("80")

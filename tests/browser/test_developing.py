@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from pathlib import Path
-from typing import Any
 
 import httpx2
 import numpy as np
@@ -48,18 +47,6 @@ READS_BACK = """() => {
     const context = document.querySelector("canvas.pixels").getContext("2d");
     return context.getContextAttributes().willReadFrequently;
 }"""
-ENCODED = """async ([text, exposure]) => {
-    const { Film } = await import("/web/views/picture/film.js");
-    const { Developer } = await import("/web/views/picture/develop.js");
-    const values = new Float32Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
-    const film = new Film(values.length / 3, 1);
-    film.fill(values);
-    const context = new OffscreenCanvas(film.width, 1).getContext("2d", { willReadFrequently: true });
-    const developer = new Developer({ context, redraw() {} }, film);
-    developer.expose(exposure, "srgb");
-    developer.change({ channel: "luminance" });
-    return Array.from(context.getImageData(0, 0, film.width, 1).data);
-}"""
 
 
 def numbers() -> str:
@@ -70,6 +57,7 @@ def numbers() -> str:
     return base64.b64encode(words.tobytes()).decode()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("exposure", "transfer", "channel", "stripe"),
     [
@@ -80,7 +68,7 @@ def numbers() -> str:
         (-9.5, "srgb", "luminance", 3),
     ],
 )
-def test_a_graphics_card_gives_every_pixel_the_colour_that_loops_give_it(
+def test_graphics_card_equals_loops(
     bare_page: Page, exposure: float, transfer: str, channel: str, stripe: int
 ) -> None:
     found = bare_page.evaluate(DEVELOPED, [numbers(), SIDE, exposure, transfer, channel, stripe])
@@ -88,24 +76,14 @@ def test_a_graphics_card_gives_every_pixel_the_colour_that_loops_give_it(
     assert found["kinds"] > 50
 
 
-def test_luminance_is_shown_with_the_code_of_the_weighted_mean(bare_page: Page) -> None:
-    random = np.random.default_rng(3)
-    pixels = random.gamma(1, 0.4, (1, 500, 3)).astype(np.float32)
-    got: Any = bare_page.evaluate(ENCODED, [base64.b64encode(pixels.tobytes()).decode(), 0.5])
-    luminance = (pixels.astype(np.float64) @ [0.2126, 0.7152, 0.0722]).astype(np.float32)
-    expected = image_files.displayed(luminance, Display(exposure=0.5))
-    codes = np.array(got, np.uint8).reshape(1, 500, 4)
-    assert (codes[..., :3] == expected[..., None]).all()
-
-
-def test_a_renderer_without_a_card_is_not_used(bare_page: Page) -> None:
+@pytest.mark.slow
+def test_software_renderer_is_not_used(bare_page: Page) -> None:
     asks = """async () => (await import("/web/views/picture/gpu.js")).hasGpuFor(4e6)"""
     assert bare_page.evaluate(asks) is False
 
 
-def test_a_page_with_a_card_holds_the_very_picture_that_the_service_serves(
-    open_page: Open, client: httpx2.Client
-) -> None:
+@pytest.mark.slow
+def test_picture_of_a_card_equals_the_service(open_page: Open, client: httpx2.Client) -> None:
     job = finished(client)
     page = open_page("/jobs")
     page.route("**/views/picture/gpu.js", with_card)

@@ -33,7 +33,7 @@ def line(page: Page, text: str) -> Locator:
     return page.locator(".cm-line").filter(has_text=text).first
 
 
-def test_a_message_stands_in_what_is_seen_of_the_editor(open_page: Open) -> None:
+def test_message_is_in_sight(open_page: Open) -> None:
     page = open_page("/", width=390, height=844)
     opened(page)
     # One line that is far longer than the screen is wide, wrong at its end.
@@ -50,6 +50,7 @@ def test_a_message_stands_in_what_is_seen_of_the_editor(open_page: Open) -> None
     assert outer["y"] <= inner["y"] <= outer["y"] + outer["height"]
 
 
+@pytest.mark.slow
 def test_tab_leaves_the_editor(page: Page) -> None:
     opened(page)
     text = small("basic")
@@ -59,7 +60,8 @@ def test_tab_leaves_the_editor(page: Page) -> None:
     expect_written(page, text)
 
 
-def test_the_field_under_the_pointer_is_explained(page: Page) -> None:
+@pytest.mark.slow
+def test_field_under_the_pointer(page: Page) -> None:
     opened(page)
     write(page, small("basic"))
     line(page, "vertical_fov").locator(".key").hover()
@@ -68,7 +70,8 @@ def test_the_field_under_the_pointer_is_explained(page: Page) -> None:
     expect(hint).to_contain_text("by default 40")
 
 
-def test_a_field_that_is_at_the_cursor_and_under_the_pointer_is_explained_once(page: Page) -> None:
+@pytest.mark.slow
+def test_field_is_explained_once(page: Page) -> None:
     opened(page)
     write(page, small("basic"))
     line(page, "vertical_fov").locator(".key").click()
@@ -79,7 +82,8 @@ def test_a_field_that_is_at_the_cursor_and_under_the_pointer_is_explained_once(p
     expect(hint).to_have_count(1)
 
 
-def test_the_field_at_the_cursor_is_explained_on_demand(page: Page) -> None:
+@pytest.mark.slow
+def test_field_at_the_cursor(page: Page) -> None:
     opened(page)
     write(page, small("basic"))
     line(page, "vertical_fov").locator(".key").click()
@@ -98,6 +102,7 @@ def step(name: str | None, of: str | None = None, inner: str | None = None) -> d
 SHAPES = (step("shapes"), step(None, inner="ellipsoid"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("steps", "said"),
     [
@@ -107,21 +112,13 @@ SHAPES = (step("shapes"), step(None, inner="ellipsoid"))
         pytest.param([step("lights"), step(None), step("type", "point")], "light", id="the-type-itself"),
     ],
 )
-def test_a_field_is_found_through_the_types_around_it(
-    bare_page: Page, steps: list[dict[str, str | None]], said: str
-) -> None:
+def test_field_inside_nested_types(bare_page: Page, steps: list[dict[str, str | None]], said: str) -> None:
     found = bare_page.evaluate(FIELD, steps)
     assert said.lower() in " ".join(found["paragraphs"]).lower()
 
 
-@pytest.mark.parametrize("steps", [[step("cameras")], [*SHAPES, step("corner", "ellipsoid")]])
-def test_a_field_that_the_language_lacks_has_no_hint(
-    bare_page: Page, steps: list[dict[str, str | None]]
-) -> None:
-    assert bare_page.evaluate(FIELD, steps) is None
-
-
-def test_f8_goes_from_problem_to_problem(page: Page) -> None:
+@pytest.mark.slow
+def test_f8_goes_to_the_next_problem(page: Page) -> None:
     opened(page)
     write(page, small("basic").replace('"version": 1', '"version": 2').replace('"width": 32', '"width": -5'))
     expect(page.locator(".line.wrong")).to_have_count(2, timeout=TIMEOUT)
@@ -130,19 +127,8 @@ def test_f8_goes_from_problem_to_problem(page: Page) -> None:
         assert selected(page) == expected
 
 
-def test_a_section_is_folded_and_the_text_keeps_it(page: Page) -> None:
-    opened(page)
-    text = small("basic")
-    write(page, text)
-    line(page, '"camera"').click()
-    editor(page).press("Control+Shift+BracketLeft")
-    expect(line(page, "vertical_fov")).to_have_count(0)
-    expect_written(page, text)
-    editor(page).press("Control+Shift+BracketRight")
-    expect(line(page, "vertical_fov")).to_be_visible()
-
-
-def test_a_bracket_whose_partner_is_far_out_of_sight_is_not_marked_as_wrong(page: Page) -> None:
+@pytest.mark.slow
+def test_bracket_with_a_far_partner(page: Page) -> None:
     # The cursor is before the bracket in which the whole scene stands.
     opened(page)
     bracket = page.locator(".cm-line").first.locator("span", has_text="{")
@@ -151,7 +137,8 @@ def test_a_bracket_whose_partner_is_far_out_of_sight_is_not_marked_as_wrong(page
         expect(part).to_have_css("background-color", "rgba(0, 0, 0, 0)")
 
 
-def test_a_text_is_found_that_is_far_out_of_sight(page: Page) -> None:
+@pytest.mark.slow
+def test_search_far_out_of_sight(page: Page) -> None:
     opened(page)
     write(page, small("basic"))
     editor(page).press("Control+f")
@@ -162,7 +149,8 @@ def test_a_text_is_found_that_is_far_out_of_sight(page: Page) -> None:
     assert selected(page) == '"lights"'
 
 
-def test_typing_is_undone_but_not_the_opening_of_a_scene(page: Page) -> None:
+@pytest.mark.slow
+def test_undo_stops_at_the_opened_scene(page: Page) -> None:
     opened(page)
     page.get_by_role("button", name="Falloff", exact=True).click()
     text = (GALLERY / "falloff.json").read_text().rstrip()
@@ -176,22 +164,16 @@ def test_typing_is_undone_but_not_the_opening_of_a_scene(page: Page) -> None:
     expect_written(page, text)
 
 
-def test_typing_replaces_what_is_selected_over_several_lines(page: Page) -> None:
-    opened(page)
-    write(page, small("basic"))
-    editor(page).press("Control+A")
-    page.keyboard.type("7")
-    expect_written(page, "7")
-
-
-def test_a_file_that_is_dropped_on_the_editor_is_opened(page: Page) -> None:
+@pytest.mark.slow
+def test_dropped_file_is_opened(page: Page) -> None:
     opened(page)
     drop(page, onto=".cm-content", mine__json=small("basic").encode())
     expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible()
     expect_written(page, small("basic"))
 
 
-def test_what_is_read_only_takes_no_text(bare_page: Page) -> None:
+@pytest.mark.slow
+def test_read_only_takes_no_text(bare_page: Page) -> None:
     bare_page.evaluate(
         """async () => {
           const { makeEditor } = await import("/web/editor.js");

@@ -6,18 +6,17 @@ import json
 import re
 
 import httpx2
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import click_at, finished, opened
-from tests.service.support import finish, image, scene
+from tests.service.support import finish, scene
 
 SHADOW = (28, 27)
 
 
-def test_a_dark_pixel_says_what_stands_before_the_light(
-    open_page: Open, client: httpx2.Client, shoot: Shoot
-) -> None:
+def test_dark_pixel_names_its_blocker(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
     document = scene()
     document["shapes"][1]["name"] = "red ball"
     page = opened(open_page, finished(client, document))
@@ -34,7 +33,8 @@ def test_a_dark_pixel_says_what_stands_before_the_light(
     shoot(page, "inspect-shadow")
 
 
-def test_a_pointer_shows_its_lines_of_the_scene(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_pointer_shows_its_lines(open_page: Open, client: httpx2.Client) -> None:
     text = json.dumps({"scene": scene()}, indent=2)
     headers = {"Content-Type": "application/json"}
     job = client.post("/v1/jobs", content=text, headers=headers).json()["id"]
@@ -48,19 +48,8 @@ def test_a_pointer_shows_its_lines_of_the_scene(open_page: Open, client: httpx2.
     assert '"ellipsoid"' in text.splitlines()[line + 1]
 
 
-def test_the_colours_of_the_ray_and_of_the_picture_stand_beside_each_other(
-    open_page: Open, client: httpx2.Client
-) -> None:
-    job = finished(client)
-    page = opened(open_page, job)
-    click_at(page, 40, 40)
-    cells = page.locator(".colours tbody tr").nth(1).locator("td")
-    expect(cells.first).to_be_visible()
-    shown = [float(text) for text in cells.all_inner_texts()]
-    assert shown == [float(f"{value:.4g}") for value in image(client, job)[40, 40]]
-
-
-def test_what_a_mirror_shows_hangs_below_it(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
+@pytest.mark.slow
+def test_mirrored_surface(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
     document = scene()
     document["materials"]["floor"] |= {"mirror": 0.5}
     page = opened(open_page, finished(client, document), width=360, height=740, color_scheme="dark")
@@ -73,9 +62,8 @@ def test_what_a_mirror_shows_hangs_below_it(open_page: Open, client: httpx2.Clie
     shoot(page, "inspect-mirror-narrow-dark")
 
 
-def test_parts_are_sorted_by_what_they_add_to_the_pixel_and_parts_of_nothing_are_hidden(
-    open_page: Open, client: httpx2.Client
-) -> None:
+@pytest.mark.slow
+def test_parts_are_sorted_by_share(open_page: Open, client: httpx2.Client) -> None:
     document = scene()
     # A highlight of nearly nothing on glass, through which the background is seen.
     document["materials"]["ball"] = {

@@ -29,7 +29,8 @@ def job(client: httpx2.Client, text: str) -> str:
     return sent.json()["id"]
 
 
-def test_a_click_on_who_asked_shows_the_line_of_the_scene(open_page: Open, job: str, text: str) -> None:
+@pytest.mark.slow
+def test_stage_shows_its_line(open_page: Open, job: str, text: str) -> None:
     page = open_page(f"/jobs/{job}")
     tab(page, "Plan")
     stage = page.get_by_role("listitem").filter(has_text="hits of ellipsoids")
@@ -41,18 +42,16 @@ def test_a_click_on_who_asked_shows_the_line_of_the_scene(open_page: Open, job: 
     expect(pointed.filter(has_text='"cobalt pebble"')).to_be_in_viewport()
 
 
-def test_effects_left_out_are_listed_with_their_reason(
-    open_page: Open, client: httpx2.Client, job: str
-) -> None:
+@pytest.mark.slow
+def test_left_out_effects(open_page: Open, client: httpx2.Client, job: str) -> None:
     page = open_page(f"/jobs/{job}")
     tab(page, "Plan")
     for effect in client.get(f"/v1/jobs/{job}/plan").json()["left_out"]:
         expect(page.locator(".left-out")).to_contain_text(effect["reason"], timeout=TIMEOUT)
 
 
-def test_the_stages_are_those_of_the_plan_the_longest_first(
-    open_page: Open, client: httpx2.Client, job: str
-) -> None:
+@pytest.mark.slow
+def test_stages_of_the_plan(open_page: Open, client: httpx2.Client, job: str) -> None:
     page = open_page(f"/jobs/{job}")
     tab(page, "Plan")
     stages = client.get(f"/v1/jobs/{job}/plan").json()["stages"]
@@ -63,26 +62,8 @@ def test_the_stages_are_those_of_the_plan_the_longest_first(
     expect(page.locator(".stages .stage-name > strong").nth(5)).to_be_hidden()
 
 
-def test_stages_of_many_lights_are_one_stage(open_page: Open, client: httpx2.Client) -> None:
-    document = json.loads(small("basic"))
-    lights = [document["lights"][0] | {"center": [x, 3.1, 0]} for x in (-1, 0, 1)]
-    job = submit(client, document | {"lights": lights})
-    page = open_page(f"/jobs/{job}")
-    tab(page, "Plan")
-    stage = page.get_by_role("listitem").filter(has_text="points of 3 lights")
-    expect(stage).to_have_count(1, timeout=TIMEOUT)
-    expect(stage.get_by_role("button")).to_have_count(3)
-
-
-def test_rays_are_those_that_were_cast(open_page: Open, client: httpx2.Client, job: str) -> None:
-    page = open_page(f"/jobs/{job}")
-    cast = client.get(f"/v1/jobs/{job}").json()["cost"]["rays"]
-    rays = page.get_by_role("tabpanel", name="Render").get_by_role("definition").filter(has_text="camera")
-    expect(rays).to_contain_text(f"{cast['camera']:,} camera")
-    expect(rays).to_contain_text(f"{sum(cast.values()):,}")
-
-
-def test_the_error_against_time_is_there_as_numbers_too(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_error_against_time_as_numbers(open_page: Open, client: httpx2.Client) -> None:
     quality = {
         "mode": "fixed",
         "antialiasing": {"pattern": "random", "samples": 64},
@@ -97,13 +78,15 @@ def test_the_error_against_time_is_there_as_numbers_too(open_page: Open, client:
     expect(page.get_by_role("img", name="Error in code values").locator("canvas")).to_be_visible()
 
 
-def test_a_job_is_changed_and_rendered_again(open_page: Open, job: str, text: str) -> None:
+@pytest.mark.slow
+def test_job_is_rendered_again(open_page: Open, job: str, text: str) -> None:
     page = open_page(f"/jobs/{job}")
     page.get_by_role("link", name="Change and render again").click()
     expect_written(page, text)
 
 
-def test_a_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> None:
     job = endless(client, "stopped on its page")
     page = open_page(f"/jobs/{job}")
     page.get_by_role("button", name="Cancel").click()
@@ -111,6 +94,7 @@ def test_a_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> N
     expect(page.get_by_role("button", name="Cancel")).to_have_count(0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "quality",
     [
@@ -124,7 +108,7 @@ def test_a_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> N
     ],
     ids=lambda quality: quality["mode"],
 )
-def test_what_is_rendered_again_keeps_confidence_and_precision(
+def test_render_again_keeps_the_quality(
     open_page: Open, client: httpx2.Client, shoot: Shoot, quality: dict[str, Any]
 ) -> None:
     job = submit(client, json.loads(small("basic")), quality=quality)
@@ -140,7 +124,7 @@ def test_what_is_rendered_again_keeps_confidence_and_precision(
     assert again | {"error": None} == quality | {"error": None}
 
 
-def test_a_job_stands_still_until_it_is_resumed(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
+def test_paused_job_is_resumed(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
     job = endless(client, "held")
     page = open_page(f"/jobs/{job}")
     state = page.locator(".job-progress .state")
@@ -161,9 +145,8 @@ def test_a_job_stands_still_until_it_is_resumed(open_page: Open, client: httpx2.
     expect(page.get_by_role("button", name="Pause")).to_be_hidden(timeout=TIMEOUT)
 
 
-def test_a_job_deleted_elsewhere_is_shown_as_deleted_without_live_buttons(
-    open_page: Open, client: httpx2.Client
-) -> None:
+@pytest.mark.slow
+def test_job_deleted_elsewhere(open_page: Open, client: httpx2.Client) -> None:
     job = endless(client, "deleted elsewhere")
     page = open_page(f"/jobs/{job}")
     state = page.locator(".job-progress .state")
@@ -177,17 +160,8 @@ def test_a_job_deleted_elsewhere_is_shown_as_deleted_without_live_buttons(
     expect(page.get_by_text("Download")).to_be_hidden()
 
 
-def test_a_cancelled_job_offers_no_picture_to_download(open_page: Open, client: httpx2.Client) -> None:
-    job = endless(client, "given up")
-    page = open_page(f"/jobs/{job}")
-    expect(page.get_by_text("Download")).to_be_visible(timeout=TIMEOUT)
-    page.get_by_role("button", name="Cancel").click()
-    expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=TIMEOUT)
-    expect(page.get_by_text("Download")).to_be_hidden()
-
-
 @pytest.mark.slow
-def test_a_job_opened_while_the_service_is_away_comes_with_it(open_page: Open, job: str) -> None:
+def test_job_opened_while_the_service_is_away(open_page: Open, job: str) -> None:
     page = open_page("/jobs")
     link = page.locator(f'a.name[href="/jobs/{job}"]')
     link.click()
@@ -201,16 +175,8 @@ def test_a_job_opened_while_the_service_is_away_comes_with_it(open_page: Open, j
     expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=TIMEOUT)
 
 
-def test_what_is_rendered_again_keeps_labels_and_layers(open_page: Open, client: httpx2.Client) -> None:
-    sent = {"labels": {"course": "graphics", "week": "3"}, "layers": []}
-    job = submit(client, json.loads(small("basic")), **sent)
-    page = open_page(f"/?job={job}")
-    opened(page)
-    expect(page.get_by_label("Labels")).to_have_value("course:graphics, week:3")
-    expect(page.get_by_label("Keep layers")).not_to_be_checked()
-
-
-def test_an_unknown_job_is_reported(open_page: Open) -> None:
+@pytest.mark.slow
+def test_unknown_job(open_page: Open) -> None:
     page = open_page("/jobs/0123456789abcdef")
     expect(page.get_by_role("heading", level=1)).to_have_text("This job cannot be shown")
 
@@ -235,7 +201,7 @@ def visit_all(page: Page, job: str, times: int) -> None:
 
 
 @pytest.mark.slow
-def test_views_that_are_left_leave_nothing_behind(open_page: Open, job: str) -> None:
+def test_left_views_leave_nothing(open_page: Open, job: str) -> None:
     page = open_page("/")
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable")

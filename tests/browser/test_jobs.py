@@ -32,9 +32,7 @@ def row(page: Page, name: str) -> Locator:
     return page.get_by_role("listitem").filter(has=page.get_by_role("link", name=name, exact=True))
 
 
-def test_jobs_are_shown_by_their_state_and_an_address_keeps_the_choice(
-    open_page: Open, client: httpx2.Client
-) -> None:
+def test_jobs_by_state(open_page: Open, client: httpx2.Client) -> None:
     done(client, "ready")
     running = endless(client, "on its way")
     page = open_page("/jobs")
@@ -51,7 +49,8 @@ def test_jobs_are_shown_by_their_state_and_an_address_keeps_the_choice(
     client.post(f"/v1/jobs/{running}/cancel")
 
 
-def test_pictures_in_the_list_are_small_and_have_a_tag(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_small_pictures_in_the_list(open_page: Open, client: httpx2.Client) -> None:
     job = submit(client, document("not too large") | {"camera": wide(400, 100)})
     finish(client, job)
     page = open_page("/jobs")
@@ -63,7 +62,8 @@ def test_pictures_in_the_list_are_small_and_have_a_tag(open_page: Open, client: 
     assert client.get(path, headers={"If-None-Match": tag}).status_code == 304
 
 
-def test_a_label_finds_its_jobs(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_jobs_by_label(open_page: Open, client: httpx2.Client) -> None:
     for name, week in (("early", "1"), ("late", "12")):
         finish(client, submit(client, document(name), labels={"week": week}))
     page = open_page("/jobs")
@@ -74,7 +74,7 @@ def test_a_label_finds_its_jobs(open_page: Open, client: httpx2.Client) -> None:
     assert page.url.endswith("/jobs?label=week%3A1")
 
 
-def test_a_job_is_cancelled_from_the_list(open_page: Open, client: httpx2.Client) -> None:
+def test_job_is_cancelled_from_the_list(open_page: Open, client: httpx2.Client) -> None:
     job = endless(client, "too long")
     page = open_page("/jobs")
     page.get_by_role("button", name="Cancel too long").click()
@@ -82,7 +82,8 @@ def test_a_job_is_cancelled_from_the_list(open_page: Open, client: httpx2.Client
     assert client.get(f"/v1/jobs/{job}").json()["state"] == "cancelled"
 
 
-def test_a_job_is_deleted_only_when_that_is_confirmed(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_deletion_is_confirmed(open_page: Open, client: httpx2.Client) -> None:
     job = done(client, "not needed")
     page = open_page("/jobs")
     page.get_by_role("button", name="Delete not needed").click()
@@ -95,15 +96,8 @@ def test_a_job_is_deleted_only_when_that_is_confirmed(open_page: Open, client: h
     assert client.get(f"/v1/jobs/{job}").status_code == 404
 
 
-def test_a_job_that_ends_is_shown_so_without_a_click(open_page: Open, client: httpx2.Client) -> None:
-    job = endless(client, "ends soon")
-    page = open_page("/jobs")
-    expect(row(page, "ends soon").locator(".state")).to_have_text("▶ running", timeout=TIMEOUT)
-    client.post(f"/v1/jobs/{job}/cancel")
-    expect(row(page, "ends soon").locator(".state")).to_have_text("■ cancelled", timeout=TIMEOUT)
-
-
-def test_two_chosen_jobs_are_compared_the_older_one_first(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_two_jobs_are_compared(open_page: Open, client: httpx2.Client) -> None:
     older, newer = done(client, "left"), done(client, "right")
     page = open_page("/jobs")
     compare = page.get_by_role("button", name="Compare")
@@ -114,9 +108,8 @@ def test_two_chosen_jobs_are_compared_the_older_one_first(open_page: Open, clien
     page.wait_for_url(f"**/compare/{older}/{newer}")
 
 
-def test_a_list_without_active_jobs_says_that_others_are_being_rendered(
-    open_page: Open, client: httpx2.Client
-) -> None:
+@pytest.mark.slow
+def test_list_without_active_jobs(open_page: Open, client: httpx2.Client) -> None:
     done(client, "shown")
     running = endless(client, "not in this list")
     until(lambda: job_of(client, running)["state"] == "running")
@@ -133,7 +126,7 @@ def test_a_list_without_active_jobs_says_that_others_are_being_rendered(
 
 
 @pytest.mark.slow
-def test_older_jobs_follow_page_by_page(open_page: Open, client: httpx2.Client) -> None:
+def test_older_jobs_by_page(open_page: Open, client: httpx2.Client) -> None:
     names = [f"number {number}" for number in range(22)]
     for name in names:
         done(client, name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import pytest
 from playwright.sync_api import Page, Route, expect
 
 from tests.browser.scenes import TIMEOUT, opened, small, write
@@ -36,19 +37,22 @@ def alternatives(page: Page, *offers: dict[str, Any]) -> list[list[Any]]:
     return found
 
 
-def test_fewer_samples_of_the_same_patterns_are_never_called_better(bare_page: Page) -> None:
+@pytest.mark.slow
+def test_fewer_samples_are_not_better(bare_page: Page) -> None:
     worse = offer("random", 4, seconds=1.0, error=(0.002, 0.001, 0.003))
     assert alternatives(bare_page, worse) == []
 
 
-def test_half_the_error_is_offered_only_beyond_the_noise_of_the_pilot(bare_page: Page) -> None:
+@pytest.mark.slow
+def test_half_the_error_beyond_noise(bare_page: Page) -> None:
     noisy = offer("sobol", 4, seconds=3.9, error=(0.004, 0.0, 0.03))
     clear = offer("sobol", 16, seconds=5.0, error=(0.004, 0.003, 0.005))
     assert alternatives(bare_page, noisy) == []
     assert alternatives(bare_page, noisy, clear) == [["Half the error", "sobol", 16]]
 
 
-def test_an_unknown_error_is_shown_with_its_reason(page: Page) -> None:
+@pytest.mark.slow
+def test_unknown_error_has_its_reason(page: Page) -> None:
     """The answer that a busy machine gives; which errors a pilot has time for is chance."""
     reason = "Only 96 pixels were sampled, too few to estimate an error: edges may lie between them."
 

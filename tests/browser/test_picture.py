@@ -77,9 +77,7 @@ def awkward_numbers() -> np.ndarray:
     ("transfer", "exposure"),
     [("srgb", 0.0), ("linear", 0.0), ("srgb", 0.7), ("srgb", -9.5), ("linear", 20.0)],
 )
-def test_every_number_gets_the_code_that_the_service_gives_it(
-    bare_page: Page, transfer: Any, exposure: float
-) -> None:
+def test_codes_equal_the_service(bare_page: Page, transfer: Any, exposure: float) -> None:
     values = awkward_numbers()
     got = bare_page.evaluate(ENCODE, [base64.b64encode(values.tobytes()).decode(), exposure, transfer])
     display = Display(transfer=transfer, exposure=exposure)
@@ -89,9 +87,7 @@ def test_every_number_gets_the_code_that_the_service_gives_it(
 
 
 @pytest.mark.parametrize("display", [{}, {"transfer": "linear", "exposure": 0.6}])
-def test_the_canvas_holds_the_very_picture_that_the_service_serves(
-    open_page: Open, client: httpx2.Client, display: dict[str, Any]
-) -> None:
+def test_canvas_equals_the_png(open_page: Open, client: httpx2.Client, display: dict[str, Any]) -> None:
     # 100 x 70 pixels are several tiles, none of which has the size of another.
     job = submit(client, scene(100, 70) | {"display": display})
     page = open_page(f"/jobs/{job}")
@@ -100,9 +96,7 @@ def test_the_canvas_holds_the_very_picture_that_the_service_serves(
     np.testing.assert_array_equal(codes_of(page), served(client, job))
 
 
-def test_a_running_picture_is_there_coarse_at_once_and_the_same_at_the_end(
-    open_page: Open, client: httpx2.Client
-) -> None:
+def test_running_picture_is_coarse_at_once(open_page: Open, client: httpx2.Client) -> None:
     job = submit(client, long_scene())
     page = open_page(f"/jobs/{job}")
     page.wait_for_function(COVERED)
@@ -114,9 +108,8 @@ def test_a_running_picture_is_there_coarse_at_once_and_the_same_at_the_end(
     np.testing.assert_array_equal(codes_of(page), served(client, job))
 
 
-def test_tiles_that_workers_render_are_outlined_until_there_are_none(
-    open_page: Open, client: httpx2.Client
-) -> None:
+@pytest.mark.slow
+def test_tiles_at_work_are_outlined(open_page: Open, client: httpx2.Client) -> None:
     job = endless(client, "outlined")
     page = open_page(f"/jobs/{job}")
     page.wait_for_function(COVERED)
@@ -134,7 +127,8 @@ def test_tiles_that_workers_render_are_outlined_until_there_are_none(
     until(lambda: not outlined(page, GRID))
 
 
-def test_the_surroundings_of_a_pixel_are_asked_for_first(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_focus_around_a_pixel(open_page: Open, client: httpx2.Client) -> None:
     job = submit(client, long_scene())
     page = open_page(f"/jobs/{job}")
     page.wait_for_function(COVERED)
@@ -150,17 +144,8 @@ def test_the_surroundings_of_a_pixel_are_asked_for_first(open_page: Open, client
     expect(button).to_be_hidden()
 
 
-def test_a_cancelled_picture_stays_as_far_as_it_came(open_page: Open, client: httpx2.Client) -> None:
-    job = submit(client, long_scene())
-    page = open_page(f"/jobs/{job}")
-    page.wait_for_function(COVERED)
-    page.get_by_role("button", name="Cancel").click()
-    expect(page.locator(".state")).to_contain_text("cancelled", timeout=TIMEOUT)
-    assert codes_of(page).any()
-    assert client.get(f"/v1/jobs/{job}").json()["state"] == "cancelled"
-
-
-def test_where_there_is_no_picture_the_page_says_why(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_missing_picture_has_a_reason(open_page: Open, client: httpx2.Client) -> None:
     job = submit(client, long_scene() | {"name": "in vain"})
     client.post(f"/v1/jobs/{job}/cancel")
     page = open_page(f"/jobs/{job}")
@@ -171,7 +156,7 @@ def test_where_there_is_no_picture_the_page_says_why(open_page: Open, client: ht
     expect(page.locator(".screen")).to_be_hidden()
 
 
-def test_the_read_out_shows_the_numbers_of_the_npy_file(open_page: Open, client: httpx2.Client) -> None:
+def test_read_out_equals_the_npy(open_page: Open, client: httpx2.Client) -> None:
     job = finished(client)
     page = opened(open_page, job)
     pixels = image(client, job)
@@ -185,9 +170,8 @@ def test_the_read_out_shows_the_numbers_of_the_npy_file(open_page: Open, client:
         assert [int(word) for word in shown.split()] == served(client, job)[y, x].tolist()
 
 
-def test_from_some_zoom_on_numbers_stand_in_the_pixels(
-    open_page: Open, client: httpx2.Client, shoot: Shoot
-) -> None:
+@pytest.mark.slow
+def test_numbers_in_large_pixels(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
     page = opened(open_page, finished(client))
     drawn = f"""(least) => {{{OVERLAY}
         const {{ data }} = context.getImageData(0, 0, over.width, over.height);
@@ -201,7 +185,7 @@ def test_from_some_zoom_on_numbers_stand_in_the_pixels(
     shoot(page, "picture-numbers")
 
 
-def test_the_wheel_zooms_where_the_mouse_is_and_dragging_pans(open_page: Open, client: httpx2.Client) -> None:
+def test_wheel_zooms_and_drag_pans(open_page: Open, client: httpx2.Client) -> None:
     page = opened(open_page, finished(client))
     point_at(page, 20, 30)
     for _ in range(8):
@@ -225,7 +209,8 @@ def test_the_wheel_zooms_where_the_mouse_is_and_dragging_pans(open_page: Open, c
     expect(readout).not_to_have_text(before)
 
 
-def test_two_fingers_zoom_where_they_are(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_two_fingers_zoom(open_page: Open, client: httpx2.Client) -> None:
     page = opened(open_page, finished(client), has_touch=True)
     page.locator(".screen").scroll_into_view_if_needed()
     before = page.locator("canvas.pixels").bounding_box()
@@ -246,20 +231,8 @@ def test_two_fingers_zoom_where_they_are(open_page: Open, client: httpx2.Client)
     expect(page.get_by_role("heading", name="Pixel")).to_have_count(0)  # no pixel was chosen
 
 
-def test_a_stop_more_exposure_shows_the_double(open_page: Open, client: httpx2.Client) -> None:
-    job = finished(client)
-    page = opened(open_page, job)
-    page.get_by_label("Exposure").fill("1")
-    np.testing.assert_array_equal(
-        codes_of(page), image_files.displayed(image(client, job), Display(exposure=1))
-    )
-    page.get_by_role("button", name="Reset").click()
-    np.testing.assert_array_equal(codes_of(page), served(client, job))
-
-
-def test_a_layer_is_shown_in_false_colours_with_a_scale(
-    open_page: Open, client: httpx2.Client, shoot: Shoot
-) -> None:
+@pytest.mark.slow
+def test_layer_in_false_colours(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
     job = finished(client, layers=LAYERS)
     page = opened(open_page, job)
     depth = layer(client, job, "depth")
@@ -283,9 +256,8 @@ def test_a_layer_is_shown_in_false_colours_with_a_scale(
     shoot(page, "picture-normals")
 
 
-def test_a_layer_that_cannot_be_had_leaves_the_one_that_was_chosen_after_it(
-    open_page: Open, client: httpx2.Client
-) -> None:
+@pytest.mark.slow
+def test_unavailable_layer(open_page: Open, client: httpx2.Client) -> None:
     job = finished(client, layers=LAYERS)
     page = opened(open_page, job)
     # News of the job would fetch the chosen layer again.
@@ -314,9 +286,8 @@ def layer(client: httpx2.Client, job: str, name: str) -> np.ndarray:
     return np.asarray(np.load(io.BytesIO(client.get(f"/v1/jobs/{job}/layers/{name}.npy").content)))
 
 
-def test_by_the_keyboard_alone_a_pixel_is_reached_zoomed_to_and_explained(
-    open_page: Open, client: httpx2.Client
-) -> None:
+@pytest.mark.slow
+def test_pixel_by_keyboard(open_page: Open, client: httpx2.Client) -> None:
     job = finished(client)
     page = opened(open_page, job)
     for _ in range(40):
@@ -336,7 +307,7 @@ def test_by_the_keyboard_alone_a_pixel_is_reached_zoomed_to_and_explained(
 
 
 @pytest.mark.slow
-def test_a_page_goes_on_when_the_service_is_killed_and_comes_back(chromium: Browser, tmp_path: Path) -> None:
+def test_page_survives_a_killed_service(chromium: Browser, tmp_path: Path) -> None:
     # A single worker finishes tiles in the order in which it gets them.
     settings = Settings(data=tmp_path, port=0, workers=1, tile_size=32, log_level="error", max_wait_seconds=5)
     with running(settings) as first:

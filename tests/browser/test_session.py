@@ -14,7 +14,7 @@ from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from tests.browser.conftest import Open
-from tests.browser.scenes import TIMEOUT, endless, opened, render_button, small, write
+from tests.browser.scenes import TIMEOUT, endless, opened
 from tests.service.support import until
 
 
@@ -50,7 +50,7 @@ def give(page: Page, key: str) -> None:
     page.get_by_role("dialog").get_by_role("button", name="Sign in").click()
 
 
-def test_a_key_is_asked_for_once_and_a_reload_needs_none(open_page: Open, key: str) -> None:
+def test_key_is_asked_for_once(open_page: Open, key: str) -> None:
     page = open_page("/")
     give(page, key)
     opened(page)
@@ -60,7 +60,8 @@ def test_a_key_is_asked_for_once_and_a_reload_needs_none(open_page: Open, key: s
     expect(page.get_by_role("dialog")).to_have_count(0)
 
 
-def test_a_refusal_that_comes_late_does_not_ask_again(open_page: Open, key: str) -> None:
+@pytest.mark.slow
+def test_late_refusal(open_page: Open, key: str) -> None:
     page = open_page("/jobs")
     late: list[Route] = []
 
@@ -87,7 +88,8 @@ def test_a_refusal_that_comes_late_does_not_ask_again(open_page: Open, key: str)
     expect(page.get_by_role("dialog")).to_have_count(0)
 
 
-def test_a_wrong_key_is_reported_and_can_be_given_again(open_page: Open, key: str) -> None:
+@pytest.mark.slow
+def test_wrong_key(open_page: Open, key: str) -> None:
     page = open_page("/jobs")
     give(page, "not-a-key")
     expect(page.get_by_role("dialog").get_by_role("alert")).not_to_be_empty()
@@ -96,17 +98,8 @@ def test_a_wrong_key_is_reported_and_can_be_given_again(open_page: Open, key: st
     expect(page.get_by_text("Nothing")).to_be_visible(timeout=TIMEOUT)
 
 
-def test_a_job_is_rendered_and_followed_with_the_cookie(open_page: Open, key: str) -> None:
-    page = open_page("/")
-    give(page, key)
-    opened(page)
-    write(page, small("basic"))
-    opened(page)
-    render_button(page).click()
-    expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=TIMEOUT)
-
-
-def test_after_leaving_the_key_is_asked_for_again(open_page: Open, key: str) -> None:
+@pytest.mark.slow
+def test_key_after_leaving(open_page: Open, key: str) -> None:
     page = open_page("/jobs")
     give(page, key)
     page.get_by_role("button", name="Sign out").click()
@@ -114,9 +107,8 @@ def test_after_leaving_the_key_is_asked_for_again(open_page: Open, key: str) -> 
     assert page.context.cookies() == []
 
 
-def test_a_session_that_ends_while_watching_asks_once_and_says_so(
-    open_page: Open, server: RunningServer, key: str
-) -> None:
+@pytest.mark.slow
+def test_session_that_ends_while_watching(open_page: Open, server: RunningServer, key: str) -> None:
     with httpx2.Client(base_url=server.url, headers={"Authorization": f"Bearer {key}"}) as client:
         job = endless(client, "watched")
         page = open_page(f"/jobs/{job}")

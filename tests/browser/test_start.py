@@ -40,9 +40,7 @@ def ask_for_samples(page: Page, camera: int, light: int) -> None:
     page.get_by_label("Samples per light").fill(str(light))
 
 
-def test_a_scene_of_the_gallery_is_rendered_with_the_quality_asked_for(
-    page: Page, client: httpx2.Client
-) -> None:
+def test_gallery_scene_is_rendered(page: Page, client: httpx2.Client) -> None:
     opened(page)
     page.get_by_role("button", name="Texturing", exact=True).click()
     expect_written(page, (GALLERY / "texturing.json").read_text().rstrip())
@@ -57,18 +55,7 @@ def test_a_scene_of_the_gallery_is_rendered_with_the_quality_asked_for(
     assert asked["light"] == {"pattern": "sobol", "samples": 4}
 
 
-def test_a_job_gets_the_labels_that_were_written(page: Page, client: httpx2.Client) -> None:
-    opened(page)
-    write(page, small("basic"))
-    page.get_by_label("Labels").fill("course: graphics, time:12:30")
-    opened(page)
-    render_button(page).click()
-    finished(page)
-    job = client.get(f"/v1/jobs/{page.url.rsplit('/', 1)[1]}").json()
-    assert job["labels"] == {"course": "graphics", "time": "12:30"}
-
-
-def test_a_mistake_is_marked_at_its_line_while_it_is_typed(page: Page) -> None:
+def test_mistake_is_marked_at_its_line(page: Page) -> None:
     opened(page)
     good = small("basic")
     bad = good.replace('"material": "cobalt"', '"material": "cobald"')
@@ -85,7 +72,8 @@ def test_a_mistake_is_marked_at_its_line_while_it_is_typed(page: Page) -> None:
     opened(page)
 
 
-def test_a_click_on_a_mistake_selects_it_in_the_text(page: Page) -> None:
+@pytest.mark.slow
+def test_click_selects_a_mistake(page: Page) -> None:
     opened(page)
     text = small("basic").replace('"material": "cobalt"', '"material": "cobald"')
     write(page, text)
@@ -94,17 +82,8 @@ def test_a_click_on_a_mistake_selects_it_in_the_text(page: Page) -> None:
     assert selected(page) == '"cobald"'
 
 
-def test_a_quality_that_does_not_fit_marks_no_line(page: Page) -> None:
-    opened(page)
-    page.get_by_role("radio", name="Samples").check()
-    page.get_by_label("Pattern in the pixel").select_option("uniform")
-    page.get_by_label("Samples per pixel").fill("5")
-    problems = page.get_by_role("listitem").filter(has_text="square number")
-    expect(problems).to_contain_text("Quality", timeout=TIMEOUT)
-    expect(page.locator(".line.wrong")).to_have_count(0)
-
-
-def test_a_file_that_is_no_json_is_shown_with_its_mistake(page: Page) -> None:
+@pytest.mark.slow
+def test_file_that_is_no_json(page: Page) -> None:
     opened(page)
     drop(page, mine__json=b'{\n  "version": 1,\n  "name" "mine"\n}')
     expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible()
@@ -112,7 +91,7 @@ def test_a_file_that_is_no_json_is_shown_with_its_mistake(page: Page) -> None:
     expect(editor(page)).to_contain_text("This is not JSON")
 
 
-def test_a_scene_is_dropped_together_with_its_texture(page: Page) -> None:
+def test_scene_dropped_with_its_texture(page: Page) -> None:
     opened(page)
     drop(page, mine__json=small().encode(), tiles__png=TILES)
     expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible()
@@ -124,7 +103,8 @@ def test_a_scene_is_dropped_together_with_its_texture(page: Page) -> None:
     finished(page)
 
 
-def test_a_missing_texture_is_marked_at_its_line_and_can_follow(page: Page) -> None:
+@pytest.mark.slow
+def test_missing_texture_can_follow(page: Page) -> None:
     opened(page)
     text = small()
     drop(page, mine__json=text.encode())
@@ -137,17 +117,7 @@ def test_a_missing_texture_is_marked_at_its_line_and_can_follow(page: Page) -> N
     opened(page)
 
 
-def test_a_texture_that_is_no_picture_is_marked_at_its_line(page: Page) -> None:
-    opened(page)
-    text = small()
-    drop(page, mine__json=text.encode(), tiles__png=b"no picture at all")
-    go_to_problem(page, line_of(text, '"asset"'))
-    wrong = page.locator(".cm-lineNumbers .wrong")
-    expect(wrong).to_have_text(str(line_of(text, '"asset"')), timeout=TIMEOUT)
-    expect(editor(page)).to_contain_text("The file textures/tiles.png cannot be used.")
-
-
-def test_the_price_is_shown_before_anything_is_rendered(page: Page, client: httpx2.Client) -> None:
+def test_price_before_rendering(page: Page, client: httpx2.Client) -> None:
     opened(page)
     write(page, small("basic", name="only priced"))
     page.get_by_role("radio", name="Samples").check()
@@ -160,9 +130,7 @@ def test_the_price_is_shown_before_anything_is_rendered(page: Page, client: http
 
 
 @pytest.mark.slow
-def test_what_is_too_expensive_to_be_tried_is_priced_by_the_plan_and_can_be_tried_again(
-    page: Page, shoot: Shoot
-) -> None:
+def test_expensive_scene_is_priced_by_its_plan(page: Page, shoot: Shoot) -> None:
     opened(page)
     (lamp,) = json.loads(small("basic"))["lights"]
     # With so many lights a single block takes longer than a quote may.
@@ -177,7 +145,7 @@ def test_what_is_too_expensive_to_be_tried_is_priced_by_the_plan_and_can_be_trie
     expect(quote.get_by_role("button", name="Try again")).to_be_visible(timeout=TIMEOUT)
 
 
-def test_what_was_written_survives_a_reload(page: Page) -> None:
+def test_text_survives_a_reload(page: Page) -> None:
     opened(page)
     text = small("basic", name="not lost")
     write(page, text)
@@ -192,7 +160,8 @@ def test_what_was_written_survives_a_reload(page: Page) -> None:
     expect(page.get_by_label("Keep layers")).not_to_be_checked()
 
 
-def test_a_changed_scene_of_a_job_survives_a_reload(open_page: Open, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_changed_scene_survives_a_reload(open_page: Open, client: httpx2.Client) -> None:
     job = submit(client, json.loads(small("basic")))
     page = open_page(f"/?job={job}")
     opened(page)
@@ -202,7 +171,8 @@ def test_a_changed_scene_of_a_job_survives_a_reload(open_page: Open, client: htt
     expect_written(page, small("basic", name="changed"))
 
 
-def test_an_edited_scene_is_replaced_only_when_asked_and_can_be_brought_back(page: Page) -> None:
+@pytest.mark.slow
+def test_edited_scene_is_replaced_only_when_asked(page: Page) -> None:
     opened(page)
     mine = small("basic", name="hours of work")
     write(page, mine)
@@ -218,7 +188,7 @@ def test_an_edited_scene_is_replaced_only_when_asked_and_can_be_brought_back(pag
 
 
 @pytest.mark.slow
-def test_while_the_service_is_away_the_page_says_so_and_goes_on_after(page: Page) -> None:
+def test_service_that_is_away(page: Page) -> None:
     opened(page)
     page.context.set_offline(True)
     write(page, small("basic", name="meanwhile"))
@@ -229,13 +199,8 @@ def test_while_the_service_is_away_the_page_says_so_and_goes_on_after(page: Page
     opened(page)
 
 
-def test_render_is_in_sight_on_a_low_screen(open_page: Open) -> None:
-    page = open_page("/", height=420)
-    opened(page)
-    expect(render_button(page)).to_be_in_viewport(ratio=1)
-
-
-def test_long_names_stay_on_a_narrow_screen(open_page: Open) -> None:
+@pytest.mark.slow
+def test_long_names_on_a_narrow_screen(open_page: Open) -> None:
     page = open_page("/", width=390, height=844)
     opened(page)
     name = "a_name_without_spaces" * 5
@@ -260,7 +225,8 @@ def previewed(page: Page) -> str:
     return str(picture.get_attribute("src"))
 
 
-def test_a_preview_follows_the_scene_and_leaves_no_job(page: Page, client: httpx2.Client) -> None:
+@pytest.mark.slow
+def test_preview_leaves_no_job(page: Page, client: httpx2.Client) -> None:
     opened(page)
     jobs = client.get("/v1/jobs").json()["jobs"]
     first = previewed(page)
@@ -272,16 +238,8 @@ def test_a_preview_follows_the_scene_and_leaves_no_job(page: Page, client: httpx
     assert client.get("/v1/jobs").json()["jobs"] == jobs
 
 
-def test_a_scene_with_mistakes_keeps_the_last_preview_and_says_so(page: Page) -> None:
-    opened(page)
-    before = previewed(page)
-    write(page, small("basic").replace('"version": 1', '"version": 2'))
-    preview = page.locator(".preview")
-    expect(preview).to_contain_text("of the last valid scene", timeout=TIMEOUT)
-    assert page.get_by_role("img", name="Preview of the scene").get_attribute("src") == before
-
-
-def test_no_preview_is_rendered_where_it_is_turned_off(page: Page) -> None:
+@pytest.mark.slow
+def test_preview_is_turned_off(page: Page) -> None:
     opened(page)
     page.get_by_label("Live preview").uncheck()
     asked: list[str] = []
@@ -309,7 +267,8 @@ def materials(document: dict[str, Any]) -> dict[str, Any]:
     return dict(found)
 
 
-def test_a_file_is_used_for_the_one_path_that_it_was_chosen_for(page: Page) -> None:
+@pytest.mark.slow
+def test_file_for_one_path(page: Page) -> None:
     opened(page)
     drop(page, mine__json=two_textures().encode())
     light, dark = (
@@ -323,7 +282,8 @@ def test_a_file_is_used_for_the_one_path_that_it_was_chosen_for(page: Page) -> N
     expect(dark).not_to_contain_text("here")
 
 
-def test_a_file_that_fits_two_paths_is_asked_for(page: Page) -> None:
+@pytest.mark.slow
+def test_file_that_fits_two_paths(page: Page) -> None:
     opened(page)
     drop(page, mine__json=two_textures().encode(), wood__png=TILES)
     use = page.get_by_role("button", name="Use wood.png as dark/wood.png")
@@ -334,14 +294,8 @@ def test_a_file_that_fits_two_paths_is_asked_for(page: Page) -> None:
     expect(light).not_to_contain_text("here")
 
 
-def test_a_dropped_file_that_the_scene_does_not_name_is_listed(page: Page) -> None:
-    opened(page)
-    drop(page, stray__png=TILES)
-    stray = page.get_by_role("listitem").filter(has_text="stray.png")
-    expect(stray).to_contain_text("not named by this scene", timeout=TIMEOUT)
-
-
-def test_the_keyboard_alone_is_enough(open_page: Open) -> None:
+@pytest.mark.slow
+def test_start_by_keyboard(open_page: Open) -> None:
     page = open_page("/")
     opened(page)
     page.keyboard.press("Tab")

@@ -33,7 +33,8 @@ def settings(page: Page) -> None:
     page.get_by_role("button", name="Display").click()
 
 
-def test_one_channel_is_shown_as_grey(open_page: Open, client: httpx2.Client, bright: str) -> None:
+@pytest.mark.slow
+def test_one_channel_is_grey(open_page: Open, client: httpx2.Client, bright: str) -> None:
     page = opened(open_page, bright)
     settings(page)
     page.get_by_label("Channel").select_option("green")
@@ -45,9 +46,8 @@ def test_one_channel_is_shown_as_grey(open_page: Open, client: httpx2.Client, br
     np.testing.assert_array_equal(codes_of(page), codes[..., None].repeat(3, axis=2))
 
 
-def test_stripes_cover_clipped_pixels_and_no_others(
-    open_page: Open, client: httpx2.Client, bright: str
-) -> None:
+@pytest.mark.slow
+def test_stripes_cover_clipped_pixels(open_page: Open, client: httpx2.Client, bright: str) -> None:
     page = opened(open_page, bright)
     settings(page)
     page.get_by_label("Mark clipped pixels").check()
@@ -60,9 +60,8 @@ def test_stripes_cover_clipped_pixels_and_no_others(
     np.testing.assert_array_equal(codes_of(page), served(client, bright))
 
 
-def test_the_automatic_exposure_clips_one_pixel_of_a_hundred(
-    open_page: Open, client: httpx2.Client, bright: str
-) -> None:
+@pytest.mark.slow
+def test_automatic_exposure(open_page: Open, client: httpx2.Client, bright: str) -> None:
     page = opened(open_page, bright)
     settings(page)
     page.get_by_role("button", name="Auto exposure").click()
@@ -73,7 +72,8 @@ def test_the_automatic_exposure_clips_one_pixel_of_a_hundred(
     assert (brightest * 2 ** (exposure + 0.25) > 1).mean() > 0.01
 
 
-def test_a_new_exposure_changes_the_codes_under_the_cursor(open_page: Open, bright: str) -> None:
+@pytest.mark.slow
+def test_exposure_changes_the_codes(open_page: Open, bright: str) -> None:
     page = opened(open_page, bright)
     point_at(page, 30, 20, (60, 40))
     readout = page.locator(".readout")
@@ -86,9 +86,8 @@ def test_a_new_exposure_changes_the_codes_under_the_cursor(open_page: Open, brig
     assert swatch == "rgb({}, {}, {})".format(*codes)
 
 
-def test_the_statistics_are_those_of_the_dragged_part(
-    open_page: Open, client: httpx2.Client, bright: str
-) -> None:
+@pytest.mark.slow
+def test_statistics_of_a_part(open_page: Open, client: httpx2.Client, bright: str) -> None:
     page = opened(open_page, bright)
     tab(page, "Pixel")
     box = page.locator("canvas.pixels").bounding_box()
@@ -117,9 +116,8 @@ def number(text: str) -> float:
     return float(text.replace("\N{MINUS SIGN}", "-"))
 
 
-def test_the_histogram_says_how_much_is_clipped_at_the_exposure(
-    open_page: Open, client: httpx2.Client, bright: str
-) -> None:
+@pytest.mark.slow
+def test_histogram_of_clipped_pixels(open_page: Open, client: httpx2.Client, bright: str) -> None:
     page = opened(open_page, bright)
     tab(page, "Pixel")
     pixels = image(client, bright)
@@ -130,9 +128,8 @@ def test_the_histogram_says_how_much_is_clipped_at_the_exposure(
         expect(caption).to_contain_text(re.compile(rf"{re.escape(f'{share:.1f}')} % of the values lie above"))
 
 
-def test_the_scale_of_a_layer_has_other_ends_and_colours(
-    open_page: Open, client: httpx2.Client, bright: str
-) -> None:
+@pytest.mark.slow
+def test_scale_of_a_layer(open_page: Open, client: httpx2.Client, bright: str) -> None:
     page = opened(open_page, bright)
     page.get_by_label("Shown").select_option("depth")
     before = codes_of(page) if page.get_by_label("Lowest value").input_value() else None

@@ -24,8 +24,8 @@ from tests.browser.pictures import (
     served,
     tab,
 )
-from tests.browser.scenes import TIMEOUT, endless
-from tests.service.support import image, scene
+from tests.browser.scenes import TIMEOUT
+from tests.service.support import scene
 
 SIZES = [(1280, 800), (1920, 1080), (390, 844), (360, 740)]
 TABS = ("Render", "Pixel", "Plan", "Compare")
@@ -53,10 +53,9 @@ def job(server: Any) -> str:
         return finished(client, scene() | {"name": "a name that is far too long for the toolbar " * 4})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES, ids=lambda size: "{} x {}".format(*size))
-def test_the_viewer_fills_the_window_and_asking_scrolls_nothing(
-    open_page: Open, job: str, shoot: Shoot, size: tuple[int, int]
-) -> None:
+def test_viewer_fills_the_window(open_page: Open, job: str, shoot: Shoot, size: tuple[int, int]) -> None:
     width, height = size
     page = opened(open_page, job, width=width, height=height)
     screen = page.locator(".screen")
@@ -76,28 +75,8 @@ def test_the_viewer_fills_the_window_and_asking_scrolls_nothing(
     shoot(page, f"viewer-{width}")
 
 
-def test_a_long_name_ends_in_dots_and_is_whole_in_its_title(open_page: Open, job: str) -> None:
-    page = opened(open_page, job, width=360, height=740)
-    title = page.get_by_role("heading", level=1)
-    assert title.evaluate("(one) => one.scrollWidth > one.clientWidth")
-    assert title.evaluate("(one) => getComputedStyle(one).textOverflow") == "ellipsis"
-    expect(title).to_have_attribute("title", re.compile("^a name .* toolbar $"))
-
-
-def test_the_picture_keeps_its_place_when_a_job_ends(open_page: Open, client: httpx2.Client) -> None:
-    job = endless(client, "ends")
-    page = open_page(f"/jobs/{job}")
-    page.wait_for_function(COVERED, timeout=TIMEOUT)
-    expect(page.locator(".job-progress .state")).to_have_text("▶ running", timeout=TIMEOUT)
-    places = [page.locator(".screen"), page.locator(".figures"), page.get_by_role("tablist")]
-    before = [box(place) for place in places]
-    client.post(f"/v1/jobs/{job}/cancel")
-    expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=TIMEOUT)
-    assert [box(place)["y"] for place in places] == [place["y"] for place in before]
-    assert box(places[0]) == before[0]
-
-
-def test_the_wheel_zooms_both_ways_and_never_scrolls_the_page(open_page: Open, job: str) -> None:
+@pytest.mark.slow
+def test_wheel_never_scrolls_the_page(open_page: Open, job: str) -> None:
     page = opened(open_page, job)
     pixels = page.locator("canvas.pixels")
     before = box(pixels)
@@ -109,15 +88,8 @@ def test_the_wheel_zooms_both_ways_and_never_scrolls_the_page(open_page: Open, j
     assert scrolled(page) == [0, 0]
 
 
-def test_zooming_into_a_tiny_picture_enlarges_it(open_page: Open, client: httpx2.Client) -> None:
-    page = open_page(f"/jobs/{finished(client, scene(4, 3, samples=1, light_samples=1))}")
-    page.wait_for_function(COVERED, timeout=TIMEOUT)
-    before = box(page.locator("canvas.pixels"))
-    page.get_by_role("button", name="Zoom in").click()
-    assert box(page.locator("canvas.pixels"))["width"] > before["width"]
-
-
-def test_one_to_one_shows_a_pixel_as_one_of_the_display(open_page: Open, job: str) -> None:
+@pytest.mark.slow
+def test_one_to_one(open_page: Open, job: str) -> None:
     page = opened(open_page, job)
     page.get_by_role("button", name="1:1").click()
     assert box(page.locator("canvas.pixels"))["width"] == 80
@@ -126,9 +98,8 @@ def test_one_to_one_shows_a_pixel_as_one_of_the_display(open_page: Open, job: st
     assert box(page.locator("canvas.pixels"))["width"] > 400
 
 
-def test_zoom_and_centre_are_in_the_address_and_come_along_to_a_comparison(
-    open_page: Open, client: httpx2.Client, job: str
-) -> None:
+@pytest.mark.slow
+def test_zoom_is_in_the_address(open_page: Open, client: httpx2.Client, job: str) -> None:
     other = finished(client, scene() | {"shapes": scene()["shapes"][:1]})
     page = opened(open_page, job)
     point_at(page, 20, 30)
@@ -146,9 +117,8 @@ def test_zoom_and_centre_are_in_the_address_and_come_along_to_a_comparison(
     page.wait_for_url(re.compile(rf"/compare/{job}/{other}\?zoom="), timeout=TIMEOUT)
 
 
-def test_the_line_between_two_pictures_is_dragged_and_space_shows_the_second(
-    open_page: Open, client: httpx2.Client, job: str
-) -> None:
+@pytest.mark.slow
+def test_line_is_dragged(open_page: Open, client: httpx2.Client, job: str) -> None:
     other = finished(client, scene() | {"shapes": scene()["shapes"][:1]})
     page = open_page(f"/compare/{job}/{other}")
     expect(page.locator(".verdict")).to_be_visible(timeout=TIMEOUT)
@@ -167,7 +137,8 @@ def test_the_line_between_two_pictures_is_dragged_and_space_shows_the_second(
     np.testing.assert_array_equal(codes_of(page), np.hstack([one[:, :20], two[:, 20:]]))
 
 
-def test_the_drawer_is_used_by_keyboard_and_can_be_put_away(open_page: Open, job: str) -> None:
+@pytest.mark.slow
+def test_drawer_by_keyboard(open_page: Open, job: str) -> None:
     page = opened(open_page, job)
     page.get_by_role("tab", name="Render").focus()
     page.keyboard.press("ArrowRight")
@@ -181,17 +152,8 @@ def test_the_drawer_is_used_by_keyboard_and_can_be_put_away(open_page: Open, job
     expect(page.get_by_role("heading", name="Pixel 30, 20")).to_be_visible(timeout=TIMEOUT)
 
 
-def test_the_background_is_chosen_and_kept(open_page: Open, job: str) -> None:
-    page = opened(open_page, job)
-    page.get_by_role("button", name="Display").click()
-    page.get_by_label("Background").select_option("black")
-    page.reload()
-    expect(page.locator(".stage")).to_have_css("background-color", "rgb(0, 0, 0)", timeout=TIMEOUT)
-
-
-def test_in_a_narrow_window_the_display_settings_are_behind_a_button(
-    open_page: Open, client: httpx2.Client, job: str
-) -> None:
+@pytest.mark.slow
+def test_settings_in_a_narrow_window(open_page: Open, client: httpx2.Client, job: str) -> None:
     page = opened(open_page, job, width=360, height=740)
     expect(page.get_by_label("Exposure")).to_be_hidden()
     page.get_by_role("button", name="Display").click()
@@ -199,16 +161,8 @@ def test_in_a_narrow_window_the_display_settings_are_behind_a_button(
     assert codes_of(page).mean() > served(client, job).mean()
 
 
-def test_a_pixel_is_copied_with_all_its_digits(open_page: Open, client: httpx2.Client, job: str) -> None:
-    page = opened(open_page, job, permissions=["clipboard-read", "clipboard-write"])
-    click_at(page, 40, 40)
-    page.get_by_role("button", name="Copy values").click(timeout=TIMEOUT)
-    expect(page.locator("#announcer")).to_have_text("The values of pixel 40, 40 are copied.")
-    copied = np.array(page.evaluate("navigator.clipboard.readText()").split(), np.float32)
-    np.testing.assert_array_equal(copied, image(client, job)[40, 40])
-
-
-def test_a_browser_that_stores_nothing_shows_the_picture(open_page: Open, job: str) -> None:
+@pytest.mark.slow
+def test_browser_that_stores_nothing(open_page: Open, job: str) -> None:
     page = open_page("/jobs")
     for name in ("localStorage", "sessionStorage"):
         page.add_init_script(
@@ -227,7 +181,8 @@ def test_a_browser_that_stores_nothing_shows_the_picture(open_page: Open, job: s
     expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
 
 
-def test_what_blocks_the_light_of_a_pixel_is_highlighted(open_page: Open, job: str) -> None:
+@pytest.mark.slow
+def test_blocker_is_highlighted(open_page: Open, job: str) -> None:
     page = opened(open_page, job)
     ball = (40, 22)
     assert page.evaluate(OVER, list(ball))[3] == 0
@@ -238,7 +193,8 @@ def test_what_blocks_the_light_of_a_pixel_is_highlighted(open_page: Open, job: s
     assert red > 2 * blue
 
 
-def test_places_on_the_picture_are_those_of_the_camera(bare_page: Page) -> None:
+@pytest.mark.slow
+def test_places_of_the_camera(bare_page: Page) -> None:
     camera = {"position": [1, 2, 6], "look_at": [0, 0.5, -1], "up": [0.2, 1, 0], "vertical_fov": 37}
     sides = {"width": 80, "height": 48}
     pinhole = build_pinhole(Camera.model_validate(camera | sides))
@@ -255,13 +211,3 @@ def test_places_on_the_picture_are_those_of_the_camera(bare_page: Page) -> None:
     )
     # A few roundings of coordinates up to 80 pixels.
     np.testing.assert_allclose(found, np.stack([x, y], axis=1), atol=1e-10, rtol=0)
-
-
-@pytest.mark.parametrize("ends", [(1e-3, 70), (0.6, 9), (2.1, 4.8), (0.71, 0.93), (9.7, 10.4)])
-def test_an_axis_has_round_numbers_within_its_data(bare_page: Page, ends: tuple[float, float]) -> None:
-    ticks = bare_page.evaluate(
-        "async ([low, high]) => (await import('/web/plots.js')).ticks(low, high)", list(ends)
-    )
-    assert 3 <= len(ticks) <= 12
-    assert ticks == sorted(set(ticks))
-    assert ends[0] <= ticks[0] < ticks[-1] <= ends[1]
