@@ -1,7 +1,6 @@
 """Random scenes of the kinds that people build: rooms, tables, lamps at walls, boards, meshes, mirrors.
 
-Numbers are drawn, never picked, so that no one knows beforehand what a renderer finds hard about them. Rare
-and pathological scenes are the business of `tests/pictures/rare_scenes.py`.
+Numbers are drawn, never picked, so that no one knows beforehand what a renderer finds hard about them.
 """
 
 from __future__ import annotations
@@ -15,8 +14,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PIL import Image
 
-from accuracy.hard_cases.documents import Json, bulb, phong, sampled, sun
-from benchmarks.everyday_shapes import block, fence, panel, plants, sheet, things
+from benchmarks.everyday_shapes import (
+    Json,
+    block,
+    bulb,
+    fence,
+    panel,
+    phong,
+    plants,
+    sheet,
+    sun,
+    things,
+)
 from scenes.make_meshes import ply, shell
 
 if TYPE_CHECKING:
@@ -102,7 +111,11 @@ def everyday_scene(number: int) -> Json:
         "materials": _materials(drawn),
         "shapes": shapes,
         "lights": lights,
-        "sampling": sampled(seed=drawn.randrange(1000, 2**40)),
+        "sampling": {
+            "antialiasing": {"pattern": "uniform", "samples": 1},
+            "light": {"pattern": "uniform", "samples": 1},
+            "seed": drawn.randrange(1000, 2**40),
+        },
     }
 
 

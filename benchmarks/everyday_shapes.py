@@ -3,17 +3,44 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
-
-from accuracy.hard_cases.documents import Json, ellipsoid, rectangle, sphere, triangle
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from random import Random
 
+Json = dict[str, Any]
+Vector = list[float]
 
-def sheet(corner: list[float], first: list[float], second: list[float], material: str) -> Json:
+
+def phong(color: Vector | None = None, **changes: Any) -> Json:
+    """A matte material."""
+    base = {} if "color_texture" in changes else {"color": color or [0.8, 0.7, 0.6]}
+    return {"type": "phong", **base, "ambient": 0.2, "diffuse": 0.9, **changes}
+
+
+def sheet(corner: Vector, first: Vector, second: Vector, material: str) -> Json:
     """A wall, a floor, a table."""
-    return rectangle(corner, first, second, material=material)
+    return {"type": "rectangle", "corner": corner, "edges": [first, second], "material": material}
+
+
+def triangle(*vertices: Vector, material: str) -> Json:
+    """A triangle by its vertices."""
+    return {"type": "triangle", "vertices": list(vertices), "material": material}
+
+
+def ellipsoid(center: Vector, *axes: Vector, material: str) -> Json:
+    """An ellipsoid by its semi-axes."""
+    return {"type": "ellipsoid", "center": center, "axes": list(axes), "material": material}
+
+
+def bulb(position: Vector, color: Vector) -> Json:
+    """A point light."""
+    return {"type": "point", "position": position, "color": color}
+
+
+def sun(direction: Vector, color: Vector) -> Json:
+    """A directional light."""
+    return {"type": "directional", "direction": direction, "color": color}
 
 
 def things(drawn: Random, count: int, reach: float, size: float, front: float = 0.0) -> list[Json]:
@@ -27,7 +54,7 @@ def _thing(drawn: Random, reach: float, size: float, front: float) -> list[Json]
     material = drawn.choice(["matt", "thing0", "thing1", "thing2", "thing3"])
     match drawn.choice(["ball", "ball", "egg", "box", "slab", "sail"]):
         case "ball":
-            return [sphere([x, big, z], big, material=material)]
+            return [{"type": "ellipsoid", "center": [x, big, z], "radius": big, "material": material}]
         case "egg":
             turn = drawn.uniform(0, math.pi)
             wide, thin = big, big * drawn.uniform(0.15, 0.8)
@@ -48,7 +75,7 @@ def _thing(drawn: Random, reach: float, size: float, front: float) -> list[Json]
             return [triangle(*corners, material=material)]
 
 
-def box(base: list[float], size: list[float], degrees: float, material: str) -> list[Json]:
+def box(base: Vector, size: Vector, degrees: float, material: str) -> list[Json]:
     """Five sides of an upright box on a base point: the sixth is never seen."""
     turn = math.radians(degrees)
     x = [size[0] * math.cos(turn), 0, size[0] * math.sin(turn)]
@@ -56,7 +83,7 @@ def box(base: list[float], size: list[float], degrees: float, material: str) -> 
     y = [0, size[1], 0]
     corner = [base[i] - (x[i] + z[i]) / 2 for i in range(3)]
 
-    def moved(edge: list[float]) -> list[float]:
+    def moved(edge: Vector) -> Vector:
         return [corner[i] + edge[i] for i in range(3)]
 
     sides = ((corner, x, y), (moved(z), x, y), (corner, z, y), (moved(x), z, y), (moved(y), x, z))

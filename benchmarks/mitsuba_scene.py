@@ -13,7 +13,6 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from benchmarks.planes import corner_and_edges
 from schemas.lights import Light, ParallelogramLight, RectangleLight
 from schemas.shapes import Ellipsoid, MeshFile, Parallelogram, Rectangle, Shape, Sphere, Triangle
 
@@ -135,7 +134,7 @@ def _triangle(shape: Triangle) -> Any:
 
 
 def _rectangle_transform(shape: Rectangle | Parallelogram) -> Any:
-    corner, first, second = corner_and_edges(shape)
+    corner, first, second = _corner_and_edges(shape)
     world_from_square = np.eye(4)
     world_from_square[:3, 0] = first / 2
     world_from_square[:3, 1] = second / 2
@@ -164,7 +163,7 @@ def _ellipsoid(center: tuple[float, float, float], axes: NDArray[np.float64]) ->
 def _light(light: Light) -> AreaLight:
     if not isinstance(light, RectangleLight | ParallelogramLight):
         raise ValueError(f"the peer's scene has no {light.type} light")
-    corner, first, second = corner_and_edges(light)
+    corner, first, second = _corner_and_edges(light)
     area = float(np.linalg.norm(np.cross(first, second)))
     return AreaLight(
         corner=mi.ScalarPoint3f(corner),
@@ -174,3 +173,17 @@ def _light(light: Light) -> AreaLight:
         two_sided=light.two_sided,
         area=area if light.falloff == "physical" else None,
     )
+
+
+def _corner_and_edges(
+    rectangle: Rectangle | Parallelogram | RectangleLight | ParallelogramLight,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Write both forms of a rectangle as corner, first edge and second edge, each of shape (3,)."""
+    if isinstance(rectangle, Parallelogram | ParallelogramLight):
+        first, second = np.array(rectangle.edges)
+        return np.array(rectangle.corner), first, second
+    normal = np.array(rectangle.normal) / np.linalg.norm(rectangle.normal)
+    tangent = np.array(rectangle.tangent) - np.dot(rectangle.tangent, normal) * normal
+    tangent /= np.linalg.norm(tangent)
+    first, second = rectangle.size[0] * tangent, rectangle.size[1] * np.cross(normal, tangent)
+    return np.array(rectangle.center) - first / 2 - second / 2, first, second

@@ -1,52 +1,103 @@
-"""CPU seconds of the renderer in one process, and where they go."""
+"""CPU seconds of the gallery, and what each effect costs: `python -m benchmarks.rendering`."""
 
 from __future__ import annotations
 
-import dataclasses
-from typing import TYPE_CHECKING, Any, TypedDict
+import argparse
+from typing import Any
 
 import renderer
-from benchmarks.clocks import Clock, clocked
-from benchmarks.machine import Spread, render_seconds, spread
-from benchmarks.settings import TIMED, Setting
+from benchmarks.report import SCENES, keep, median_seconds, show
+from renderer.assets import FolderAssets
 
-if TYPE_CHECKING:
-    from renderer.plan.plan import RenderPlan
+Json = dict[str, Any]
+
+SIDE = 384
+SUN = {"type": "directional", "direction": [-0.3, -1, -0.4], "color": [0.7, 0.7, 0.7]}
+BULB = {"type": "point", "position": [2, 4, 2], "color": [0.3, 0.3, 0.3]}
+LAMP = {
+    "type": "rectangle",
+    "corner": [-2, 4, 0],
+    "edges": [[1, 0, 0], [0, 0, 1]],
+    "visible": False,
+    "color": [0.3, 0.3, 0.3],
+}
+TEXTURES: Json = {
+    "board": {"type": "checker", "repeat": [40, 40]},
+    "boxed": {"type": "checker", "repeat": [40, 40], "filter": "box"},
+    "picture": {"type": "image", "asset": "textures/tiles.png"},
+    "pyramid": {"type": "image", "asset": "textures/tiles.png", "filter": "mipmap"},
+    "normals": {"type": "image", "asset": "textures/tiles_normal.png", "encoding": "linear"},
+    "heights": {"type": "image", "asset": "textures/tiles_height.png", "encoding": "linear"},
+}
+EFFECTS: dict[str, tuple[Json, Json]] = {
+    "point light": ({}, {"lights": [SUN, BULB]}),
+    "rectangle light, 16 points": ({}, {"lights": [SUN, LAMP]}),
+    "falloff of a rectangle light": ({"lights": [LAMP]}, {"lights": [LAMP | {"falloff": "physical"}]}),
+    "highlights": ({}, {"specular": 0.4, "shininess": 30}),
+    "checker texture": ({}, {"color_texture": "board"}),
+    "checker texture, filtered": ({"color_texture": "board"}, {"color_texture": "boxed"}),
+    "image texture": ({}, {"color_texture": "picture"}),
+    "image texture, filtered": ({"color_texture": "picture"}, {"color_texture": "pyramid"}),
+    "normal map": ({}, {"normal_map": "normals"}),
+    "bump map": ({}, {"bump_map": "heights", "bump_height": 0.05}),
+    "displacement map": ({}, {"displacement_map": "heights", "displacement_height": 0.05}),
+    "mirror": ({}, {"mirror": 0.4}),
+    "glass": ({}, {"transmission": 0.8}),
+    "lens": ({}, {"lens_radius": 0.1}),
+    "4 camera samples": ({}, {"samples": 4}),
+}
+"""What the scene without an effect changes of the base scene, and what the scene with it does."""
 
 
-class Timing(TypedDict):
-    """One setting: its CPU seconds, its rays, and the share of the time by stage, 0 to 1."""
-
-    setting: dict[str, Any]
-    cpu_seconds: Spread
-    rays: dict[str, int]
-    shadow_rays_a_second: float
-    stages: dict[str, float]
-
-
-def measure(runs: int) -> list[Timing]:
-    """Render every timed setting `runs` times, after one run that warms caches up."""
-    return [_timing(setting, runs) for setting in TIMED]
-
-
-def _timing(setting: Setting, runs: int) -> Timing:
-    plan = setting.plan()
-    rays = renderer.render(plan).report["rays"]
-    seconds = spread([render_seconds(plan) for _ in range(runs)])
-    return Timing(
-        setting=dataclasses.asdict(setting),
-        cpu_seconds=seconds,
-        rays=rays,
-        shadow_rays_a_second=round(rays["shadow"] / seconds["median"]),
-        stages=_shares(plan),
-    )
+def main() -> None:
+    """Print and keep both tables."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.rendering", description=__doc__)
+    parser.add_argument("--runs", type=int, default=5, help="timed runs; the median counts")
+    runs = parser.parse_args().runs
+    gallery = []
+    for path in sorted((SCENES / "gallery").glob("*.json")):
+        plan = renderer.compile_scene(path)
+        shadow = renderer.render(plan).report["rays"]["shadow"]
+        seconds = median_seconds(plan, runs)
+        gallery.append({"scene": path.stem, "seconds": seconds, "shadow_rays_a_second": shadow / seconds})
+    show("Gallery", ("scene", "CPU s", "shadow rays a second"), [(*each.values(),) for each in gallery])
+    effects = []
+    for name, (without, with_it) in EFFECTS.items():
+        before, after = (median_seconds(plan_of(changes), runs) for changes in (without, with_it))
+        effects.append({"effect": name, "without": before, "with": after, "ratio": after / before})
+    show("Effects", ("effect", "without, CPU s", "with", "ratio"), [(*each.values(),) for each in effects])
+    keep("rendering", {"gallery": gallery, "effects": effects})
 
 
-def _shares(plan: RenderPlan) -> dict[str, float]:
-    """Share of the CPU time by class of stage; `rest` is camera rays, pixels and the way between stages."""
-    clock: Clock = {}
-    timed = clocked(plan, clock, lambda stage: type(stage).__name__)
-    total = render_seconds(timed)
-    ordered = sorted(clock.items(), key=lambda item: -item[1])
-    shares = {name: round(seconds / total, 3) for name, seconds in ordered}
-    return shares | {"rest": round(1 - sum(clock.values()) / total, 3)}
+def plan_of(changes: Json) -> renderer.RenderPlan:
+    """Compile a floor and a ball of one matte material under one sun, with some changes."""
+    camera = {"position": [0, 2, 6], "look_at": [0, 0.8, 0], "width": SIDE, "height": SIDE}
+    material = {
+        name: value for name, value in changes.items() if name not in ("lights", "lens_radius", "samples")
+    }
+    color = {} if "color_texture" in material else {"color": [0.7, 0.6, 0.5]}
+    document = {
+        "version": 1,
+        "camera": camera | {"lens_radius": changes.get("lens_radius", 0)},
+        "textures": TEXTURES,
+        "materials": {"plain": {"type": "phong", "ambient": 0.2, "diffuse": 0.8} | color | material},
+        "shapes": [
+            {
+                "type": "rectangle",
+                "corner": [-4, 0, -4],
+                "edges": [[0, 0, 8], [8, 0, 0]],
+                "material": "plain",
+            },
+            {"type": "ellipsoid", "center": [0, 1, 0], "radius": 1, "material": "plain"},
+        ],
+        "lights": changes.get("lights", [SUN]),
+        "sampling": {
+            "antialiasing": {"pattern": "uniform", "samples": changes.get("samples", 1)},
+            "light": {"pattern": "uniform", "samples": 16},
+        },
+    }
+    return renderer.compile_scene(renderer.load_scene(document, assets=FolderAssets(SCENES / "gallery")))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,7 +1,7 @@
 """Converged pictures by Mitsuba 3, shaded with exactly the radiance formula of the scene language.
 
-Run `python -m benchmarks.peer_pictures` (or `make bench-references`) to make the reference pictures again. It
-needs the extra `bench` and LLVM 17 or newer; on Debian 12: `apt-get install libllvm19`, and
+Run `python -m benchmarks.mitsuba_pictures` to make the reference pictures again. It needs the group `bench`
+and LLVM 17 or newer; on Debian: `apt-get install libllvm19`, and
 `DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1`.
 
 The peer shares nothing with the renderer but the scene file: its intersections are Mitsuba's, in single
@@ -13,15 +13,18 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import hashlib
+import json
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from PIL import Image
 from rich.console import Console
 
+from accuracy.statistics import clipped
 from benchmarks import references
 from benchmarks.mitsuba_scene import PeerScene, convert
 from benchmarks.mitsuba_shading import radiance
@@ -35,33 +38,12 @@ if TYPE_CHECKING:
 _LANES = 2**25
 
 
-def picture(name: str, samples: int, seed: int) -> NDArray[np.float64]:
-    """Render the scene of a reference, one random point of each light for each camera sample.
-
-    Parameters
-    ----------
-    samples : int
-        Camera samples of a pixel.
-    seed : int
-        Pictures with different seeds are independent.
-
-    Returns
-    -------
-    (H, W, 3) array
-        Mean linear radiance of each pixel, not clipped.
-
-    Raises
-    ------
-    ValueError
-        If the sampler rounds the number of samples up, as it does 32 and 128.
-    """
-    path = references.PATHS[name]
-    scene, _ = read_scene(path.read_bytes())
-    return shot(convert(scene, path.parent), scene.camera, samples, seed)
-
-
 def shot(peer: PeerScene, camera: Camera, samples: int, seed: int) -> NDArray[np.float64]:
-    """Render a scene that is the peer's already; otherwise as `picture`."""
+    """Mean linear radiance of each pixel (H, W, 3), not clipped, one point of each light for each sample.
+
+    Pictures with different seeds are independent. The sampler must not round the number of samples up, as it
+    does 32 and 128.
+    """
     rows = max(1, _LANES // (camera.width * samples))
     starts = range(0, camera.height, rows)
     bands = [
@@ -116,40 +98,43 @@ def _camera_ray(camera: Camera, column: Any, row: Any, points: Any) -> Any:
     return mi.Ray3f(origin, dr.normalize(direction))
 
 
-def make_reference(name: str, samples: int, pictures: int, folder: Path) -> references.Provenance:
-    """Average `pictures` independent pictures; the difference of two halves is the reference's own error."""
-    scene, _ = read_scene(references.PATHS[name].read_bytes())
-    halves = [_mean_picture(name, samples, range(first, pictures, 2)) for first in (0, 1)]
-    provenance = references.Provenance(
-        renderer=f"Mitsuba {mi.__version__} {mi.variant()}",
-        command=f"python -m benchmarks.peer_pictures --samples {samples} --pictures {pictures} {name}",
-        date=datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-        samples_per_pixel=samples * pictures,
-        own_error_255=round(references.rmse_255(*halves) / 2, 4),
-        scene_sha256=references.scene_digest(scene),
-    )
-    references.save(name, (halves[0] + halves[1]) / 2, provenance, folder)
-    return provenance
+def make_reference(name: str, samples: int, pictures: int) -> float:
+    """Average independent pictures, keep the mean, and give its own RMSE x 255, from two halves."""
+    path = references.PATHS[name]
+    scene, _ = read_scene(path.read_bytes())
+    peer = convert(scene, path.parent)
+    halves = [
+        np.mean([shot(peer, scene.camera, samples, seed) for seed in range(first, pictures, 2)], axis=0)
+        for first in (0, 1)
+    ]
+    content = scene.model_dump_json(exclude={"name", "sampling"}, exclude_unset=True)
+    error = references.rmse_255(*halves) / 2
+    provenance = {
+        "renderer": f"Mitsuba {mi.__version__} {mi.variant()}",
+        "command": f"python -m benchmarks.mitsuba_pictures --samples {samples} --pictures {pictures} {name}",
+        "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
+        "samples_per_pixel": samples * pictures,
+        "own_error_255": round(error, 4),
+        "scene_sha256": hashlib.sha256(content.encode()).hexdigest(),
+    }
+    (references.FOLDER / f"{name}.json").write_text(json.dumps(provenance, indent=2) + "\n")
+    # A 16-bit greyscale PNG, red above green above blue, is a fifth of an array file.
+    levels = np.floor(clipped((halves[0] + halves[1]) / 2) * 65535 + 0.5).astype(np.uint16)
+    stacked = np.concatenate(list(np.moveaxis(levels, 2, 0)))
+    Image.fromarray(stacked).save(references.FOLDER / f"{name}.png", optimize=True)
+    return error
 
 
-def _mean_picture(name: str, samples: int, seeds: range) -> NDArray[np.float64]:
-    pictures = np.stack([picture(name, samples, seed) for seed in seeds])
-    return np.asarray(pictures.mean(axis=0), dtype=np.float64)
-
-
-def main(arguments: list[str] | None = None) -> None:
+def main() -> None:
     """Make the references named on the command line, or all of them."""
-    parser = argparse.ArgumentParser(description="Make the reference pictures again.")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.mitsuba_pictures", description=__doc__)
     parser.add_argument("names", nargs="*", default=list(references.NAMES), metavar="NAME")
     parser.add_argument("--samples", type=int, default=1024, help="samples a pixel of each picture")
     parser.add_argument("--pictures", type=int, default=8, help="independent pictures, an even number")
-    parser.add_argument("--folder", type=Path, default=references.FOLDER, help="where to write")
-    options = parser.parse_args(arguments)
+    options = parser.parse_args()
     for name in options.names:
-        made = make_reference(name, options.samples, options.pictures, options.folder)
-        Console().print(
-            f"{name}: own error {made.own_error_255}/255 at {made.samples_per_pixel} samples a pixel"
-        )
+        error = make_reference(name, options.samples, options.pictures)
+        Console().print(f"{name}: own error {error:.4f}/255")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,163 @@
+"""Random faults among mixed jobs: nothing may be lost, hang or differ: `python -m benchmarks.soak`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import statistics
+import time
+from collections import defaultdict
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from benchmarks.jobs import LONGEST, Json, client, ended, scene, settings, submit, workers_of
+from benchmarks.report import Promise, conclude, promise
+from service.errors import UnavailableError
+from service.server import running
+
+if TYPE_CHECKING:
+    from service.settings import Settings
+
+OPEN = 6
+"""Jobs that wait or run at a time."""
+FAULTS = {"worker killed": 0.6, "worker stopped for a while": 0.2, "server killed": 0.2}
+"""What happens, and its probability."""
+PAUSES = 1.0, 4.0
+STOPPED = 0.5, 4.0
+SILENCE = 2.0
+"""Seconds: between two faults, of a worker that is stopped, and until the service replaces it."""
+KINDS = 4
+
+
+def mixed(kind: int) -> Json:
+    """A request of one of several kinds: fixed quality, layers, a target error, many samples."""
+    samples = 144 if kind == 3 else 36
+    sampling = {"antialiasing": {"pattern": "uniform", "samples": samples}}
+    sampling["light"] = {"pattern": "uniform", "samples": 36}
+    request = {"scene": scene(kind, sampling=sampling)}
+    more: dict[int, Json] = {
+        1: {"layers": ["depth", "normal"]},
+        2: {"quality": {"mode": "target", "error": 0.01}},
+    }
+    return request | more.get(kind, {})
+
+
+class Ground:
+    """A service that is killed and started again on the same folder."""
+
+    def __init__(self, chosen: Settings, stack: ExitStack) -> None:
+        self._chosen, self._outer = chosen, stack
+        self._enter()
+
+    def _enter(self) -> None:
+        self._stack = self._outer.enter_context(ExitStack())
+        self.server = self._stack.enter_context(running(self._chosen))
+        self.client = self._stack.enter_context(client(self.server.url))
+
+    def submit(self, number: int) -> str:
+        """Send a job, and give its id."""
+        return str(submit(self.client, mixed(number % KINDS))["id"])
+
+    def image(self, job: str) -> bytes:
+        """The bytes of a picture."""
+        return self.client.get(f"/v1/jobs/{job}/image.npy").content
+
+    def is_open(self, job: str) -> bool:
+        """Whether a job has not ended."""
+        return self.client.get(f"/v1/jobs/{job}").json()["finished_at"] is None
+
+    def tiles(self, jobs: list[str]) -> int:
+        """How many tiles of these jobs were reported."""
+        return sum(int(self.client.get(f"/v1/jobs/{job}").json()["last_seq"]) for job in jobs)
+
+    def restart(self) -> None:
+        """Kill the server, and start it again, which may fail on a busy machine."""
+        self.server.process.kill()
+        self.server.process.wait()
+        started = False
+        while not started:
+            self._stack.close()
+            with suppress(UnavailableError):
+                self._enter()
+                started = True
+
+    def disturb(self, fault: str, chance: np.random.Generator) -> None:
+        """Have something happen."""
+        workers = workers_of(self.server.process.pid)
+        if fault == "server killed":
+            self.restart()
+        elif workers:
+            # The service may have replaced it by now.
+            with suppress(ProcessLookupError):
+                worker = workers[chance.integers(len(workers))]
+                if fault == "worker killed":
+                    os.kill(worker, signal.SIGKILL)
+                else:
+                    os.kill(worker, signal.SIGSTOP)
+                    time.sleep(chance.uniform(*STOPPED))
+                    os.kill(worker, signal.SIGCONT)
+
+    def recovery(self, jobs: list[str], fault: str, chance: np.random.Generator) -> float:
+        """Seconds from a fault, or from the end of a worker's stop, to the next tile of any job."""
+        begun = time.monotonic()
+        self.disturb(fault, chance)
+        if fault == "worker stopped for a while":
+            begun = time.monotonic()
+        before = self.tiles(jobs)
+        while self.tiles(jobs) == before and any(map(self.is_open, jobs)):
+            if time.monotonic() - begun > LONGEST:
+                break
+            time.sleep(0.02)
+        return time.monotonic() - begun
+
+
+def soak(minutes: float, seed: int = 3) -> Promise:
+    """Disturb a service at random while mixed jobs are rendered; compare all pictures afterwards."""
+    chance = np.random.default_rng(seed)
+    sent: list[str] = []
+    times: defaultdict[str, list[float]] = defaultdict(list)
+    with TemporaryDirectory() as folder, ExitStack() as stack:
+        usual = {"workers": 2, "tile_size": 32}
+        calm = Ground(settings(Path(folder) / "before", **usual), stack)
+        expected = [calm.image(ended(calm.client, calm.submit(kind))["id"]) for kind in range(KINDS)]
+        tough = {"max_attempts": 10_000, "worker_silence_seconds": SILENCE, "max_user_jobs": 100_000}
+        ground = Ground(settings(Path(folder) / "data", **usual, **tough), stack)
+        deadline = time.monotonic() + 60 * minutes
+        while time.monotonic() < deadline:
+            while sum(map(ground.is_open, sent[-2 * OPEN :])) < OPEN:
+                sent.append(ground.submit(len(sent)))
+            time.sleep(chance.uniform(*PAUSES))
+            fault = str(chance.choice(list(FAULTS), p=list(FAULTS.values())))
+            times[fault].append(ground.recovery(sent[-2 * OPEN :], fault, chance))
+        lost = sum(ended(ground.client, job)["state"] != "succeeded" for job in sent)
+        same = sum(ground.image(job) == expected[n % KINDS] for n, job in enumerate(sent))
+    faults = ", ".join(f"{len(found)} x {fault}" for fault, found in sorted(times.items()))
+    recovery = {
+        fault: {"median": statistics.median(found), "worst": max(found)} for fault, found in times.items()
+    }
+    worst = max((one["worst"] for one in recovery.values()), default=0.0)
+    return promise(
+        "Random faults among mixed jobs lose, hang and change nothing.",
+        f"{minutes:g} minutes, {faults}: {lost} of {len(sent)} jobs lost or hung, {same} pictures the same, "
+        f"{worst:.1f} s to the next tile at worst",
+        held=lost == 0 and same == len(sent),
+        limit="0 lost or hung, all the same",
+        jobs=len(sent),
+        recovery=recovery,
+    )
+
+
+def main() -> None:
+    """Soak for some minutes; 1 if anything was lost, hung or differed."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.soak", description=__doc__)
+    parser.add_argument("--minutes", type=float, default=30.0, help="how long; 30 by default")
+    conclude("soak", [soak(parser.parse_args().minutes)])
+
+
+if __name__ == "__main__":
+    main()
