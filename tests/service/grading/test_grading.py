@@ -1,12 +1,6 @@
 """A whole run: a broken test costs only its own points, and the result adds up."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import threading
-import time
 from fractions import Fraction
 from pathlib import Path
 
@@ -124,59 +118,6 @@ def test_result_can_be_read_again(assignment: Assignment) -> None:
     assert Grade.model_validate_json(text) == found
     assert (found.student, found.submitted) == ("ada", "2026-11-21T20:15:00+00:00")
     assert found.policy["scene"]["by"] == "verdict"
-
-
-KILLED = """
-import json, sys
-from pathlib import Path
-from schemas.grading.manifest_reading import read_manifest
-from service.grading.grading import grade
-
-if __name__ == "__main__":
-    folder = Path(sys.argv[1])
-    manifest = read_manifest((folder / "manifest.json").read_bytes(), yaml=False)
-    found = grade(manifest, references=folder, submission=Path(sys.argv[2]), jobs=2)
-    print(json.dumps({test.id: [test.status, test.points] for test in found.grade.tests}))
-"""
-
-
-@pytest.mark.slow
-def test_killed_process_costs_its_test_alone(assignment: Assignment, tmp_path: Path) -> None:
-    assignment.hand_in("endless.json", ENDLESS)
-    assignment.manifest(scene_test(id="killed", submitted={"file": "endless.json"}), scene_test(id="good"))
-    script = tmp_path / "run.py"
-    script.write_text(KILLED)
-    running = subprocess.Popen(
-        [sys.executable, script, assignment.references, assignment.submission],
-        stdout=subprocess.PIPE,
-        text=True,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
-    )
-    ender = threading.Thread(target=_kill_the_busy_worker, args=(running.pid,))
-    ender.start()
-    out, _ = running.communicate(timeout=120)
-    ender.join()
-    assert json.loads(out) == {"killed": ["error", 0.0], "good": ["passed", 10.0]}
-
-
-def _kill_the_busy_worker(parent: int) -> None:
-    """Kill the grandchild of `parent` that has used a second of CPU time."""
-    until = time.monotonic() + 100
-    while time.monotonic() < until:
-        for server in _children(parent):
-            for worker in _children(server):
-                ticks = Path(f"/proc/{worker}/stat").read_text().rsplit(")", 1)[1].split()[11]
-                if int(ticks) > os.sysconf("SC_CLK_TCK"):
-                    os.kill(worker, signal.SIGKILL)
-                    return
-        time.sleep(0.05)
-
-
-def _children(process: int) -> list[int]:
-    try:
-        return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
-    except FileNotFoundError:
-        return []
 
 
 @pytest.mark.slow

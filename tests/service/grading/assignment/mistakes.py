@@ -45,14 +45,11 @@ TILTED = ("camera_tilted",)
 
 MISTAKES = (
     Mistake("upside_down", ALL, {"flipped_vertically": TILTED}),
-    Mistake("mirrored", ALL, {"flipped_horizontally": TILTED}),
     Mistake("one_pixel_off", ALL, {"one_pixel_left": TILTED}),
     Mistake("fov_not_halved", ALL, {"field_of_view": ALL}),
-    Mistake("fov_horizontal", ALL, {"field_of_view": ALL}),
     Mistake("aspect_ignored", ALL, {"aspect_ignored": ALL}),
     Mistake("up_ignored", ALL, {"up_ignored": TILTED}),
     Mistake("gamma_missing", ALL, {"gamma_missing": TILTED}),
-    Mistake("gamma_twice", ALL, {"gamma_twice": TILTED}),
     Mistake("gamma_power", ALL, {}),
     Mistake("shape_missing", (*ROUND, *RAYS), {"shape_missing": ROUND, "No ray hits": CURVED}),
     Mistake("far_clipped", RAYS, {"does not end": ("rays_far",)}),
@@ -60,7 +57,6 @@ MISTAKES = (
     Mistake("directions_normalised", RAYS, {"t is a distance": RAYS}),
     Mistake("behind", RAYS, {"only t > 0 counts": RAYS}),
     Mistake("last_shape_wins", RAYS, {NEAREST: RAYS}),
-    Mistake("second_root", RAYS, {NEAREST: CURVED}),
     Mistake(
         "triangle_too_large",
         (*FLAT, *RAYS),
@@ -70,7 +66,6 @@ MISTAKES = (
     Mistake(
         "normal_like_points", (*ROUND, *RAYS), {"normals_of_spheres": ROUND, "normals of spheres": CURVED}
     ),
-    Mistake("no_highlight", LIT, {"highlights_missing": SHINE}),
     Mistake("blinn", LIT, {"halfway_vector": SHINE}),
     Mistake("no_max", LIT, {"cosine_not_clamped": ("phong_matte", "shadow_hard"), "": SOFT}),
     Mistake("no_ambient", LIT, {"ambient_missing": ("phong_matte", "phong_highlights")}),
@@ -79,17 +74,13 @@ MISTAKES = (
     Mistake("hard_shadow", LIT, {"hard_shadows": SOFT}),
     Mistake("shadow_ray_endless", LIT, {"light_missing": SHADOWS}),
     Mistake("same_light_points", LIT, {"light_points_shared": SOFT}),
-    Mistake("light_off_center", LIT, {"light_misplaced": SOFT}),
     Mistake("one_sample", EDGES, {"antialiasing_missing": EDGES}),
     Mistake("texture_upside_down", TEXTURE, {"texture_upside_down": TEXTURE}),
-    Mistake("texture_mirrored", TEXTURE, {"texture_mirrored": TEXTURE}),
     Mistake("texture_not_decoded", TEXTURE, {"texture_not_decoded": TEXTURE}),
     Mistake("normal_map_srgb", BUMPS, {"normal_map_decoded": BUMPS}),
     Mistake("normal_map_green", BUMPS, {"normal_map_green": BUMPS}),
-    Mistake("normal_map_swapped", BUMPS, {"normal_map_swapped": BUMPS}),
     Mistake("normal_map_ignored", BUMPS, {"normal_map_missing": BUMPS}),
     Mistake("plain_random", ADVANCED, {"": ADVANCED}),
-    Mistake("upright_grid", ADVANCED, {"": ADVANCED}),
 )
 
 NOISELESS = (
@@ -98,7 +89,6 @@ NOISELESS = (
     ("normal_flipped", "phong_matte", "normals_flipped"),
     ("normal_flipped", "shadow_hard", "normals_flipped"),
     ("normal_flipped", "normal_map", ""),  # as dark as without the only light: two causes, so none is named
-    ("normals_not_normalised", "shadow_soft", "normals_not_normalised"),
     ("acne", "shadow_hard", "shadow_acne"),
     ("acne", "normal_map", "shadow_acne"),
     ("axes_not_unit", "camera_tilted", "camera_axes_not_unit"),

@@ -45,8 +45,6 @@ class Ball:
         under = b * b - 4 * a * c
         root = np.sqrt(np.maximum(under, 0))
         near, far = (-b - root) / (2 * a), (-b + root) / (2 * a)
-        if "second_root" in wrong:
-            near = far
         start = least(wrong)
         t = np.where(near > start, near, np.where(far > start, far, np.inf))
         return np.where(under >= 0, t, np.inf).astype(float)

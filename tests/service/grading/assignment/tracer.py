@@ -25,10 +25,7 @@ class Tracer:
     """A scene, the names of the mistakes to make, and a random generator."""
 
     def __init__(self, scene: Json, folder: Path, wrong: Wrong = RIGHT, seed: int = 0) -> None:
-        camera = scene["camera"]
-        if "size_swapped" in wrong:
-            camera = camera | {"width": camera["height"], "height": camera["width"]}
-        self.scene, self.wrong = scene | {"camera": camera}, wrong
+        self.scene, self.wrong = scene, wrong
         self.random = np.random.default_rng(seed)
         kept = [shape for shape in scene["shapes"] if "shape_missing" not in wrong or "axes" not in shape]
         self.shapes = [shape_of(shape) for shape in kept]
@@ -57,8 +54,6 @@ class Tracer:
             samples, pattern = 1, "center"
         if "corner_sampling" in self.wrong:
             samples, pattern = 1, "corner"
-        if "same_places" in self.wrong:
-            pattern = "center"
         for number in range(samples):
             a, b = self.places(number, samples, pattern, i.size)
             total += seen(*self.rays(i + a, j + b))
@@ -72,8 +67,6 @@ class Tracer:
             return np.full(count, 0.5), np.full(count, 0.5)
         if pattern == "corner":
             return np.zeros(count), np.zeros(count)
-        if pattern == "grid":
-            return np.full(count, (column + 0.5) / side), np.full(count, (row + 0.5) / side)
         a, b = self.random.random((2, count))
         return ((column + a) / side, (row + b) / side) if pattern == "jittered" else (a, b)
 
@@ -84,8 +77,6 @@ class Tracer:
         angle = np.radians(camera["vertical_fov"])
         h = np.tan(angle if "fov_not_halved" in wrong else angle / 2)
         aspect = camera["width"] / camera["height"]
-        if "fov_horizontal" in wrong:
-            h /= aspect
         if "aspect_ignored" in wrong:
             aspect = 1
         if "one_pixel_off" in wrong:
@@ -94,8 +85,6 @@ class Tracer:
             x, y = x - 0.5, y - 0.5
         less = 1 if "size_minus_one" in wrong else 0
         across, down = 2 * x / (camera["width"] - less) - 1, 1 - 2 * y / (camera["height"] - less)
-        if "mirrored" in wrong:
-            across = -across
         if "upside_down" in wrong:
             down = -down
         d = f + np.outer(across * h * aspect, r) + np.outer(down * h, u)
@@ -179,8 +168,6 @@ class Tracer:
         if "specular_unclamped" not in self.wrong:
             gloss = np.maximum(gloss, 0)
         high = np.where(lit[:, 0], gloss**shininess, 0)[:, None]
-        if "no_highlight" in self.wrong:
-            high = 0 * high
         if "no_max" not in self.wrong:
             lambert = np.maximum(lambert, 0)
         return material["diffuse"] * color * lambert + material.get("specular", 0) * high
@@ -196,8 +183,6 @@ class Tracer:
             shares[:] = 0.5
         if "same_light_points" in self.wrong:
             shares[:] = shares[0]
-        if "light_off_center" in self.wrong:
-            shares = shares + 0.5
         return np.array(light["corner"]) + shares @ np.array(light["edges"]) - places, 1.0
 
     def seen(self, own: int, places: Array, towards: Array, reach: float) -> Array:
@@ -232,8 +217,6 @@ class Tracer:
             texels = np.where(texels <= 0.04045, texels / 12.92, ((texels + 0.055) / 1.055) ** 2.4)
         if "texture_upside_down" in self.wrong:
             v = 1 - v
-        if "texture_mirrored" in self.wrong:
-            u = 1 - u
         height, width = texels.shape[:2]
         x, y = u * width - 0.5, (1 - v) * height - 0.5
         i, j = np.floor(x).astype(int), np.floor(y).astype(int)
@@ -250,8 +233,6 @@ class Tracer:
         x, y, z = (self.looked_up(name, *shape.coordinates(places).T) * 2 - 1).T
         if "normal_map_green" in self.wrong:
             y = -y
-        if "normal_map_swapped" in self.wrong:
-            x, y = y, x
         tangent, outward = unit(shape.first), unit(outward)
         return unit(np.outer(x, tangent) + y[:, None] * np.cross(outward, tangent) + z[:, None] * outward)
 
@@ -267,9 +248,7 @@ def encoded(linear: Array, wrong: Wrong = RIGHT) -> Array:
         values = values[:, :, ::-1]
     if "gamma_power" in wrong:
         return np.round(values ** (1 / 2.2) * 255).astype(np.uint8)
-    for _ in range(0 if "gamma_missing" in wrong else 2 if "gamma_twice" in wrong else 1):
-        values = srgb(values)
-    return np.round(values * 255).astype(np.uint8)
+    return np.round((values if "gamma_missing" in wrong else srgb(values)) * 255).astype(np.uint8)
 
 
 def read(scenes: Path, name: str) -> Json:
@@ -290,7 +269,7 @@ def save(
     if not rays.exists():
         pattern = "random"
         if name == ADVANCED and "plain_random" not in wrong:
-            pattern = "grid" if "upright_grid" in wrong else "jittered"
+            pattern = "jittered"
         Image.fromarray(encoded(tracer.picture(samples, pattern), wrong)).save(out / f"{name}.png")
         return
     with np.load(rays) as given:
