@@ -228,17 +228,7 @@ def test_quality_of_the_manifest_is_that_of_both_pictures(assignment: Assignment
         ({"mask": "black.png"}, "is black"),
         ({"mask": "none.png"}, "none.png is not beside the manifest"),
         ({"region": [0, 0, 8, 8], "accept": {"by": "metric", "metric": "ssim", "full": 0.9}}, "11 x 11"),
-        (
-            {
-                "reference": {
-                    "type": "picture",
-                    "file": "small.png",
-                    "encoding": "srgb",
-                    "scene": "scene.json",
-                }
-            },
-            "48 x 32",
-        ),
+        ({"reference": GREY | {"file": "small.png", "encoding": "srgb", "scene": "scene.json"}}, "48 x 32"),
         ({"reference": {"type": "scene", "file": "broken.json"}}, "/shapes/0"),
     ],
     ids=["region", "mask", "black", "missing", "ssim", "scene", "broken"],

@@ -57,18 +57,25 @@ def _seen(values: np.ndarray) -> Any:
     return picture_of(file.getvalue(), "picture.png", "srgb")
 
 
-def manifest(assignment: Assignment, reference: np.ndarray, **members: Any) -> Manifest:
+def manifest(assignment: Assignment, reference: np.ndarray, **asked: Any) -> Manifest:
+    """A test whose reference is a picture, unless something else is asked for."""
     np.save(assignment.references / "reference.npy", reference)
-    picture = {"type": "picture", "file": "reference.npy", "encoding": "linear"} | members
-    return read_manifest(assignment.manifest(image_test(reference=picture)).read_bytes(), yaml=False)
+    (assignment.references / "lit.json").write_text(json.dumps(sampled("uniform", 64)))
+    asked = {"type": "picture", "file": "reference.npy", "encoding": "linear"} | asked
+    if asked["type"] == "scene":
+        del asked["encoding"]
+    return read_manifest(assignment.manifest(image_test(reference=asked)).read_bytes(), yaml=False)
 
 
+@pytest.mark.parametrize("asked", [{"scene": "lit.json"}, {"type": "scene", "file": "lit.json"}])
 def test_copy_is_found_and_a_fixed_pattern_is_not(
-    assignment: Assignment, reference: np.ndarray, prints: dict[str, dict[str, Fingerprint]]
+    assignment: Assignment,
+    reference: np.ndarray,
+    prints: dict[str, dict[str, Fingerprint]],
+    asked: dict[str, Any],
 ) -> None:
-    (assignment.references / "lit.json").write_text(json.dumps(sampled("random", 16)))
-    with_scene = manifest(assignment, reference, scene="lit.json")
-    (found,) = shared_noise(with_scene, assignment.references, prints, ())
+    rendered = manifest(assignment, reference, **asked)
+    (found,) = shared_noise(rendered, assignment.references, prints, ())
     assert (found.students, found.tests) == (("copy", "student-03"), ("picture",))
     assert found.correlation > 0.9
 
