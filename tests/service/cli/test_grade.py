@@ -34,9 +34,7 @@ def flipped(**changes: Any) -> dict[str, Any]:
 WORDS = ("grade", "assignment/manifest.json", "--submission", "submission")
 
 
-def test_a_pipe_gets_a_line_for_each_test_with_tabs_and_the_sum(
-    penumbra: Penumbra, assignment: Assignment
-) -> None:
+def test_line_a_test_on_a_pipe(penumbra: Penumbra, assignment: Assignment) -> None:
     assignment.manifest(image_test(), flipped(points=2.5))
     outcome = penumbra(*WORDS)
     assert outcome.code == 0
@@ -49,7 +47,7 @@ def test_a_pipe_gets_a_line_for_each_test_with_tabs_and_the_sum(
     assert outcome.err == ""
 
 
-def test_json_is_the_result_and_nothing_else(penumbra: Penumbra, assignment: Assignment) -> None:
+def test_json_result(penumbra: Penumbra, assignment: Assignment) -> None:
     assignment.manifest(image_test())
     outcome = penumbra(*WORDS, "--student", "ada", "--submitted-at", "2026-11-21T20:15:00+00:00", "--json")
     found = Grade.model_validate(outcome.document)
@@ -57,9 +55,7 @@ def test_json_is_the_result_and_nothing_else(penumbra: Penumbra, assignment: Ass
     assert outcome.document["schema"] == "penumbra/grade/v1"
 
 
-def test_a_folder_gets_the_result_and_all_pictures_that_it_names(
-    penumbra: Penumbra, assignment: Assignment, tmp_path: Path
-) -> None:
+def test_folder_has_result_and_pictures(penumbra: Penumbra, assignment: Assignment, tmp_path: Path) -> None:
     assignment.manifest(image_test(), flipped())
     assert penumbra(*WORDS, "-o", "new/folder").code == 0
     found = Grade.model_validate_json((tmp_path / "new" / "folder" / "result.json").read_bytes())
@@ -68,9 +64,7 @@ def test_a_folder_gets_the_result_and_all_pictures_that_it_names(
     assert {path.name for path in (tmp_path / "new" / "folder").iterdir()} == named | {"result.json"}
 
 
-def test_the_result_is_written_in_every_requested_form(
-    penumbra: Penumbra, assignment: Assignment, tmp_path: Path
-) -> None:
+def test_exports(penumbra: Penumbra, assignment: Assignment, tmp_path: Path) -> None:
     assignment.manifest(image_test())
     words = ("--export", "gradescope=results.json", "--export", "junit=report.xml")
     assert penumbra(*WORDS, *words).code == 0
@@ -79,16 +73,12 @@ def test_the_result_is_written_in_every_requested_form(
 
 
 @pytest.mark.parametrize(("least", "code"), [("10", 0), ("10.01", 1)])
-def test_the_exit_code_reports_too_few_points_on_request(
-    penumbra: Penumbra, assignment: Assignment, least: str, code: int
-) -> None:
+def test_fail_under(penumbra: Penumbra, assignment: Assignment, least: str, code: int) -> None:
     assignment.manifest(image_test(), flipped())
     assert penumbra(*WORDS, "--fail-under", least).code == code
 
 
-def test_the_exit_code_reports_that_nothing_could_be_graded(
-    penumbra: Penumbra, assignment: Assignment, tmp_path: Path
-) -> None:
+def test_nothing_gradable_exit_code(penumbra: Penumbra, assignment: Assignment, tmp_path: Path) -> None:
     assignment.hand_in("picture.npy", np.full((32, 48, 3), np.nan, np.float32))
     assignment.manifest(image_test())
     outcome = penumbra(*WORDS, "-o", "out")
@@ -98,7 +88,7 @@ def test_the_exit_code_reports_that_nothing_could_be_graded(
     assert json.loads((tmp_path / "out" / "result.json").read_text())["gradable"] is False
 
 
-def test_a_wrong_manifest_is_reported_with_its_lines(here: Penumbra, tmp_path: Path) -> None:
+def test_wrong_manifest_has_its_lines(here: Penumbra, tmp_path: Path) -> None:
     (tmp_path / "wrong.yaml").write_text("schema: penumbra/manifest/v1\ntitle: T\ntest: []\n")
     outcome = here("grade", "wrong.yaml")
     assert outcome.code == 3
@@ -119,7 +109,7 @@ def test_a_wrong_manifest_is_reported_with_its_lines(here: Penumbra, tmp_path: P
         ((*WORDS, "--server", "http://127.0.0.1:9"), 4, "127.0.0.1:9"),
     ],
 )
-def test_unusable_arguments_are_reported_before_anything_is_graded(
+def test_unusable_arguments(
     here: Penumbra, assignment: Assignment, words: tuple[str, ...], code: int, reported: str
 ) -> None:
     assignment.manifest(image_test())
@@ -129,7 +119,7 @@ def test_unusable_arguments_are_reported_before_anything_is_graded(
     assert outcome.out == ""
 
 
-def test_a_terminal_of_80_columns_gets_lines_that_fit(assignment: Assignment, tmp_path: Path) -> None:
+def test_lines_fit_a_terminal(assignment: Assignment, tmp_path: Path) -> None:
     assignment.manifest(image_test(), flipped(advice="See lecture 2, and " + "then " * 30))
     lines = on_a_terminal(80, *WORDS, folder=tmp_path)
     assert max(map(len, lines)) <= 80
@@ -159,7 +149,7 @@ def on_a_terminal(columns: int, *words: str, folder: Path) -> list[str]:
     return re.sub(r"\x1b\[\d+m", "", written.decode()).splitlines()
 
 
-def test_ctrl_c_ends_all_tests_and_leaves_no_result(assignment: Assignment, tmp_path: Path) -> None:
+def test_ctrl_c_leaves_no_result(assignment: Assignment, tmp_path: Path) -> None:
     endless = scene(
         camera=SCENE["camera"] | {"width": 2048, "height": 2048},
         sampling={"antialiasing": {"pattern": "uniform", "samples": 4096}},

@@ -45,9 +45,7 @@ def entries(document: dict[str, Any]) -> dict[str, dict[str, Any]]:
     return {entry["student"]: entry for entry in document["students"]}
 
 
-def test_a_class_gets_a_gradebook_a_page_and_a_folder_for_each_student(
-    penumbra: Penumbra, pupils: Path, tmp_path: Path
-) -> None:
+def test_gradebook_page_and_folders(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
     outcome = penumbra(*WORDS, "--json")
     assert outcome.code == 0, outcome.err
     found = entries(outcome.document)
@@ -75,7 +73,7 @@ def test_a_class_gets_a_gradebook_a_page_and_a_folder_for_each_student(
     assert "Found PICTURE.NPY, wanted picture.npy" in result["tests"][0]["message"]
 
 
-def test_only_changed_submissions_are_graded_again(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
+def test_changed_submissions_are_graded_again(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
     first = penumbra(*WORDS, "--json").document
     results = {folder.name: tmp_path / "marks" / "students" / folder.name for folder in pupils.iterdir()}
     before = {name: (place / "result.json").stat().st_mtime_ns for name, place in results.items()}
@@ -91,7 +89,7 @@ def test_only_changed_submissions_are_graded_again(penumbra: Penumbra, pupils: P
 
 
 @pytest.mark.slow
-def test_a_changed_manifest_grades_all_again(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
+def test_changed_manifest_grades_all_again(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
     assert penumbra(*WORDS).code == 0
     path = tmp_path / "assignment" / "manifest.json"
     path.write_text(path.read_text().replace('"points": 10', '"points": 20'))
@@ -100,14 +98,14 @@ def test_a_changed_manifest_grades_all_again(penumbra: Penumbra, pupils: Path, t
     assert entries(again.document)["ada"]["score"] == 20
 
 
-def test_a_class_in_which_nothing_can_be_graded_is_unusable(penumbra: Penumbra, pupils: Path) -> None:
+def test_nothing_gradable_exit_code(penumbra: Penumbra, pupils: Path) -> None:
     for folder in pupils.iterdir():
         (folder / "picture.npy").write_bytes(b"no picture")
     assert penumbra(*WORDS).code == 3
 
 
 @pytest.mark.slow
-def test_an_interrupted_run_says_how_to_continue_and_does(pupils: Path, tmp_path: Path) -> None:
+def test_interrupted_run_continues(pupils: Path, tmp_path: Path) -> None:
     for number in range(15):
         shutil.copytree(pupils / "ada", pupils / f"more-{number:02}")
     process = start(*WORDS, "--jobs", "1", folder=tmp_path)
@@ -125,7 +123,7 @@ def test_an_interrupted_run_says_how_to_continue_and_does(pupils: Path, tmp_path
 
 
 @pytest.mark.slow
-def test_a_killed_run_leaves_whole_results_and_no_process(pupils: Path, tmp_path: Path) -> None:
+def test_killed_run_leaves_whole_results(pupils: Path, tmp_path: Path) -> None:
     for number in range(15):
         shutil.copytree(pupils / "ada", pupils / f"more-{number:02}")
     process = start(*WORDS, "--jobs", "1", folder=tmp_path)
@@ -160,7 +158,7 @@ def wait_for(file: Path) -> None:
         time.sleep(0.01)
 
 
-def test_hostile_submissions_do_not_stop_a_class(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
+def test_hostile_submissions(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
     places = {name: pupils / name for name in ("bomb", "endless", "huge", "link", "nan", "pipe", "pickle")}
     for place in places.values():
         place.mkdir()
@@ -182,7 +180,7 @@ def test_hostile_submissions_do_not_stop_a_class(penumbra: Penumbra, pupils: Pat
     assert {name for name in places if found[name]["gradable"]} == set()
 
 
-def test_a_terminal_gets_a_table_that_fits(pupils: Path, tmp_path: Path) -> None:
+def test_table_fits_a_terminal(pupils: Path, tmp_path: Path) -> None:
     (pupils / ("x" * 200)).mkdir()
     lines = on_a_terminal(80, *WORDS, folder=tmp_path)
     assert max(map(len, lines)) <= 80
@@ -191,7 +189,7 @@ def test_a_terminal_gets_a_table_that_fits(pupils: Path, tmp_path: Path) -> None
     assert ["10/10", "ada", "same", "files:", "picture"] in found
 
 
-def test_what_is_no_submission_is_named(penumbra: Penumbra, pupils: Path) -> None:
+def test_other_files_are_named(penumbra: Penumbra, pupils: Path) -> None:
     (pupils / "late.zip").touch()
     (pupils / "elsewhere").symlink_to(pupils / "ada", target_is_directory=True)
     outcome = penumbra(*WORDS, "--json")
@@ -200,9 +198,7 @@ def test_what_is_no_submission_is_named(penumbra: Penumbra, pupils: Path) -> Non
 
 
 @pytest.mark.slow
-def test_staff_see_whose_noise_is_the_same_also_after_resuming_and_students_do_not(
-    penumbra: Penumbra, pupils: Path, tmp_path: Path
-) -> None:
+def test_same_noise_is_shown_to_staff(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
     right = pixels(SCENE)
     for seed in range(12):
         place = pupils / f"noisy-{seed:02}"
@@ -240,7 +236,7 @@ def test_staff_see_whose_noise_is_the_same_also_after_resuming_and_students_do_n
         ((*WORDS, "--export", "htm=page.html"), 2, "html"),
     ],
 )
-def test_unusable_arguments_of_a_class_are_reported_before_anything_is_graded(
+def test_unusable_arguments(
     here: Penumbra, pupils: Path, tmp_path: Path, words: tuple[str, ...], code: int, reported: str
 ) -> None:
     outcome = here(*words)
