@@ -7,11 +7,11 @@ import pytest
 from PIL import Image
 
 from accuracy.comparison import NotComparableError, assert_render_close
-from accuracy.comparison.asserting import PICTURES
 from renderer.images.colors import linear_from_srgb
 from renderer.results import RenderResult
 
 SIDE = 64
+PICTURES = ("actual", "reference", "difference", "heat")
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from accuracy.comparison import Comparison, Picture, Policy, compare
-from accuracy.comparison.blocks import LEVEL, bias
+from accuracy.comparison.blocks import bias
 
 SIDE = 64
 STRICT = Policy(tolerance=0.0)
@@ -42,8 +42,8 @@ def test_noise_makes_blocks_biased_as_often_as_stated() -> None:
     """6,400 blocks of differences; such a binomial strays by 4.5 deviations once in 150,000."""
     difference = np.random.default_rng(11).standard_normal((640, 640, 3))
     count = 6400 * bias(difference, np.zeros_like(difference)).share
-    expected = 6400 * LEVEL
-    assert abs(count - expected) < 4.5 * np.sqrt(expected * (1 - LEVEL))
+    expected = 6400 * 0.001
+    assert abs(count - expected) < 4.5 * np.sqrt(expected * (1 - 0.001))
 
 
 def test_equal_scenes_are_the_same_by_their_variances() -> None:

@@ -66,7 +66,6 @@ def test_fewer_samples_are_not_accepted(samples: float) -> None:
     """1.5 samples have 2.7 times the variance that is allowed."""
     found = compare(drawn(3, samples), reference(), policy=STRICT)
     assert (found.judgement.verdict, found.judgement.test) == ("mismatch", "noise")
-    assert found.judgement.reason.startswith("The picture is noisier than 4 samples a pixel: ")
 
 
 def test_any_noise_is_accepted_without_a_bound() -> None:

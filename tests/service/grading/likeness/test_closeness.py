@@ -13,10 +13,13 @@ from PIL import Image
 import renderer
 from accuracy.comparison.inputs import Picture, picture_of
 from renderer.images.colors import srgb_from_linear
-from service.grading.likeness.closeness import BOUND, FEWEST, LEVEL, NEAR, Closeness, closeness
+from service.grading.likeness.closeness import Closeness, closeness
 from tests.service.grading.assignments import npy
 
 SIDE, TRUTH, NOISE, SAMPLES = 96, 0.3, 0.05, 64
+NEAR, BOUND, LEVEL, FEWEST = 0.25, 0.7, 1e-6, 16
+"""As docs/how-to/grading.md states them."""
+
 ALL = 0.95 * SIDE * SIDE
 
 Made = Callable[[np.ndarray], Picture]

@@ -10,7 +10,6 @@ from PIL import Image
 from accuracy.comparison.inputs import Picture, picture_of
 from renderer.images.colors import srgb_from_linear
 from service.grading.likeness.fingerprints import (
-    FEWEST_PICTURES,
     Fingerprint,
     fingerprint,
     like,
@@ -135,8 +134,8 @@ def test_picture_of_a_fixed_pattern_is_like_it(right: list[Fingerprint], referen
 
 
 def test_too_few_pictures_have_no_known_noise(right: list[Fingerprint]) -> None:
-    assert noise_of(right[: FEWEST_PICTURES - 1]) is None
-    assert noise_of(right[:FEWEST_PICTURES]) is not None
+    assert noise_of(right[:9]) is None
+    assert noise_of(right[:10]) is not None
 
 
 def test_odd_row_and_column_are_left_out(reference: Picture) -> None:
