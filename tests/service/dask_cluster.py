@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from benchmarks.load.processes import workers_of
+from tests.service.processes import workers_of
 from tests.service.support import TIMEOUT, until
 
 CONFIGURATION = Path(__file__).parents[2] / "deploy" / "dask.yaml"

@@ -8,8 +8,8 @@ from schemas.api.jobs import JobState
 from service.dispatch import ledger
 from service.storage.database.connection import Database
 from service.workers.tasks import ComposeDone, ComposeTask, Interrupted, Outcome, TaskFailed, WorkerDied
+from tests.service.rounds import DONE, MAX_ATTEMPTS, Table
 from tests.service.support import BOTH
-from tests.service.test_ledger import DONE, MAX_ATTEMPTS, Table
 
 pytestmark = BOTH
 

@@ -19,8 +19,7 @@ import yaml
 from service.server import is_ready
 from tests.postgres_server import PostgresServer
 from tests.service.support import TIMEOUT, finish, scene, submit, until
-from tests.service.test_access import EVERYWHERE
-from tests.service.test_cluster_tls import made_in
+from tests.service.workers.test_cluster_security import make_certificates
 
 pytestmark = pytest.mark.slow
 
@@ -102,14 +101,12 @@ def variables(pod: dict[str, Any], container: dict[str, Any]) -> dict[str, str]:
 
 
 @pytest.mark.skipif(not shutil.which("openssl"), reason="openssl is not installed")
-def test_the_manifest_for_kubernetes_starts_a_service_that_renders(
-    postgres: PostgresServer, tmp_path: Path
-) -> None:
+def test_kubernetes_manifest_starts_a_service(postgres: PostgresServer, tmp_path: Path) -> None:
     place = Place(
         tmp_path / "data",
         {
             f"postgresql://penumbra:{OF_THE_DATABASE}@database/penumbra": postgres.database(),
-            "/etc/cluster": str(made_in(tmp_path / "certificates")),
+            "/etc/cluster": str(make_certificates(tmp_path / "certificates")),
             "/etc/dask": str(ROOT / "deploy"),
             "scheduler:8786": (scheduler := f"127.0.0.1:{port()}"),
             "8786": scheduler.rpartition(":")[2],
@@ -149,9 +146,7 @@ def assert_renders(url: str, headers: Mapping[str, str]) -> None:
 
 
 @pytest.mark.parametrize("file", ["compose.yaml", "deploy/compose/compose.yaml"])
-def test_containers_of_one_host_start_a_service_that_answers_under_its_own_names_alone(
-    tmp_path: Path, file: str
-) -> None:
+def test_compose_file_starts_a_service_under_its_own_names(tmp_path: Path, file: str) -> None:
     place = Place(
         tmp_path / "data",
         {
@@ -163,7 +158,7 @@ def test_containers_of_one_host_start_a_service_that_answers_under_its_own_names
     services = yaml.safe_load((ROOT / file).read_text())["services"]
     server = services.pop("penumbra")
     # The first runs the command of the image.
-    line = server.get("command", ["penumbra", "serve", "--host", EVERYWHERE])
+    line = server.get("command", ["penumbra", "serve", "--host", "0.0.0.0"])  # noqa: S104  (that of a container)
     with ExitStack() as stack:
         for service in services.values():
             stack.enter_context(place.running(service["command"], service["environment"]))

@@ -32,9 +32,7 @@ def free_ports(count: int) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("curl") is None, reason="the tutorial uses curl")
-def test_an_operator_who_follows_the_tutorial_gets_what_it_shows(
-    postgres: PostgresServer, tmp_path: Path
-) -> None:
+def test_tutorial_shows_what_its_commands_print(postgres: PostgresServer, tmp_path: Path) -> None:
     shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
     script = "\n".join(["set -eu -o pipefail", *blocks(page(NAME), "sh")])
     free = dict(zip(PORTS, free_ports(len(PORTS)), strict=True))

@@ -20,8 +20,8 @@ from schemas.json_schema import scene_json_schema
 from service.app import create_app
 from service.settings import Settings
 from tests.service.conftest import Start
+from tests.service.lifecycle.test_cancelling import stopped
 from tests.service.support import TIMEOUT, scene, until
-from tests.service.test_cancelling import stopped
 
 # The number of threads that answer requests.
 REQUEST_THREADS = 40

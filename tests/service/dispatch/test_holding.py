@@ -1,0 +1,44 @@
+"""Tasks that a worker gave up as late are held back, counted, and have less time left."""
+
+from __future__ import annotations
+
+from schemas.tiles import Tile
+from service.dispatch.holding import HOLD_SECONDS, HeldTasks
+from service.telemetry.metrics import Metrics
+from service.workers.tasks import Interrupted, SampleTask, after, pass_of
+
+
+def task(seconds_left: float | None = 10.0) -> SampleTask:
+    return SampleTask(
+        "a", "", Tile(1, 0, 0, 8, 8), pass_of(1), attempt=1, merged=1, seconds_left=seconds_left
+    )
+
+
+def test_task_that_has_waited_has_less_time_left() -> None:
+    waited = after(task(), 4.0)
+    assert isinstance(waited, SampleTask)
+    assert waited.seconds_left == 6.0
+    without = task(None)
+    assert after(without, 4.0) is without
+
+
+def test_held_task_is_released_when_its_time_has_passed() -> None:
+    now = 100.0
+    held = HeldTasks(lambda: now)
+    first, second = task(), task()
+    held.hold(first)
+    now += HOLD_SECONDS / 2
+    held.hold(second)
+    assert list(held.release()) == []
+    now += HOLD_SECONDS / 2
+    assert list(held.release()) == [first]
+    assert held.seconds_left() == HOLD_SECONDS / 2
+    assert held.forget() == {second}
+    assert held.seconds_left() is None
+
+
+def test_late_tiles_are_counted() -> None:
+    metrics = Metrics()
+    metrics.note(task(), Interrupted(late=True))
+    metrics.note(task(), Interrupted())
+    assert metrics.registry.get_sample_value("penumbra_late_tiles_total") == 1

@@ -1,0 +1,54 @@
+"""The service with faults put in: ``python -m tests.service.faulty`` in place of ``service``.
+
+The name of a scene says what happens to the worker that renders it. Workers import this module, too.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+import renderer
+from renderer.images import files as image_files
+
+GATE = "FAULTY_COMPOSE_GATE"
+"""Variable that names a file: while it is there, workers wait before they write a final picture. The first
+that waits makes a file of this name with ``.reached`` after it."""
+
+_rendered = renderer.render_tile
+_encoded = image_files.encode_npy
+
+
+def _render_tile(plan: renderer.RenderPlan, *rest: Any) -> Any:
+    match plan.document.name:
+        case "poison":
+            os.kill(os.getpid(), signal.SIGKILL)
+        case "endless":
+            while True:
+                time.sleep(1.0)
+        case "hungry":
+            bytearray(1 << 50)
+    return _rendered(plan, *rest)
+
+
+def _encode_npy(*arguments: Any) -> bytes:
+    gate = Path(os.environ[GATE])
+    while gate.exists():
+        Path(f"{gate}.reached").touch()
+        time.sleep(0.05)
+    return _encoded(*arguments)
+
+
+if __name__ in {"__main__", "__mp_main__"}:
+    vars(renderer)["render_tile"] = _render_tile
+    if GATE in os.environ:
+        vars(image_files)["encode_npy"] = _encode_npy
+if __name__ == "__main__":
+    # Workers import this under the other name, and start without the server.
+    from service.server import inherited_listener, run
+    from service.settings import Settings
+
+    run(Settings(), inherited_listener())

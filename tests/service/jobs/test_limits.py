@@ -1,0 +1,108 @@
+"""A full queue refuses jobs with Retry-After; no accepted job is lost."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import httpx2
+import pytest
+
+from schemas.api.administration import Role
+from service.access import keys
+from service.server import RunningServer
+from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.migrations import upgrade
+from tests.service.conftest import Start
+from tests.service.processes import workers_of
+from tests.service.support import TIMEOUT, finish, scene, until
+
+
+def ask(client: httpx2.Client, number: int) -> httpx2.Response:
+    """Submit a scene like no other."""
+    document = scene(32, 32, samples=1, light_samples=1)
+    document["camera"]["position"][0] = number / 8
+    return client.post("/v1/jobs", json={"scene": document})
+
+
+def codes(client: httpx2.Client, *numbers: int) -> list[int]:
+    return [ask(client, number).status_code for number in numbers]
+
+
+@contextmanager
+def suspended(server: RunningServer) -> Iterator[None]:
+    """While workers do nothing, the queue stays as long as it is."""
+    until(lambda: len(workers_of(server.process.pid)) == 1)
+    workers = workers_of(server.process.pid)
+    for worker in workers:
+        os.kill(worker, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        for worker in workers:
+            os.kill(worker, signal.SIGCONT)
+
+
+@pytest.fixture
+def price(client: httpx2.Client) -> float:
+    """What a scene of these tests is predicted to cost, CPU seconds."""
+    plan = client.post("/v1/plans", json={"scene": scene(32, 32, samples=1, light_samples=1)}).json()
+    return plan["cost"]["cpu_seconds"]
+
+
+def test_full_queue_says_when_to_come_back(start: Start) -> None:
+    server = start(workers=1, max_user_jobs=3)
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+        finish(client, ask(client, 0).json()["id"])
+        with suspended(server):
+            taken = [ask(client, number) for number in (1, 2, 3)]
+            assert [answer.status_code for answer in taken] == [202] * 3
+            left = [answer.headers["RateLimit"] for answer in taken]
+            assert left == [f'"jobs";r={count}, "cpu";r=99999' for count in (2, 1, 0)]
+            assert taken[0].headers["RateLimit-Policy"].startswith('"jobs";q=3;qu="requests", "cpu";q=100000')
+            full = ask(client, 4)
+            assert (full.status_code, full.json()["code"]) == (429, "queue_full")
+            assert 1 <= int(full.headers["Retry-After"]) <= 3600
+            assert full.headers["RateLimit"].startswith('"jobs";r=0')
+            # A job that is answered from the store needs no room in the queue.
+            assert ask(client, 0).json()["state"] == "succeeded"
+        for answer in taken:
+            finish(client, answer.json()["id"])
+        assert ask(client, 4).status_code == 202
+
+
+def test_cpu_seconds_are_counted_once_for_a_picture(start: Start, price: float) -> None:
+    server = start(workers=1, max_user_cpu_seconds=1.5 * price)
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client, suspended(server):
+        assert codes(client, 1, 1, 2) == [202, 202, 429]
+
+
+def test_queue_of_one_user_is_not_anothers(start: Start, tmp_path: Path, price: float) -> None:
+    database = Database(Settings(data=tmp_path).database_url)
+    upgrade(database)
+    with database.writing() as session:
+        made = [
+            keys.add(session, "ann", Role.SUBMIT, max_jobs=1),
+            keys.add(session, "bob", Role.SUBMIT),
+            keys.add(session, "eve", Role.SUBMIT, max_cpu_seconds=0.5 * price),
+        ]
+    database.close()
+    server = start(workers=1, max_queued_jobs=3)
+    with ExitStack() as stack:
+        ann, bob, eve = (
+            stack.enter_context(
+                httpx2.Client(
+                    base_url=server.url, timeout=TIMEOUT, headers={"Authorization": f"Bearer {key}"}
+                )
+            )
+            for key in made
+        )
+        stack.enter_context(suspended(server))
+        # Too dear for its user for good.
+        assert ask(eve, 0).json()["errors"][0]["code"] == "cost"
+        assert codes(ann, 1, 2) == [202, 429]
+        assert codes(bob, 3, 4, 5) == [202, 202, 429]

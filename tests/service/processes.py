@@ -1,0 +1,36 @@
+"""Processes of a service, read from /proc."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+
+def workers_of(server: int) -> list[int]:
+    """Process ids of the workers of a service."""
+    return [worker for fork_server in fork_servers_of(server) for worker in _children(fork_server)]
+
+
+def fork_servers_of(server: int) -> list[int]:
+    """Process id of what the workers of a service are forked from, in a list as it may not run."""
+    return [child for child in _children(server) if b"spawn_main" in _read(Path(f"/proc/{child}/cmdline"))]
+
+
+def is_alive(process: int) -> bool:
+    """Whether a process runs, or could."""
+    state = _read(Path(f"/proc/{process}/stat")).rpartition(b")")[2].split()
+    return bool(state) and state[0] != b"Z"
+
+
+def _children(process: int) -> list[int]:
+    with suppress(OSError):
+        threads = [*Path(f"/proc/{process}/task").iterdir()]
+        return [int(child) for thread in threads for child in _read(thread / "children").split()]
+    return []
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""

@@ -1,0 +1,159 @@
+"""Objects in a folder and in a bucket, and the assets among them."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import io
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from schemas.limits import Limits
+from service.errors import StoreAwayError, UploadMismatchError
+from service.storage.assets import AssetStore
+from service.storage.bucket import CALL_SECONDS, PART_BYTES
+from service.storage.folder import place_of
+from service.storage.objects import Objects
+from tests.s3_server import BUCKET, S3Server
+from tests.service.support import until
+
+LATER = timedelta(hours=1)
+
+
+def names(place: Objects, prefix: str = "") -> set[str]:
+    return {found.name for found in place.found(prefix)}
+
+
+def test_bytes_come_back_whole_in_part_and_many_at_once(place: Objects) -> None:
+    place.begin("a/b")
+    sent = {f"a/b/{number}": bytes([number]) * number for number in range(70)}
+    for name, data in sent.items():
+        place.put(name, data)
+    assert place.get("a/b/7") == sent["a/b/7"]
+    assert list(place.many(list(sent))) == list(sent.values())
+    stored = place.find("a/b/69")
+    assert stored is not None
+    assert (stored.size, stored.read(3, 9)) == (69, bytes([69]) * 6)
+    assert abs(stored.modified - datetime.now(UTC).timestamp()) < 600
+    assert {(found.name, found.size) for found in place.found("a")} == {
+        (name, len(data)) for name, data in sent.items()
+    }
+    assert names(place.within("a")) == {name.removeprefix("a/") for name in sent}
+
+
+def test_missing_object_is_reported(place: Objects) -> None:
+    assert place.find("a") is None
+    assert names(place, "a") == set()
+    for read in (place.get, place.array, lambda name: list(place.many([name]))):
+        with pytest.raises(FileNotFoundError):
+            read("a")
+    place.delete(["a"])
+
+
+def test_drop_leaves_names_beside_a_name(place: Objects) -> None:
+    for job in ("a", "ab"):
+        place.begin(f"{job}/tiles")
+        place.put(f"{job}/tiles/1", b"x")
+        place.put(f"{job}/spec", b"y")
+    place.drop("a/tiles")
+    until(lambda: names(place) == {"a/spec", "ab/tiles/1", "ab/spec"})
+    place.drop("ab")
+    until(lambda: names(place) == {"a/spec"})
+
+
+def test_draft_is_seen_once_it_is_kept(place: Objects) -> None:
+    for kept in (False, True):
+        with place.draft("a") as draft:
+            draft.write(b"abc")
+            assert place.find("a") is None
+            if kept:
+                place.keep(draft, "a")
+    assert place.get("a") == b"abc"
+    assert names(place) == {"a"}
+
+
+def test_array_is_read_from_a_draft(place: Objects) -> None:
+    array = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
+    with place.draft("a.npy") as draft:
+        np.save(draft, array)
+        place.keep(draft, "a.npy")
+    for _ in range(2):
+        np.testing.assert_array_equal(place.array("a.npy")[:, 1:3], array[:, 1:3])
+    with pytest.raises(ValueError, match="read-only"):
+        place.array("a.npy")[0, 0, 0] = 1
+
+
+@pytest.mark.parametrize("size", [PART_BYTES, PART_BYTES + 1, 2 * PART_BYTES + 17])
+def test_large_object_comes_back_whole(place: Objects, size: int) -> None:
+    data = np.random.default_rng(size).bytes(size)
+    place.put("large", data)
+    assert place.get("large") == data
+    assert list(place.many(["large", "large"])) == [data, data]
+
+
+async def pieces(data: bytes) -> AsyncIterator[bytes]:
+    for start in range(0, len(data), 10):
+        yield data[start : start + 10]
+
+
+def test_asset_is_kept_under_its_hash(place: Objects) -> None:
+    file = io.BytesIO()
+    Image.new("RGB", (2, 2), (9, 8, 7)).save(file, "PNG")
+    store, data = AssetStore(place, Limits(max_image_pixels=100)), file.getvalue()
+    sha256 = hashlib.sha256(data).hexdigest()
+    with pytest.raises(UploadMismatchError):
+        asyncio.run(store.receive("0" * 64, pieces(data)))
+    assert names(place) == set()
+    size, header = asyncio.run(store.receive(sha256, pieces(data)))
+    assert (size, header.media_type, header.width) == (len(data), "image/png", 2)
+    assert store.read(f"sha256:{sha256}") == data
+    with pytest.raises(KeyError):
+        store.read(f"sha256:{'0' * 64}")
+    now = datetime.now(UTC)
+    store.drop([sha256], now - LATER)
+    store.sweep(set(), now - LATER, 3600.0)
+    store.sweep({sha256}, now + LATER, 3600.0)
+    assert names(place) == {sha256}
+    store.sweep(set(), now + LATER, 3600.0)
+    assert names(place) == set()
+
+
+@pytest.mark.usefixtures("object_store")
+def test_missing_bucket_is_reported() -> None:
+    with pytest.raises(StoreAwayError, match="AWS_ENDPOINT_URL"):
+        place_of("s3://penumbra-nowhere").check()
+    with pytest.raises(StoreAwayError):
+        place_of("s3://penumbra-nowhere").put("a", b"")
+
+
+CALLS: dict[str, Callable[[Objects], object]] = {
+    "check": lambda place: place.check(),
+    "find": lambda place: place.find("small"),
+    "get": lambda place: place.get("small"),
+    "many": lambda place: list(place.many(["small"] * 40)),
+    "found": lambda place: list(place.found()),
+    "put": lambda place: place.put("other", b"other"),
+    "delete": lambda place: place.delete(["small"]),
+}
+
+
+@pytest.mark.slow
+def test_call_of_a_silent_bucket_is_given_up(object_store: S3Server) -> None:
+    place = place_of(f"s3://{BUCKET}/calls")
+    place.put("small", b"small")
+    object_store.stall()
+    try:
+        with ThreadPoolExecutor(len(CALLS)) as pool:
+            calls = {name: pool.submit(call, place) for name, call in CALLS.items()}
+            # Far less than the 30 seconds after which the bucket's library gives up.
+            errors = {name: call.exception(3 * CALL_SECONDS) for name, call in calls.items()}
+    finally:
+        object_store.resume()
+    assert {name: type(error) for name, error in errors.items()} == dict.fromkeys(CALLS, StoreAwayError)
+    place.put("after", b"after")
+    assert place.get("after") == b"after"
