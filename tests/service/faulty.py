@@ -29,8 +29,6 @@ def _render_tile(plan: renderer.RenderPlan, *rest: Any) -> Any:
         case "endless":
             while True:
                 time.sleep(1.0)
-        case "hungry":
-            bytearray(1 << 50)
     return _rendered(plan, *rest)
 
 

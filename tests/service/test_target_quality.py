@@ -34,16 +34,6 @@ def rendered(document: dict[str, Any], error: float = TARGET, layers: Any = ()) 
     return renderer.render(plan, tile_size=23)
 
 
-def long_job(client: httpx2.Client) -> str:
-    """Some seconds of work in many passes: there is time to disturb it."""
-    return submit(client, scene(256, 192), quality=target(LONG))
-
-
-@pytest.fixture(scope="module")
-def undisturbed() -> np.ndarray:
-    return rendered(scene(256, 192), LONG).image
-
-
 @pytest.mark.slow
 def test_error_is_as_small_as_asked_for(client: httpx2.Client) -> None:
     fixed = scene(samples=1024, light_samples=4, pattern="sobol", light_pattern="sobol")
@@ -196,24 +186,14 @@ def test_picture_without_time_is_coarse(client: httpx2.Client) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("steps", [3, 60])
-def test_killed_worker_changes_no_byte(start: Start, undisturbed: np.ndarray, steps: int) -> None:
-    server = start(tile_size=64)
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
-        job = long_job(client)
-        wait(client, job, lambda found: found["progress"]["done"] >= steps)
-        for worker in workers_of(server.process.pid):
-            os.kill(worker, signal.SIGKILL)
-        finish(client, job)
-        assert image(client, job).tobytes() == undisturbed.tobytes()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("steps", [3, 40])
-def test_killed_server_changes_no_finished_event(start: Start, undisturbed: np.ndarray, steps: int) -> None:
+def test_killed_worker_and_server_change_no_byte(start: Start) -> None:
+    steps = 40
     first = start(tile_size=64)
     with httpx2.Client(base_url=first.url, timeout=TIMEOUT) as client:
-        job = long_job(client)
+        job = submit(client, scene(256, 192), quality=target(LONG))
+        wait(client, job, lambda found: found["progress"]["done"] >= 3)
+        for worker in workers_of(first.process.pid):
+            os.kill(worker, signal.SIGKILL)
         wait(client, job, lambda found: found["progress"]["done"] >= steps)
         first.process.kill()
         first.process.wait()
@@ -224,20 +204,7 @@ def test_killed_server_changes_no_finished_event(start: Start, undisturbed: np.n
         after = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
         assert len(before) >= steps
         assert after[: len(before)] == before
-        assert image(client, job).tobytes() == undisturbed.tobytes()
-
-
-def test_price_doubles_with_half_the_error(client: httpx2.Client) -> None:
-    def cost(**quality: float) -> dict[str, float]:
-        request = {"scene": scene(320, 200), "quality": target(**quality)}
-        found: dict[str, float] = client.post("/v1/plans", json=request).json()["cost"]
-        return found
-
-    once, twice = cost(error=0.001), cost(error=0.0005)
-    assert twice["cpu_seconds"] == pytest.approx(2 * once["cpu_seconds"], rel=1e-12)
-    assert twice["camera_rays"] == pytest.approx(2 * once["camera_rays"], abs=2)
-    # Two workers, a hundredth of a second each.
-    assert cost(error=0.001, time_limit=0.01)["cpu_seconds"] == 0.02
+        assert image(client, job).tobytes() == rendered(scene(256, 192), LONG).image.tobytes()
 
 
 @pytest.mark.parametrize("path", ["/v1/jobs", "/v1/plans"])
@@ -249,26 +216,3 @@ def test_too_small_an_error_is_refused(client: httpx2.Client, path: str) -> None
     assert (error["pointer"], error["code"]) == ("/quality/error", "cost")
     request["quality"] |= {"time_limit": 1}
     assert client.post("/v1/plans", json=request).status_code == 200
-
-
-@pytest.mark.parametrize(
-    ("quality", "pointer", "suggestion"),
-    [
-        ({"mode": "tarjet", "error": 0.1}, "/quality/mode", "target"),
-        ({"mode": "target"}, "/quality", None),
-        ({"mode": "target", "error": 0}, "/quality/error", None),
-        ({"mode": "target", "error": "0.1"}, "/quality/error", None),
-        ({"mode": "target", "error": 0.1, "time_limit": 0}, "/quality/time_limit", None),
-        ({"mode": "target", "error": 0.1, "confidence": 0.49}, "/quality/confidence", None),
-        ({"mode": "target", "error": 0.1, "confidence": 1.0}, "/quality/confidence", None),
-        ({"mode": "target", "error": 0.1, "timelimit": 3}, "/quality/timelimit", "time_limit"),
-        ({"mode": "target", "error": 0.1, "antialiasing": {}}, "/quality/antialiasing", None),
-    ],
-)
-def test_quality_that_makes_no_sense_is_refused(
-    client: httpx2.Client, quality: dict[str, Any], pointer: str, suggestion: str | None
-) -> None:
-    answer = client.post("/v1/jobs", json={"scene": scene(), "quality": quality})
-    assert answer.status_code == 422
-    (error,) = answer.json()["errors"]
-    assert (error["pointer"], error.get("suggestion")) == (pointer, suggestion)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -39,69 +38,18 @@ def test_tile_is_rendered_again(start: Start, tmp_path: Path, undisturbed: np.nd
     until(lambda: len(workers_of(server.process.pid)) == 2)
 
 
-@pytest.mark.slow
-def test_stopped_worker_is_replaced(start: Start, tmp_path: Path, undisturbed: np.ndarray) -> None:
-    server = start(tile_size=48, workers=1, worker_silence_seconds=1)
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
-        job = half_done(client)
-        (stopped,) = workers_of(server.process.pid)
-        os.kill(stopped, signal.SIGSTOP)
-        finish(client, job)
-        assert image(client, job).tobytes() == undisturbed.tobytes()
-    assert not is_alive(stopped)
-    assert sum(row["deaths"] for row in steps(tmp_path).values()) == 1
-
-
-@pytest.fixture(scope="module")
-def ruined(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx2.Client]:
-    """A client of a service on which scenes of certain names kill their workers, or never end."""
-    settings = Settings(
-        data=tmp_path_factory.mktemp("ruined"),
-        port=0,
-        workers=2,
-        log_level="error",
-        max_attempts=2,
-        max_task_seconds=2,
-        worker_silence_seconds=2,
-    )
+def test_scene_that_kills_its_workers_fails_alone(tmp_path: Path) -> None:
+    settings = Settings(data=tmp_path, port=0, workers=2, log_level="error", max_attempts=2)
     with (
         running(settings, module="tests.service.faulty") as server,
         httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
     ):
-        yield client
-
-
-@pytest.mark.parametrize(
-    ("name", "code", "retryable"),
-    [
-        ("poison", "worker_died", True),
-        ("hungry", "out_of_memory", False),
-        pytest.param("endless", "took_too_long", False, marks=pytest.mark.slow),
-    ],
-)
-def test_scene_that_ruins_its_workers_fails_alone(
-    ruined: httpx2.Client, name: str, code: str, retryable: bool
-) -> None:
-    small = scene(64, 48)
-    job = submit(ruined, small | {"name": name})
-    other = submit(ruined, small)
-    found = wait(ruined, job, ended)
-    assert (found["failure"]["code"], found["failure"]["retryable"]) == (code, retryable)
-    assert ruined.get(f"/v1/jobs/{job}/image.png").status_code == 410
-    finish(ruined, other)
-
-
-@pytest.mark.slow
-def test_fork_server_is_replaced(start: Start, undisturbed: np.ndarray) -> None:
-    server = start(tile_size=48)
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
-        job = half_done(client)
-        (killed,), workers = fork_servers_of(server.process.pid), workers_of(server.process.pid)
-        os.kill(killed, signal.SIGKILL)
-        until(lambda: not any(map(is_alive, workers)))
-        finish(client, job)
-        assert image(client, job).tobytes() == undisturbed.tobytes()
-    until(lambda: len(workers_of(server.process.pid)) == 2)
+        small = scene(64, 48)
+        job, other = submit(client, small | {"name": "poison"}), submit(client, small)
+        found = wait(client, job, ended)
+        assert (found["failure"]["code"], found["failure"]["retryable"]) == ("worker_died", True)
+        assert client.get(f"/v1/jobs/{job}/image.png").status_code == 410
+        finish(client, other)
 
 
 @pytest.mark.slow

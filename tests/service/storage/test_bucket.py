@@ -6,14 +6,12 @@ import hashlib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
-from typing import Any
 
 import httpx2
 import numpy as np
 import pytest
 
 import renderer
-from schemas.quality import TargetQuality
 from service.client.batches import decode_batch
 from service.server import RunningServer, running
 from service.storage.bucket import CALL_SECONDS
@@ -30,11 +28,7 @@ LONG = scene(128, 128, samples=16, light_samples=36)
 RANGES = ["bytes=0-9", "bytes=20-", "bytes=-7", "bytes=0-99999999", "bytes=0-9,5-19"]
 REFUSED = ["bytes=5-2", "bytes=99999999-", "bytes=x"]
 SMALL = scene(32, 32, samples=1)
-PNG = bytes.fromhex(
-    "89504e470d0a1a0a0000000d4948445200000002000000020802000000fdd49a7300000016494441"
-    "54789c63606064626661656063e7e0e4e20600013b0043c25dd54b0000000049454e44ae426082"
-)
-"""2 x 2 pixels."""
+MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 @pytest.fixture(scope="module")
@@ -69,13 +63,6 @@ def objects(job: str = "") -> set[str]:
     return {found.name for found in place_of(STORE).within("jobs").found(job)}
 
 
-def textured(data: bytes) -> dict[str, Any]:
-    document = scene()
-    document["textures"] = {"a": {"type": "image", "asset": f"sha256:{hashlib.sha256(data).hexdigest()}"}}
-    document["materials"]["floor"] = {"type": "phong", "color_texture": "a", "ambient": 0.2, "diffuse": 1.0}
-    return document
-
-
 def test_picture_has_the_same_bytes_and_answers(
     away: httpx2.Client, client: httpx2.Client, rendered: dict[str, str]
 ) -> None:
@@ -101,16 +88,6 @@ def test_ranges_are_the_same(
         )
         assert (here.status_code, here.content) == (there.status_code, there.content), asked
         assert [here.headers.get(tag) for tag in TAGS] == [there.headers.get(tag) for tag in TAGS], asked
-
-
-@pytest.mark.parametrize("tag", ["ETag", "Last-Modified", None])
-def test_range_of_another_picture_is_not_given(
-    away: httpx2.Client, rendered: dict[str, str], tag: str | None
-) -> None:
-    path = f"/v1/jobs/{rendered['away']}/image.npy"
-    held = away.head(path).headers[tag] if tag else '"other"'
-    answer = away.get(path, headers={"Range": "bytes=0-9", "If-Range": held})
-    assert answer.status_code == (206 if tag else 200)
 
 
 def test_pixels_are_in_the_bucket_alone(
@@ -142,20 +119,14 @@ def test_tiles_are_shown_while_others_are_rendered(away: httpx2.Client, undistur
     assert canvas.tobytes() == image(away, job).tobytes() == undisturbed.tobytes()
 
 
-def test_target_quality_has_the_bytes_of_the_renderer(away: httpx2.Client) -> None:
-    job = submit(away, scene(), quality={"mode": "target", "error": 0.004})
-    finish(away, job)
-    plan = renderer.compile_scene(scene(), TargetQuality(mode="target", error=0.004))
-    assert image(away, job).tobytes() == renderer.render(plan, tile_size=32).image.tobytes()
-
-
-def test_texture_is_sent_rendered_and_fetched(away: httpx2.Client) -> None:
-    path = f"/v1/assets/{hashlib.sha256(PNG).hexdigest()}"
-    assert away.put(path, content=PNG).status_code == 200
-    assert away.get(path).content == PNG
-    assert away.get(path, headers={"Range": "bytes=2-5"}).content == PNG[2:6]
-    job = submit(away, textured(PNG))
-    finish(away, job)
+def test_asset_is_sent_rendered_and_fetched(away: httpx2.Client) -> None:
+    name = hashlib.sha256(MESH).hexdigest()
+    assert away.put(f"/v1/assets/{name}", content=MESH).status_code == 200
+    assert away.get(f"/v1/assets/{name}").content == MESH
+    assert away.get(f"/v1/assets/{name}", headers={"Range": "bytes=2-5"}).content == MESH[2:6]
+    document = scene()
+    document["shapes"].append({"type": "mesh", "asset": f"sha256:{name}", "material": "ball"})
+    finish(away, job := submit(away, document))
     compared = away.post("/v1/comparisons", json={"image": {"job": job}, "reference": {"job": job}})
     assert compared.json()["verdict"] == "match", compared.text
 

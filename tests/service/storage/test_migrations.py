@@ -2,85 +2,37 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import column, inspect, select, text
-from sqlalchemy import table as sql_table
+from sqlalchemy import inspect, select, text
 from uvicorn.config import STARTUP_FAILURE
 
 from schemas.api.jobs import JobState
 from service.cli.errors import ExitCode
 from service.cli.process import outcome
-from service.dispatch import ledger
 from service.errors import DatabaseVersionError
 from service.jobs import retention
 from service.lifecycle import fairness, totals
-from service.lifecycle.documents import documents
 from service.storage.database.connection import Database
 from service.storage.database.migrations import SCRIPTS, upgrade
-from service.storage.database.models import AssetRow, Base, JobRow, LabelRow, RenderRow, TileRow
+from service.storage.database.migrations.versions.tables_0001 import METADATA
+from service.storage.database.models import AssetRow, Base, JobRow, LabelRow, RenderRow
 from service.storage.folder import Folder
 from service.storage.objects import Found
 from service.storage.tiles import TileStore
-from tests.service.first_release import make_first
-from tests.service.support import BOTH
-
-MOMENT = "2026-01-02 03:04:05.000000"
-RENDER = {
-    "cancel_requested": False,
-    "width": 64,
-    "height": 32,
-    "spec_sha256": "ab",
-    "passes": json.dumps([{"index": 0, "stride": 8, "first": 0, "last": 1}]),
-    "display": "{}",
-    "layers": "[]",
-    "total_steps": 2,
-    "done_steps": 1,
-    "total_work": 2**40,
-    "done_work": 2**38,
-    "last_seq": 1,
-    "compose_attempt": 0,
-    "predicted_cpu_seconds": 1.5,
-    "cpu_seconds": 0.5,
-    "rays": json.dumps({"camera": 32}),
-    "work": "{}",
-    "numerics": "{}",
-    "merges": "[]",
-    "counted_share": 0.0,
-    "counted_work": 0,
-    "pass_costs": "[]",
-    "started_at": MOMENT,
-    "paused_seconds": 0.0,
-}
-JOB = {
-    "owner": "ann",
-    "labels": json.dumps({"course": "cs171"}),
-    "priority": 3,
-    "quality": json.dumps({"mode": "fixed"}),
-    "plan": json.dumps({"stages": []}),
-    "warnings": "[]",
-    "predicted_cpu_seconds": 1.5,
-    "load": 1.5,
-    "pinned": False,
-    "created_at": MOMENT,
-    "started_at": MOMENT,
-    "paused_seconds": 0.0,
-}
-SIZE = {"bytes": 1, "media_type": "image/png", "width": 1, "height": 1}
-ASSET = {"sha256": "ab" * 32, "created_at": MOMENT, "used_at": MOMENT, **SIZE}
-DONE = {"state": "succeeded", "image_sha256": "ab" * 32}
-FAILURE = json.dumps({"code": "worker_died", "message": "It died.", "retryable": True})
-TILE = {"render": 1, "pass_index": 0, "x0": 0, "y0": 0, "x1": 64, "y1": 32, "attempt": 1, "deaths": 2}
+from tests.service.first_release import FILE, copied, unpack
+from tests.service.support import BOTH, KINDS
 
 LATER = """
 import sqlalchemy as sa
@@ -100,30 +52,18 @@ def upgrade() -> None:
 
 @pytest.fixture
 def old(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Database]:
-    """A database as the first release left it: one job that runs, and one that has failed."""
-    sqlite = request.param == "sqlite"
-    url = f"sqlite:///{tmp_path / 'old'}" if sqlite else request.getfixturevalue("postgres").database()
+    """The database of a service of version 0.1.0, with jobs in every state."""
+    url = f"sqlite:///{unpack(tmp_path) / FILE}"
+    if request.param == "postgresql":
+        url = request.getfixturevalue("postgres").database()
+        copied(tmp_path, url)
     database = Database(url)
-    with database.engine.execution_options(writes=True).begin() as connection:
-        make_first(connection)
-    insert(database, "renders", RENDER | {"id": "aa", "state": "running"})
-    insert(database, "renders", RENDER | {"id": "bb", "state": "failed"})
-    insert(database, "jobs", JOB | {"id": "aa", "name": "ball", "state": "running", "render_number": 1})
-    insert(database, "jobs", JOB | {"id": "bb", "state": "failed", "failure": FAILURE, "render_number": 2})
-    insert(database, "tiles", TILE | {"tile": 0, "state": "done", "seq": 1, "crc32": 2**32 - 1, "charge": 0})
-    insert(database, "tiles", TILE | {"tile": 1, "state": "waiting", "charge": 0})
     yield database
     database.close()
 
 
-ON_BOTH = pytest.mark.parametrize("old", ["sqlite", "postgresql"], indirect=True)
+ON_BOTH = pytest.mark.parametrize("old", KINDS, indirect=True)
 ON_SQLITE = pytest.mark.parametrize("old", ["sqlite"], indirect=True)
-
-
-def insert(database: Database, table: str, values: dict[str, object]) -> None:
-    columns = [column(name) for name in values]
-    with database.writing() as session:
-        session.execute(sql_table(table, *columns).insert(), values)
 
 
 def columns_of(database: Database, table: str) -> set[str]:
@@ -179,66 +119,55 @@ def indices(database: Database) -> set[str]:
     return {name if "pk" in name else " ".join((made or name).split()) for name, made in found}
 
 
-@ON_BOTH
-def test_jobs_are_described_as_before_and_continue(old: Database) -> None:
-    upgrade(old)
-    with old.reading() as session:
-        first, second = documents(session, session.scalars(select(JobRow).order_by(JobRow.number)).all())
-    assert (first.id, first.name, first.state, first.width) == ("aa", "ball", JobState.RUNNING, 64)
-    assert (first.progress.done, first.progress.total, first.progress.share) == (1, 2, 0.25)
-    assert (first.cost.cpu_seconds, first.cost.rays, first.last_seq) == (0.5, {"camera": 32}, 1)
-    assert (first.user, first.labels, first.priority) == ("ann", {"course": "cs171"}, 3)
-    assert (second.id, second.state) == ("bb", JobState.FAILED)
-    assert second.failure is not None
-    assert second.failure.code == "worker_died"
-    with old.writing() as session:
-        ledger.recover(session)
-        (task,) = ledger.tile_claims(session, 4)
-    assert (task.job, task.tile.index) == ("aa", 1)
-    with old.reading() as session:
-        done = session.get_one(TileRow, (1, 0, 0))
-        assert (done.state, done.seq, done.crc32) == ("done", 1, 2**32 - 1)
-
-
-@ON_BOTH
-def test_pictures_keep_their_files_and_get_the_next_number(old: Database) -> None:
-    composing = {"state": "running", "compose_attempt": 1, "total_steps": 1, "done_steps": 1}
-    insert(old, "renders", RENDER | DONE | {"id": "cc"})
-    insert(old, "renders", RENDER | composing | {"id": "dd"})
-    upgrade(old)
-    with old.reading() as session:
-        prefixes = dict(session.execute(select(RenderRow.id, RenderRow.final_prefix)).all())
-    assert prefixes == dict.fromkeys(("aa", "bb", "cc", "dd"), "")
-    with old.writing() as session:
-        ledger.recover(session)
-        (task,) = ledger.compose_claims(session, ())
-    assert (task.job, task.attempt) == ("dd", 2)
+def rows(database: Database, statement: str) -> list[tuple[Any, ...]]:
+    with database.reading() as session:
+        return [tuple(row) for row in session.execute(text(statement)).all()]
 
 
 @ON_BOTH
 def test_later_columns_are_filled_for_earlier_rows(old: Database) -> None:
     """Sums, places in the queue, and whose a label is: as if they had always been kept."""
-    for name in ("cc", "dd"):
-        insert(old, "renders", RENDER | DONE | {"id": name, "spec_sha256": name})
-    insert(old, "renders", RENDER | {"id": "ee", "state": "queued", "spec_sha256": "ee"})
-    ended = {"state": "succeeded", "finished_at": MOMENT}
-    insert(old, "jobs", JOB | ended | {"id": "cc", "render_number": 3})
-    insert(old, "jobs", JOB | ended | {"id": "dd", "render_number": 4, "pinned": True})
-    insert(old, "jobs", JOB | {"id": "ee", "state": "queued", "render_number": 5, "started_at": None})
-    insert(old, "labels", {"job": 3, "name": "course", "value": "cs171"})
-    insert(old, "assets", ASSET)
-    insert(old, "asset_uses", {"render": 3, "sha256": ASSET["sha256"]})
+    uses = dict(rows(old, "SELECT sha256, count(*) FROM asset_uses GROUP BY sha256"))
+    with old.reading() as session:
+        failures = session.scalars(select(METADATA.tables["jobs"].c.failure)).all()
+    failed = Counter(failure["code"] for failure in failures if failure)
     upgrade(old)
     with old.reading() as session:
-        renders = {render.id: render for render in session.scalars(select(RenderRow))}
-        jobs = {job.id: job for job in session.scalars(select(JobRow))}
-        assert totals.failed(session) == {"worker_died": 1}
-        assert session.scalars(select(LabelRow.owner)).all() == ["ann"]
-        assert session.scalars(select(AssetRow.renders)).all() == [1]
-        assert fairness.positions(session, jobs.values()) == {5: 0}
-    assert jobs["ee"].coarse_cpu_seconds == fairness.coarse_cpu_seconds(renders["ee"]) > 0
-    assert renders["cc"].idle_since == jobs["cc"].finished_at
-    assert [name for name, render in renders.items() if render.idle_since] == ["cc"]
+        jobs = session.scalars(select(JobRow)).all()
+        assert totals.failed(session) == failed
+        owners = {job.number: job.owner for job in jobs}
+        labels = session.execute(select(LabelRow.job, LabelRow.owner)).all()
+        assert labels
+        assert all(owners[job] == owner for job, owner in labels)
+        assert {asset.sha256: asset.renders for asset in session.scalars(select(AssetRow))} == uses
+        waiting = [job.number for job in jobs if job.state is JobState.QUEUED and job.paused_at is None]
+        assert sorted(fairness.positions(session, jobs)) == waiting
+        assert set(session.scalars(select(RenderRow.final_prefix))) == {""}
+        for job in jobs:
+            if job.number in waiting:
+                assert job.render is not None
+                assert job.coarse_cpu_seconds == pytest.approx(fairness.coarse_cpu_seconds(job.render))
+    assert waiting
+    idle = "SELECT number FROM renders WHERE idle_since = ({}) ORDER BY number"
+    latest = "SELECT max(finished_at) FROM jobs WHERE render_number = renders.number"
+    unpinned = "SELECT number FROM renders WHERE idle_since IS NOT NULL ORDER BY number"
+    assert rows(old, idle.format(latest)) == rows(old, unpinned) != []
+
+
+@ON_BOTH
+def test_sizes_of_earlier_pictures_are_measured_once(old: Database, tmp_path: Path) -> None:
+    Counting.listed = 0
+    store = TileStore(Counting(tmp_path / "jobs"))
+    upgrade(old)
+    for _ in range(2):
+        retention.measure(old, store)
+    with old.reading() as session:
+        done = select(RenderRow.id, RenderRow.stored_bytes).where(RenderRow.state == JobState.SUCCEEDED)
+        sizes = dict(session.execute(done).all())
+        assert totals.read(session, totals.STORED_BYTES) == sum(sizes.values())
+    assert Counting.listed == 1
+    stored = store.sizes()
+    assert sizes == {job: stored[job] for job in sizes}
 
 
 class Counting(Folder):
@@ -252,24 +181,9 @@ class Counting(Folder):
 
 
 @ON_BOTH
-def test_sizes_of_earlier_pictures_are_measured_once(old: Database, tmp_path: Path) -> None:
-    insert(old, "renders", RENDER | DONE | {"id": "cc"})
-    Counting.listed = 0
-    store = TileStore(Counting(tmp_path / "jobs"))
-    store.put_spec("cc", b"spec")
-    store.put_file("cc", "image.npy", bytes(1000))
-    upgrade(old)
-    for _ in range(2):
-        retention.measure(old, store)
-    with old.reading() as session:
-        sizes = dict(session.execute(select(RenderRow.id, RenderRow.stored_bytes)).all())
-        assert totals.read(session, totals.STORED_BYTES) == sizes["cc"] == 1004
-    assert Counting.listed == 1
-
-
-@ON_BOTH
 def test_later_migration_keeps_rows_and_a_failed_one_all(old: Database, later: Path, tmp_path: Path) -> None:
     before = columns_of(old, "jobs")
+    deaths = [row[0] for row in rows(old, "SELECT deaths FROM tiles")]
     with pytest.raises(ZeroDivisionError):
         upgrade(old, scripts(tmp_path / "failing", LATER + "    1 / 0\n"))
     assert columns_of(old, "jobs") == before
@@ -277,10 +191,11 @@ def test_later_migration_keeps_rows_and_a_failed_one_all(old: Database, later: P
     for _ in range(2):
         upgrade(old, later)
         with old.reading() as session:
-            courses = session.execute(text("SELECT id, course FROM jobs ORDER BY id")).all()
+            courses = session.execute(text("SELECT owner, course FROM jobs")).all()
             losses = session.scalars(text("SELECT losses FROM tiles")).all()
-        assert [tuple(row) for row in courses] == [("aa", "that of ann"), ("bb", "that of ann")]
-        assert list(losses) == [2, 2]
+        assert courses
+        assert all(course == f"that of {owner}" for owner, course in courses)
+        assert list(losses) == deaths
 
 
 @ON_SQLITE
