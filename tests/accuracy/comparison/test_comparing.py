@@ -46,20 +46,21 @@ def test_noise_makes_blocks_biased_as_often_as_stated() -> None:
     assert abs(count - expected) < 4.5 * np.sqrt(expected * (1 - 0.001))
 
 
-def test_equal_scenes_are_the_same_by_their_variances() -> None:
-    """One false alarm in a thousand pairs: five or more in 200 pairs would come once in 400,000 trials."""
-    alarms = sum(not pair(truth(), seed).passed for seed in range(200))
-    assert alarms < 5
+@pytest.mark.parametrize(("pairs", "most"), [(40, 2), pytest.param(200, 4, marks=pytest.mark.slow)])
+def test_equal_scenes_are_the_same_by_their_variances(pairs: int, most: int) -> None:
+    """One false alarm in a thousand pairs: more than these come once in 100,000 trials."""
+    assert sum(not pair(truth(), seed).passed for seed in range(pairs)) <= most
 
 
-def test_equal_scenes_are_the_same_by_their_blocks() -> None:
-    """Two of 64 blocks must be biased, each with 1/1000: 1 in 500 pairs. Five in 60 come once in 200,000."""
+@pytest.mark.parametrize(("pairs", "most"), [(20, 2), pytest.param(60, 4, marks=pytest.mark.slow)])
+def test_equal_scenes_are_the_same_by_their_blocks(pairs: int, most: int) -> None:
+    """Two of 64 blocks must be biased, each with 1/1000: 1 in 500 pairs; more come once in 100,000 trials."""
     alarms = 0
-    for seed in range(60):
+    for seed in range(pairs):
         random = np.random.default_rng(1000 + seed)
         image, reference = (without_errors(noisy(truth(), random)) for _ in range(2))
         alarms += not compare(image, reference, policy=STRICT).passed
-    assert alarms < 5
+    assert alarms <= most
 
 
 @pytest.mark.parametrize("lit", [True, False])
@@ -67,14 +68,14 @@ def test_bias_of_eight_standard_errors_is_found(lit: bool) -> None:
     # The mean of 64 pixels with 0.025, and as much in the reference, errs by 0.0044; the limit is 4.2 errors.
     changed = truth()
     changed[8:16, 8:16] += 8 * 0.0044 * (1 if lit else -1)
-    assert all(pair(changed, seed).judgement.verdict == "mismatch" for seed in range(20))
+    assert all(pair(changed, seed).judgement.verdict == "mismatch" for seed in range(8))
 
 
 def test_difference_within_the_tolerance_is_no_reason() -> None:
     changed = truth() + 0.009
     random = np.random.default_rng(5)
-    found = compare(noisy(changed, random, 400), noisy(truth(), random, 400), policy=Policy(tolerance=0.01))
-    strict = compare(noisy(changed, random, 400), noisy(truth(), random, 400), policy=STRICT)
+    found = compare(noisy(changed, random, 200), noisy(truth(), random, 200), policy=Policy(tolerance=0.01))
+    strict = compare(noisy(changed, random, 200), noisy(truth(), random, 200), policy=STRICT)
     assert found.passed
     assert not strict.passed
 
