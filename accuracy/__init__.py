@@ -1,1 +1,1 @@
-"""How right a picture is, and what that costs: comparison, convergence, quotes, studies, hard cases."""
+"""How right a picture is, and what that costs: comparison, convergence, quotes, studies, a self-test."""

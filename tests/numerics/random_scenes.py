@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 import renderer
-from accuracy.hard_cases import documents, oracle
-from accuracy.hard_cases.documents import (
+from schemas.quality import FixedQuality
+from schemas.reading import read_scene
+from tests import documents
+from tests.documents import (
     Json,
     bulb,
     ellipsoid,
@@ -21,9 +23,8 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from accuracy.hard_cases.oracle import Answer
-from schemas.quality import FixedQuality
-from schemas.reading import read_scene
+from tests.numerics import oracle
+from tests.numerics.oracle import Answer
 from tests.numerics.tracing import EPS
 from tests.pictures.parts import plan_of
 

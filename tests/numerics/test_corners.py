@@ -1,80 +1,65 @@
-"""Corner lines of rooms: what mirrors show there, and what light passes there."""
+"""Corner lines of rooms and wedges: what mirrors show there, and what light passes there."""
 
+import itertools
 import math
 from collections import Counter
+from typing import Any
 
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import phong, scene
-from accuracy.hard_cases.shadows.occluders import rising
-from accuracy.hard_cases.shadows.scenes import (
+from renderer.integrator import radiance
+from tests.documents import bulb, lamp, phong, scene
+from tests.numerics.places import (
     PATTERNS,
     SCALES,
     WALLS,
     Place,
+    View,
     inner_lights,
     outer_lights,
     places,
+    rising,
     room,
     seen_in_room,
 )
-from renderer.integrator import radiance
-from renderer.interaction import Rays
-from tests.pictures.parts import DOUBLE, SINGLE, plan_of
+from tests.numerics.tracing import QUALITIES, rays_of
+from tests.pictures.parts import DOUBLE, plan_of
 
-BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
 KINDS = pytest.mark.parametrize("kind", WALLS)
+MIRRORS = pytest.mark.parametrize("mirrors", [(), (0,), (0, 1, 2)], ids=["no mirror", "one", "three"])
 
 
-def upright(place: Place) -> Place:
-    """Along the axes, where planes and edges are exact."""
-    return Place(place.center, np.eye(3), place.unit)
+def rooms(name: str) -> Any:
+    """Turned and upright places of all sizes, near and far, with numbers to draw from."""
+    for chosen, place in places(name, offsets=(0.0, 1e7), scales=SCALES[::4]):
+        yield chosen, place
+        # Along the axes, where planes and edges are exact.
+        yield chosen, Place(place.center, np.eye(3), place.unit)
 
 
-@BOTH
 @KINDS
-@pytest.mark.parametrize("mirrors", [(), (0,), (0, 1), (0, 1, 2)], ids=["none", "one", "two", "three"])
-def test_no_place_in_a_room_is_dark_seen_in_mirrors_that_meet_at_its_corners(
-    mirrors: tuple[int, ...], kind: str, quality: object
-) -> None:
+@MIRRORS
+def test_corner_of_a_lit_room_is_never_dark(mirrors: tuple[int, ...], kind: str) -> None:
     """A room is convex: its lights reach every wall, and a path of at most four bounces ends at one."""
-    for number, (chosen, place) in enumerate(places("mirrors", offsets=(0.0, 1e3, 1e7), scales=SCALES[::2])):
-        for where in (place, upright(place)):
-            pattern = PATTERNS[number % 4]
-            light = seen_in_room(
-                room(kind, where, mirrors),
-                where,
-                chosen,
-                quality,  # type: ignore[arg-type]
-                shining=inner_lights(where),
-                pattern=pattern,
-            )
-            assert (light > 0).all()
+    for number, (chosen, place) in enumerate(rooms("mirrors")):
+        shapes, quality = room(kind, place, mirrors), QUALITIES[number % 2]
+        shining, pattern = inner_lights(place), PATTERNS[number % 4]
+        assert (seen_in_room(shapes, place, chosen, quality, shining=shining, pattern=pattern) > 0).all()
 
 
-@BOTH
 @KINDS
-@pytest.mark.parametrize("mirrors", [(), (0,), (0, 1, 2)], ids=["none", "one", "three"])
-def test_no_light_from_outside_is_seen_at_the_corners_of_a_room_nor_in_mirrors_there(
-    mirrors: tuple[int, ...], kind: str, quality: object
-) -> None:
-    for number, (chosen, place) in enumerate(places("leaks", offsets=(0.0, 1e3, 1e7), scales=SCALES[::2])):
-        for where in (place, upright(place)):
-            light = seen_in_room(
-                room(kind, where, mirrors),
-                where,
-                chosen,
-                quality,  # type: ignore[arg-type]
-                shining=outer_lights(where),
-                pattern=PATTERNS[number % 4],
-            )
-            assert not light.any()
+@MIRRORS
+def test_corner_of_a_room_lets_no_light_in(mirrors: tuple[int, ...], kind: str) -> None:
+    for number, (chosen, place) in enumerate(rooms("leaks")):
+        shapes, quality = room(kind, place, mirrors), QUALITIES[number % 2]
+        shining, pattern = outer_lights(place), PATTERNS[number % 4]
+        assert not seen_in_room(shapes, place, chosen, quality, shining=shining, pattern=pattern).any()
 
 
 @KINDS
 @pytest.mark.parametrize("degrees", [10, 2, 0.5])
-def test_no_path_leaves_a_wedge_of_mirrors_at_its_edge(kind: str, degrees: float) -> None:
+def test_wedge_of_mirrors_lets_no_path_out_at_its_edge(kind: str, degrees: float) -> None:
     """Unfolded the path is straight: it leaves after 180 degrees of walls, 18 at least, and may pass 10."""
     angle = math.radians(degrees)
     mirror = phong([0, 0, 0], ambient=0, diffuse=0, mirror=1, max_depth=10)
@@ -83,6 +68,22 @@ def test_no_path_leaves_a_wedge_of_mirrors_at_its_edge(kind: str, degrees: float
         white = {"background": [1, 1, 1], "ambient": [0, 0, 0], "materials": {"plain": mirror}}
         foot = place.at(10.0 ** chosen.uniform(-17, -14, 40), 0, chosen.uniform(-3, 3, 40))
         eye = place.at(3 * math.cos(0.4 * angle), 3 * math.sin(0.4 * angle), 0.3)
-        numbers = np.arange(len(foot))
-        rays = Rays(eye[:, None], np.ascontiguousarray((foot - eye).T), numbers, np.zeros_like(numbers))
+        rays = rays_of(eye[:, None], (foot - eye).T)
         assert not radiance(plan_of(scene(*walls, **white), DOUBLE), rays, Counter()).any()
+
+
+@KINDS
+@pytest.mark.parametrize("degrees", [90.0, 50.0, 20.0, 1.0])
+def test_foot_of_a_sharp_corner_is_dark(kind: str, degrees: float) -> None:
+    """Three walls on one line, seen within 1e-14 of it from between the outer two; lights behind."""
+    angle = math.radians(degrees)
+    for number, (chosen, place) in enumerate(places(f"sharp {kind} {degrees}", offsets=(0.0, 1e3, 1e7))):
+        walls = list(itertools.chain(*(rising(kind, place, share * angle) for share in (0, 1, 0.45))))
+        away, within = math.pi + angle / 2, angle * chosen.choice([0.2, 0.8])
+        behind = place.at(5 * math.cos(away), 5 * math.sin(away), 0.3)
+        edges = place.way(0, 0, 0.8), place.way(-0.3 * math.sin(away), 0.3 * math.cos(away), 0)
+        foot = place.at(10.0 ** chosen.uniform(-17, -14, 40), 0, chosen.uniform(-3, 3, 40))
+        eye = np.tile(place.at(2.5 * math.cos(within), 2.5 * math.sin(within), 0.2), (40, 1))
+        shining = [bulb(behind), lamp(behind, *edges)]
+        view = View(walls, shining, len(walls), eye, foot - eye, np.zeros((40, 2)))
+        view.check(QUALITIES[number % 2], PATTERNS[number % 4])

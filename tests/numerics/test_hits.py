@@ -1,12 +1,11 @@
 """Hits where no number decides: rays that are none, ties, the side of a normal, many rays at once."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import ellipsoid, rectangle, sphere, triangle
+from tests.documents import ellipsoid, rectangle, sphere, triangle
 from tests.numerics.tracing import traced
 
 SHAPES = {
@@ -93,19 +92,6 @@ def test_a_ray_is_answered_the_same_alone_and_among_thousands() -> None:
         alone = traced(list(SHAPES.values()), origins[i : i + 1], (targets - origins)[i : i + 1])
         for name in ("t", "position", "normal", "uv", "shape"):
             assert getattr(alone, name)[0].tobytes() == getattr(together, name)[i].tobytes()
-
-
-@pytest.mark.parametrize(
-    ("origins", "directions", "message"),
-    [
-        ([0, 0, 5], [0, 0, -1], r"origins must have the shape \(N, 3\), not \(3,\)"),
-        ([[0, 0, 5]], [[0, -1]], r"directions must have the shape \(N, 3\), not \(1, 2\)"),
-        ([[0, 0, 5]], [[0, 0, -1]] * 2, "origins have 1 rows and directions 2"),
-    ],
-)
-def test_arrays_of_another_shape_are_refused(origins: Any, directions: Any, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        traced([SHAPES["triangle"]], origins, directions)
 
 
 def test_no_rays_are_no_hits() -> None:

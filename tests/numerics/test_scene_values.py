@@ -1,68 +1,243 @@
-"""Values, units, places and tiles: what the counts of the hard cases do not say of them."""
+"""Numbers that a scene may hold, and those that it must not: each with its place, and the rare ones drawn."""
 
+import copy
+import itertools
 import json
+import math
+import warnings
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.harness import DOUBLE
-from accuracy.hard_cases.scene_values.pictures import CODE, wrong_pixels
-from accuracy.hard_cases.scene_values.scenes import SCENES, image_of, on_edges, placed, plan_of, turn
-from accuracy.hard_cases.scene_values.values import everything, numbers_in
-from schemas.base import Closed
-from schemas.reading import read_scene
+import renderer
+from renderer.math.arrays import unit
+from schemas.pointers import Parts, pointer
+from tests.documents import (
+    Json,
+    bulb,
+    camera,
+    ellipsoid,
+    lamp,
+    mesh,
+    phong,
+    rectangle,
+    sampled,
+    scene,
+    sphere,
+    sun,
+    triangle,
+)
+from tests.numerics.tracing import EPS, mp, problems, traced
 
-EVERY = pytest.mark.parametrize("name", SCENES)
-
-
-def objects(node: Any) -> Iterator[Closed]:
-    """All objects of a scene that was read."""
-    if isinstance(node, Closed):
-        yield node
-    values = (value for _, value in node) if isinstance(node, Closed) else node
-    if isinstance(node, dict):
-        values = node.values()
-    if isinstance(node, Closed | dict | tuple):
-        for value in values:
-            yield from objects(value)
-
-
-def test_the_scene_with_everything_writes_every_number_itself() -> None:
-    """No field of a number, or of several, is left to its default."""
-    for part in objects(read_scene(everything())[0]):
-        defaults = json.loads(part.model_dump_json(exclude=part.model_fields_set))
-        assert not list(numbers_in({k: v for k, v in defaults.items() if not isinstance(v, bool)}))
-
-
-@EVERY
-def test_places_rounded_to_a_millionth_change_edges_alone(name: str) -> None:
-    """Moved by 2**32, places are rounded to 2**-20: now pixels do change, and each of them is an edge."""
-    document = SCENES[name]()
-    moved = image_of(placed(document, offset=2.0**32), DOUBLE)
-    assert wrong_pixels(moved, image_of(document, DOUBLE), on_edges(plan_of(document)), 0.005) == 0
+NAN = math.nan
+CARD: Json = {
+    "type": "rectangle",
+    "center": [1, 1, 1],
+    "normal": [0, 0, 1],
+    "tangent": [1, 0, 0],
+    "size": [2, 1],
+}
+CORNERS = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
 
-def test_an_edge_is_where_a_turn_by_a_tenth_of_a_degree_shows() -> None:
-    """The measure sees what it is for: turned without its camera, a scene changes at its edges."""
-    document = SCENES["ball on a floor"]()
-    turned = {**placed(document, turned=turn(0.1)), "camera": document["camera"]}
-    changed = np.abs(image_of(turned) - image_of(document)).max(axis=2) > CODE
-    edges = on_edges(plan_of(document))
-    assert changed.any()
-    assert not (changed & ~edges).any()
-    assert edges.mean() < 0.2
+def everything() -> Json:
+    """A scene with a number in every field that takes one."""
+    turned = {"scale": [1, 2, 3], "rotate": {"axis": [0, 1, 0], "degrees": 30}, "translate": [1, 2, 3]}
+    strengths = {"specular": 0.1, "shininess": 9, "bump_height": 1, "displacement_height": 1}
+    strengths |= {"mirror": 0.1, "transmission": 0.1, "ior": 1.5, "max_depth": 3}
+    uvs = [[0, 0], [1, 0], [0, 1]]
+    document = scene(
+        triangle(*CORNERS, normals=[[0, 0, 1]] * 3, uvs=uvs),
+        {**CARD, "material": "plain"},
+        rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0]),
+        ellipsoid([0, 1, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]),
+        sphere([0, 1, 0], 1),
+        mesh(CORNERS, [[0, 1, 2]], uvs=uvs, **turned),
+        lights=[
+            {**CARD, "color": [1, 1, 1]},
+            lamp([0, 5, 0], [1, 0, 0], [0, 0, 1]),
+            bulb([0, 6, 0]),
+            sun([0, -1, 0]),
+        ],
+        camera=camera(up=[0, 1, 0], focal_length=1, lens_radius=0.1, focus_distance=5),
+        materials={"plain": {**phong(), **strengths}},
+        textures={"board": {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [8, 8]}},
+        display={"transfer": "srgb", "exposure": 0},
+    )
+    # Written and read again, no two fields share a list.
+    read: Json = json.loads(json.dumps(document))
+    return read
 
 
-@EVERY
-def test_most_of_a_picture_is_no_edge(name: str) -> None:
-    assert on_edges(plan_of(SCENES[name]())).mean() < 0.5
+def places_in(node: Any, parts: Parts = ()) -> Iterator[tuple[Parts, Any]]:
+    """Every part of a document with its place."""
+    yield parts, node
+    for key, value in (
+        node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    ):
+        yield from places_in(value, (*parts, key))
 
 
-@EVERY
-@pytest.mark.slow
-def test_no_pixel_depends_on_the_number_of_workers(name: str) -> None:
-    document = SCENES[name]()
-    alone = image_of(document)
-    assert image_of(document, workers=2, tile_size=16).tobytes() == alone.tobytes()
+def changed(parts: Parts, value: object) -> Json:
+    """The scene with everything, with another value in one place."""
+    other = everything()
+    node: Any = other
+    for part in parts[:-1]:
+        node = node[part]
+    node[parts[-1]] = value
+    return other
+
+
+NUMBERS = [parts for parts, node in places_in(everything()) if isinstance(node, int | float)]
+VECTORS = [
+    parts
+    for parts, node in places_in(everything())
+    if parts
+    and (
+        parts[-1] in {"up", "normal", "tangent", "direction", "axis"}
+        or (len(parts) > 1 and parts[-2] in {"edges", "axes", "normals"})
+    )
+]
+
+
+@pytest.mark.parametrize("word", ["NaN", "Infinity", "-Infinity", "1e999"])
+def test_number_that_is_not_finite_is_refused_where_it_stands(word: str) -> None:
+    assert len(NUMBERS) > 100
+    for parts in NUMBERS:
+        text = json.dumps(changed(parts, "HERE")).replace('"HERE"', word)
+        assert set(problems(text.encode())) == {pointer(parts)}
+
+
+@pytest.mark.parametrize("value", [0, -1, 1.5, True, "4", 10**9, 10**300, None])
+def test_count_that_is_none_is_refused_where_it_stands(value: Any) -> None:
+    for parts in (
+        ("camera", "width"),
+        ("camera", "height"),
+        ("sampling", "antialiasing", "samples"),
+        ("sampling", "light", "samples"),
+    ):
+        assert problems(changed(parts, value)) == [pointer(parts)]
+
+
+def test_vector_of_length_zero_is_refused_where_it_stands() -> None:
+    assert len(VECTORS) > 12
+    for parts, zero in itertools.product(VECTORS, ([0, 0, 0], [0.0, -0.0, 0.0])):
+        assert set(problems(changed(parts, copy.copy(zero)))) == {pointer(parts)}
+
+
+def wall(size: float, distance: float) -> Json:
+    """A square before a ray from the origin along z."""
+    return rectangle([-size / 2, -size / 2, distance], [size, 0, 0], [0, size, 0])
+
+
+@pytest.mark.parametrize("size", [1e308, -1e308, 1e200, 1.01e15, 5e-324, 1e-320, 1e-200, 0.99e-100])
+def test_wall_of_no_usable_size_is_refused(size: float) -> None:
+    assert {found[:9] for found in problems(scene(wall(size, abs(size))))} == {"/shapes/0"}
+
+
+def test_wall_of_any_usable_size_is_hit_where_it_is() -> None:
+    """From 1e-100 to 1e15, as far away as it is large; and two planes of whole numbers beyond float32."""
+    for size in (10.0**k for k in (*range(-100, 0, 10), *range(16))):
+        t = traced([wall(size, size)], [[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]).t[0]
+        assert abs(t - size) <= 4 * EPS * size
+    assert traced([wall(16.0, 16777217.0)], [[0.0, 0.0, 16777216.0]], [[0.0, 0.0, 1.0]]).t[0] == 1
+
+
+def test_unit_vector_of_a_denormal_one_is_exact() -> None:
+    """Lengths from 1e-323 to 1, to 50 digits."""
+    vectors = np.random.default_rng(1).normal(size=(3, 300)) * 10.0 ** -np.linspace(0, 323, 300)
+    vectors = vectors[:, (vectors != 0).any(axis=0)]
+    for vector, found in zip(vectors.T.tolist(), unit(vectors).T.tolist(), strict=True):
+        parts = [mp.mpf(x) for x in vector]
+        assert max(abs(a / mp.norm(parts) - b) for a, b in zip(parts, found, strict=True)) <= 4 * EPS
+
+
+FLOOR = rectangle([-4, 0, -4], [0, 0, 9], [8, 0, 0])
+
+
+def shown(*shapes: Json, **changes: Any) -> Json:
+    """Shapes on a floor under a lamp; without shapes the floor alone."""
+    return scene(*shapes, FLOOR, **{"lights": [lamp([0, 5, 0], [1, 0, 0], [0, 0, 1])], **changes})
+
+
+def seen(**changes: Any) -> Json:
+    return shown(camera=camera(**changes))
+
+
+def card(**changes: Any) -> Json:
+    return shown({**CARD, "material": "plain", **changes})
+
+
+def painted(**changes: Any) -> Json:
+    return shown(materials={"plain": phong(**changes)})
+
+
+def disc(*axis: float) -> Json:
+    return shown(ellipsoid([0, 1, 0], [1, 0, 0], list(axis), [0, 0, 1]))
+
+
+REFUSED: dict[str, tuple[Json, str]] = {
+    "view of 0 degrees": (seen(vertical_fov=0), "/camera/vertical_fov"),
+    "view of -10 degrees": (seen(vertical_fov=-10), "/camera/vertical_fov"),
+    "view of 180 degrees": (seen(vertical_fov=180), "/camera/vertical_fov"),
+    "focal length 0": (seen(focal_length=0), "/camera/focal_length"),
+    "focal length 1e-101": (seen(focal_length=1e-101), "/camera/focal_length"),
+    "focal length 1e30": (seen(focal_length=1e30), "/camera/focal_length"),
+    "parallel edges": (shown(rectangle([0, 0, 0], [1, 2, 3], [2, 4, 6])), "/shapes/0/edges"),
+    "tangent along the normal": (card(tangent=[0, 0, -2]), "/shapes/0/tangent"),
+    "rectangle of no width": (card(size=[0, 1]), "/shapes/0/size/0"),
+    "radius 0": (shown(sphere([0, 1, 0], 0)), "/shapes/0/radius"),
+    "radius -1": (shown(sphere([0, 1, 0], -1)), "/shapes/0/radius"),
+    "radius 1e-200": (shown(sphere([0, 1, 0], 1e-200)), "/shapes/0/radius"),
+    "coordinate 1e308": (shown(sphere([0, 1e308, 0], 1)), "/shapes/0/center/1"),
+    "negative light": (shown(lights=[bulb([0, 5, 0], [1, -1, 1])]), "/lights/0/color/1"),
+    "shininess -1": (painted(shininess=-1), "/materials/plain/shininess"),
+    "index 0": (painted(transmission=1, ior=0), "/materials/plain/ior"),
+    "mirror of 1.5": (painted(mirror=1.5), "/materials/plain/mirror"),
+    "65 bounces": (painted(mirror=1, max_depth=65), "/materials/plain/max_depth"),
+}
+
+
+@pytest.mark.parametrize(("document", "place"), REFUSED.values(), ids=REFUSED)
+def test_value_that_makes_no_sense_is_refused_where_it_stands(document: Json, place: str) -> None:
+    assert problems(document) == [place]
+
+
+ACCEPTED: dict[str, tuple[Json, list[str]]] = {
+    "up along the view": (seen(position=[0, 5, 0], look_at=[0, 0, 0]), ["up_parallel_to_view"]),
+    "up nearly along the view": (seen(position=[0, 5, 0], look_at=[1e-4, 0, 0]), []),
+    "view of 1e-3 degrees": (seen(vertical_fov=1e-3, look_at=[0.1, 0, 0]), []),
+    "view of 179.99 degrees": (seen(vertical_fov=179.99), []),
+    "one row": (seen(width=96, height=1), []),
+    "one pixel": (seen(width=1, height=1, look_at=[0.1, 0, 0]), []),
+    "triangle on a line": (shown(triangle([0, 0, 0], [1, 1, 1], [3, 3, 3])), ["no_area"]),
+    "triangle in a point": (shown(triangle([1, 1, 1], [1, 1, 1], [1, 1, 1])), ["no_area"]),
+    "triangle of 1e-15": (shown(triangle([0, 0, 0], [1e-15, 0, 0], [0, 1e-15, 0])), []),
+    "triangle of 1e15": (shown(triangle([-1e15, 0, -9], [1e15, 0, -9], [0, 1e15, -9])), ["very_large"]),
+    "rectangle of 1e12": (shown(rectangle([-5e11, 0, -5], [1e12, 0, 0], [0, 1e12, 0])), []),
+    "ball of a million as ground": (shown(sphere([0, -1e6, 0], 1e6)), []),
+    "ball of 1e-100": (shown(sphere([0, 1, 0], 1e-100)), []),
+    "disc of 1 to 1e-6": (disc(0, 1e-6, 0), []),
+    "disc of 1 to 1e-9": (disc(0, 1e-9, 0), ["very_flat"]),
+    "coordinate 1e15": (shown(sphere([0, 0, -1e15], 9e14)), []),
+    "light in the floor": (shown(lights=[lamp([0, 0, 0], [1, 0, 0], [0, 0, 1])]), []),
+    "light that stands on the floor": (shown(lights=[lamp([0, 0, 0], [1, 0, 0], [0, 1, 0])]), []),
+    "light in a ball": (shown(sphere([0, 1, 0], 1), lights=[bulb([0, 1, 0])]), ["light_inside"]),
+    "light of radiance 1e30": (shown(lights=[bulb([0, 5, 0], [1e30, 1e30, 1e30])]), []),
+    "shininess 1e7": (painted(specular=0.5, shininess=1e7), []),
+    "huge uv": (shown(triangle(*CORNERS, uvs=[[1e9, -1e9], [1e9 + 1, 0], [0, 1e9]])), []),
+    "one light point": (shown(sampling=sampled(1, 1, "random", "random")), []),
+}
+
+
+@pytest.mark.parametrize(("document", "codes"), ACCEPTED.values(), ids=ACCEPTED)
+def test_rare_value_is_drawn_with_its_warning_alone(document: Json, codes: list[str]) -> None:
+    loaded = renderer.load_scene(document)
+    assert [problem.code for problem in loaded.warnings] == codes
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result = renderer.render(renderer.compile_scene(loaded))
+    assert np.isfinite(result.image).all()
+    assert result.report["numerics"]["non_finite"] == 0

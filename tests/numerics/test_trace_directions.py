@@ -6,14 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from accuracy.hard_cases import oracle
-from accuracy.hard_cases.documents import bulb, ellipsoid, lamp, rectangle, scene, sphere, triangle
-from accuracy.hard_cases.scoring import Found, Tolerance, flat_details, round_details, rounded
-from renderer.accelerators.trees import FEW
 from schemas.quality import FixedQuality
 from schemas.quantities import FARTHEST, LONGEST, SHORTEST
 from schemas.reading import read_scene
-from tests.numerics.random_scenes import TRIANGLES, Part, drawn, mesh, nearest, seen, ways_to_lights
+from tests.documents import bulb, ellipsoid, lamp, rectangle, scene, sphere, triangle
+from tests.numerics import oracle
+from tests.numerics.judging import flat_details, round_details, rounded
+from tests.numerics.random_scenes import drawn, mesh, nearest, seen, ways_to_lights
 from tests.numerics.tracing import traced
 from tests.pictures.parts import DOUBLE, SINGLE
 
@@ -24,17 +23,6 @@ BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "doub
 def of_any_length(directions: np.ndarray, seed: int) -> np.ndarray:
     """Unit vectors made 1e-30 to 1e25 long."""
     return directions * 10 ** np.random.default_rng(seed).uniform(-30, 25, (len(directions), 1))
-
-
-def tolerances(part: Part) -> tuple[Tolerance, Any]:
-    """Those of the hard cases: roundings of the largest number, over the cosine."""
-    if part.kind == "ellipsoid":
-        return rounded(np.float64), round_details
-    return rounded(np.float64), flat_details
-
-
-def test_the_mesh_is_hit_through_a_tree() -> None:
-    assert TRIANGLES > FEW
 
 
 @SCENES
@@ -49,10 +37,10 @@ def test_rays_of_any_length_hit_what_exact_arithmetic_says(seed: int) -> None:
             continue
         part, true = expected
         assert (hits.shape[i], hits.primitive[i]) == (part.shape, part.primitive)
-        tolerance, details = tolerances(part)
-        found = Found(origin, direction, hits.position[i], hits.normal[i], hits.uv[i])
-        assert abs(hits.t[i] - true.t) <= tolerance.allowed(part.exact, true, origin, direction)
-        assert details(part.exact, true, found) <= 1
+        details = round_details if part.kind == "ellipsoid" else flat_details
+        found = hits.position[i], hits.normal[i], hits.uv[i]
+        assert abs(hits.t[i] - true.t) <= rounded(part.exact, true, origin, direction)
+        assert details(part.exact, true, (origin, direction), found) <= 1
         kinds.add(part.kind)
     assert kinds == {"triangle", "mesh", "rectangle", "ellipsoid"}
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from accuracy.hard_cases import oracle, solids
-from accuracy.hard_cases.documents import bulb, lamp, mesh, rectangle, scene, sun
 from renderer.accelerators.trees import FEW
 from schemas.reading import read_scene
+from tests import solids
+from tests.documents import bulb, lamp, mesh, rectangle, scene, sun
+from tests.numerics import oracle
 from tests.numerics.tracing import EPS, towards, traced
 from tests.pictures.parts import DOUBLE, SINGLE
 

@@ -1,16 +1,33 @@
-"""The short way from shapes and rays to what `trace` says of them."""
+"""How the renderer is asked: rays, points, radiance; and 50 digits for answers that no rational number is."""
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+import mpmath
 import numpy as np
 
 import renderer
-from accuracy.hard_cases.documents import Json, sampled, scene
+from renderer.integrator import intersect, local_radiance
+from renderer.interaction import Points, Rays
+from schemas.errors import SceneError
 from schemas.quality import FixedQuality
-from tests.pictures.parts import plan_of
+from schemas.reading import read_scene
+from tests.documents import Json, sampled, scene
+from tests.pictures.parts import DOUBLE, SINGLE, plan_of
 
 EPS = 2.0**-52
+QUALITIES = (SINGLE, DOUBLE)
+UP = np.array([[0.0], [1.0], [0.0]])
+FAR = (148376.0, 1234.0, -223423.0)
+"""Where Embree's own tests put their far spheres."""
+
+mp = mpmath.MPContext()
+mp.dps = 50
+
+
+def eps_of(quality: FixedQuality) -> float:
+    return float(np.finfo(quality.precision).eps)
 
 
 def traced(
@@ -31,3 +48,32 @@ def towards(origin: Sequence[float], targets: Any) -> tuple[Any, Any]:
     """Rays from one place at many."""
     targets = np.asarray(targets, dtype=np.float64)
     return np.broadcast_to(np.asarray(origin, dtype=np.float64), targets.shape), targets - origin
+
+
+def rays_of(origins: Any, directions: Any) -> Rays:
+    """Rays (3, N), each of a pixel of its own."""
+    numbers = np.arange(directions.shape[1])
+    return Rays(origins, np.ascontiguousarray(directions), numbers, np.zeros_like(numbers))
+
+
+def points(plan: renderer.RenderPlan, origins: Any, directions: Any) -> Points:
+    """What rays (3, N) hit, ready for light."""
+    return intersect(plan, rays_of(np.ascontiguousarray(origins), directions), lights=False)
+
+
+def radiance(plan: renderer.RenderPlan, origins: Any, directions: Any) -> Any:
+    """Radiance (3, N) along rays (3, N), without what comes by further rays."""
+    return local_radiance(plan, rays_of(np.ascontiguousarray(origins), directions), Counter())[0]
+
+
+def problems(source: Json | bytes) -> list[str]:
+    """Pointers of what a scene is refused for."""
+    try:
+        read_scene(source)
+    except SceneError as refused:
+        return [problem.pointer for problem in refused.errors]
+    return []
+
+
+def read_shape(document: Json) -> Any:
+    return read_scene(scene(document))[0].shapes[0]

@@ -28,7 +28,7 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from accuracy.hard_cases.solids import outward
+from tests.solids import outward
 
 Random = random.Random
 Floats = np.ndarray

@@ -1,20 +1,38 @@
 """Parts of scenes as a user writes them, and the short way from a scene to its pixels."""
 
+import io
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 import renderer
-from accuracy.hard_cases.harness import DOUBLE, SINGLE, Files, png
 from renderer.integrator import camera_rays, radiance
 from renderer.tiling import blocks
-from schemas.quality import Quality
+from schemas.quality import FixedQuality, Quality
 from schemas.tiles import Pass, Tile
 
 __all__ = ["DOUBLE", "SINGLE", "Files", "image_of", "plan_of", "png", "same", "samples_of"]
+
+SINGLE = FixedQuality(mode="fixed", precision="single")
+DOUBLE = FixedQuality(mode="fixed", precision="double")
+
+
+class Files(dict[str, bytes]):
+    """Files that exist in memory only."""
+
+    def read(self, name: str) -> bytes:
+        return self[name]
+
+
+def png(codes: NDArray[Any]) -> bytes:
+    """A picture file of codes (H, W, 3) uint8, or of heights (H, W) uint16."""
+    buffer = io.BytesIO()
+    Image.fromarray(codes).save(buffer, format="PNG")
+    return buffer.getvalue()
 
 
 def same(a: NDArray[Any], b: NDArray[Any]) -> bool:

@@ -5,9 +5,9 @@ from typing import Any
 from hypothesis import strategies as st
 
 from accuracy.hard_cases.documents import Json, camera, phong, sampled
-from accuracy.hard_cases.scene_values.scenes import placed
 from schemas.errors import SceneError
 from schemas.reading import read_scene
+from tests.pictures.placed_scenes import placed
 
 Draw = Any
 

@@ -4,7 +4,7 @@ Which way it takes follows from a size, a count, a kind or what was kept: few tr
 a lens, one light point or many, a light with an extent or without. Each test draws the same thing on both
 sides of such a choice, and knows nothing of where that lies. Other tests that do so: `test_literal_pairs`
 (every kind of shape in the way of every kind), `test_invariance` (culling, tiles, order), and in
-`tests/numerics` those of trees, rasters and solids.
+`tests/renderer/accelerators` those of trees, rasters and solids.
 """
 
 import itertools
@@ -31,11 +31,11 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from accuracy.hard_cases.solids import outward
 from schemas.quality import TargetQuality
 from tests.pictures import pictures
 from tests.pictures.paired_scenes import cut
 from tests.pictures.parts import DOUBLE, SINGLE, image_of, plan_of, png, same, samples_of
+from tests.solids import outward
 
 FLOOR = rectangle([-3, 0, -3], [0, 0, 6], [6, 0, 0])
 FOLD = (

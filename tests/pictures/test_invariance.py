@@ -9,13 +9,13 @@ from hypothesis import given, settings
 
 import renderer
 from accuracy.hard_cases.documents import Json, mesh, phong, sampled, scene
-from accuracy.hard_cases.scene_values.scenes import placed
-from accuracy.hard_cases.solids import outward
 from renderer.film import compose
 from renderer.tiling import tiles
 from tests.pictures import pictures
 from tests.pictures.parts import DOUBLE, SINGLE, image_of, plan_of, png, same
+from tests.pictures.placed_scenes import placed
 from tests.pictures.random_scenes import accepted, scenes
+from tests.solids import outward
 
 FILES = {"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())}
 

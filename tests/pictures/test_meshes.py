@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases import documents, solids
 from accuracy.hard_cases.documents import (
     Json,
     bulb,
@@ -23,6 +22,7 @@ from accuracy.hard_cases.documents import (
 )
 from renderer.shapes import meshes
 from schemas.reading import read_scene
+from tests import documents, solids
 from tests.pictures.parts import Files, image_of, plan_of, png
 
 ROOT = Path(__file__).parents[2]

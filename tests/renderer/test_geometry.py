@@ -18,7 +18,6 @@ from accuracy.hard_cases.documents import (
     sphere,
     triangle,
 )
-from accuracy.hard_cases.solids import icosphere
 from accuracy.inspection import inspect, inspection_plan
 from renderer.accelerators import trees
 from renderer.accelerators.trees import Kept
@@ -26,6 +25,7 @@ from renderer.plan.effects import SHAPES, TEXTURES
 from schemas.quality import FixedQuality, TargetQuality
 from tests.pictures import pictures
 from tests.pictures.parts import Files, png
+from tests.solids import icosphere
 
 FILES = Files({"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())})
 TARGET = TargetQuality(mode="target", error=0.05)

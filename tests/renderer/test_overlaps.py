@@ -21,9 +21,9 @@ from accuracy.hard_cases.documents import (
     sphere,
     triangle,
 )
-from accuracy.hard_cases.solids import triangles_of
 from schemas.quality import TargetQuality
 from tests.pictures.parts import image_of, plan_of, png
+from tests.solids import triangles_of
 
 FLOOR = rectangle([-2, 0.1, -2], [0, 0, 4], [4, 0, 0])
 SIGN = triangle([-1, 0.1, -1], [-0.9, 0.1, 1.1], [1.3, 0.1, -0.7], material="other")

@@ -6,8 +6,6 @@ import numpy as np
 
 import schemas.textures as language
 from accuracy.hard_cases.documents import Json, mesh, rectangle
-from accuracy.hard_cases.harness import Files, png
-from accuracy.hard_cases.textures.relief import hills, open_edges, relief_scene
 from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats
 from renderer.shapes import displacement
@@ -15,6 +13,8 @@ from renderer.shapes.displacement import Displaced
 from renderer.textures import image
 from renderer.textures.heights import Heights
 from schemas.reading import read_scene
+from tests.numerics.relief import hills, open_edges, relief_scene
+from tests.pictures.parts import Files, png
 
 LEFT, RIGHT = (rectangle([x, -1, 0], [2, 0, 0], [0, 2, 0]) for x in (-2, 0))
 

@@ -1,1 +1,0 @@
-"""Hard cases I: samples, sums and output."""

@@ -1,1 +1,0 @@
-"""Hard cases E: shadows and light."""

@@ -1,1 +1,0 @@
-"""Hard cases G: textures, normal maps and displacement."""

@@ -1,1 +1,0 @@
-"""Hard cases H: trees of boxes, mirrors and glass."""

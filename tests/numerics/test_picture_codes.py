@@ -1,0 +1,86 @@
+"""From radiance to the codes of a picture file: numbers that are no brightness, the toe of sRGB, rounding."""
+
+import io
+import math
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import renderer
+from renderer.images.colors import linear_from_srgb, srgb_from_linear
+from renderer.images.files import displayed, encode_png
+from schemas.scene import Display
+from tests.documents import Json, bulb, camera, lamp, phong, rectangle, room, scene
+from tests.numerics.tracing import EPS, mp
+from tests.pictures.parts import plan_of
+
+TOE = 0.0031308
+"""The branches part at the double nearest to it."""
+
+
+def curve(x: float) -> mp.mpf:
+    """The curve of sRGB for 0 to 1, to 50 digits."""
+    if x <= TOE:
+        return mp.mpf("12.92") * x
+    return mp.mpf("1.055") * mp.mpf(x) ** (1 / mp.mpf("2.4")) - mp.mpf("0.055")
+
+
+def code(x: float, display: Display) -> int:
+    """Black for no number, black and white beyond the range, else the nearest code."""
+    exposed = 0.0 if math.isnan(x) else x * 2.0**display.exposure
+    clipped = min(max(exposed, 0.0), 1.0)
+    shown = curve(clipped) if display.transfer == "srgb" else mp.mpf(clipped)
+    return int(mp.floor(255 * shown + mp.mpf("0.5")))
+
+
+def codes_of(values: np.ndarray, display: Display) -> np.ndarray:
+    return displayed(np.repeat(values.reshape(1, -1, 1), 3, axis=2), display)[0, :, 0]
+
+
+@pytest.mark.parametrize("stops", [-100, -1, 0, 1, 100])
+@pytest.mark.parametrize("transfer", ["srgb", "linear"])
+def test_code_is_the_nearest_or_the_end(stops: float, transfer: str) -> None:
+    ends = [math.nan, math.inf, -math.inf, 0.0, -0.0, 5e-324, 1e-45, 1e300, -1e300, 3.4e38, 1e30, -0.2, 1.7]
+    values = np.array([*ends, *np.random.default_rng(7).random(50)])
+    display = Display.model_validate({"exposure": stops, "transfer": transfer})
+    assert codes_of(values, display).tolist() == [code(x, display) for x in values.tolist()]
+
+
+def test_code_survives_the_way_to_linear_and_back() -> None:
+    codes = np.arange(256)
+    linear = linear_from_srgb((codes / 255).astype(np.float32))
+    with Image.open(
+        io.BytesIO(encode_png(np.repeat(linear.reshape(1, -1, 1), 3, axis=2), Display()))
+    ) as file:
+        assert (np.asarray(file)[0] == codes[:, None]).all()
+    assert (codes_of((codes / 255).astype(np.float32), Display(transfer="linear")) == codes).all()
+
+
+def test_toe_of_the_curve_is_exact_and_climbs() -> None:
+    """Around the joint, near 0 and 1, and below 0, without a warning."""
+    inside = np.array([0.0, 5e-324, 1e-20, np.nextafter(TOE, 0), TOE, np.nextafter(TOE, 1), 0.5, 1.0])
+    true = np.array([float(curve(x)) for x in inside.tolist()])
+    assert (np.abs(srgb_from_linear(inside) - true) <= 8 * EPS * true).all()
+    below = -np.geomspace(1e-300, 1e30, 100)
+    climbing = np.sort(np.concatenate((below, inside, np.linspace(0.001, 0.01, 10000))))
+    assert (np.diff(codes_of(climbing, Display()).astype(int)) >= 0).all()
+
+
+FLOOR = rectangle([-90, 0, -90], [0, 0, 180], [180, 0, 0])
+DOWN = {"camera": camera(position=[0, 5, 0.5], look_at=[0, 0, 0])}
+UNLIT = [lamp([-1.0, 3.9, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0], [0, 0, 0]), bulb([0, 2, 0], [0, 0, 0])]
+GLARING = {"plain": phong([1e30] * 3, ambient=1e30)}
+SHOWN = {
+    "lights of 1e30": (255, 0, scene(FLOOR, lights=[bulb([0, 9, 0], [1e30] * 3)], **DOWN)),
+    "a surface beyond float32": (255, 384, scene(FLOOR, ambient=[1e30] * 3, materials=GLARING, **DOWN)),
+    "a room without light": (0, 0, scene(*room(), lights=UNLIT, background=[0, 0, 0], ambient=[0, 0, 0])),
+}
+
+
+@pytest.mark.parametrize(("expected", "clamped", "document"), SHOWN.values(), ids=SHOWN)
+def test_very_bright_is_white_and_unlit_black(expected: int, clamped: int, document: Json) -> None:
+    result = renderer.render(plan_of(document))
+    assert (displayed(result.image, Display()) == expected).all()
+    assert result.report["numerics"]["clamped"] == clamped
+    assert result.report["numerics"]["non_finite"] == 0

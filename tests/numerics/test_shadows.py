@@ -1,0 +1,354 @@
+"""Shadow rays: a surface's own shadow, covers near it, lights at horizons and in planes, seams, slivers."""
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import renderer
+from renderer.math.arrays import unit
+from tests import solids
+from tests.documents import (
+    bulb,
+    camera,
+    dark_scene,
+    lamp,
+    mesh,
+    phong,
+    rectangle,
+    sampled,
+    scene,
+    sphere,
+    sun,
+)
+from tests.documents import triangle as triangle_of
+from tests.numerics.places import (
+    COVERS,
+    FLOORS,
+    OFFSETS,
+    PARTS,
+    PATTERNS,
+    SCALES,
+    Place,
+    View,
+    bare,
+    covered,
+    floor,
+    grid,
+    lights,
+    on_seams,
+    places,
+)
+from tests.numerics.relief import WHITE, fine_mesh, relief_scene
+from tests.numerics.tracing import QUALITIES, UP, points, radiance
+from tests.pictures.parts import plan_of, png
+
+Floats = np.ndarray
+BOTH = pytest.mark.parametrize("quality", QUALITIES, ids=["single", "double"])
+
+
+@pytest.mark.parametrize("kind", FLOORS)
+def test_floor_is_not_in_its_own_shadow(kind: str) -> None:
+    """From 0 to 1e7 times its size from the origin, and in units of 2^-20 to 2^20."""
+    where = itertools.chain(places(f"acne {kind}"), places(f"units {kind}", (0.0, 1e3), SCALES[::2]))
+    for number, (chosen, place) in enumerate(where):
+        bare(kind, place, chosen).check(QUALITIES[number % 2], PATTERNS[number // 2 % 4])
+
+
+@pytest.mark.parametrize("radius", [1e-3, 1.0, 1e3])
+def test_ball_is_in_its_own_shadow_behind_the_horizon(radius: float) -> None:
+    for number, (chosen, place) in enumerate(places(f"ball {radius}", scales=(radius,))):
+        ball, other = (sphere(place.at(*np.full(3, way)), radius) for way in (0.0, 90.0))
+        light = place.at(3, 2, 1)
+        origins = place.at(*unit(chosen.normal(size=(3, 80))) * 5)
+        plan = plan_of(scene(ball, other, lights=[bulb(light)]), QUALITIES[number % 2])
+        hits = renderer.trace(plan, origins, place.center - origins)
+        away = light - hits.position
+        cosines = (hits.normal * away).sum(axis=1) / np.linalg.norm(away, axis=1)
+        sure = np.abs(cosines) > 2.0**-48 * (1 + OFFSETS[number])
+        assert (hits.shape == 0).all()
+        assert (hits.visibility[sure, 0] == (cosines > 0)[sure]).all()
+
+
+@pytest.mark.parametrize("above", COVERS)
+@pytest.mark.parametrize("kind", FLOORS[:3])
+def test_cover_just_above_the_floor_shades_it(kind: str, above: str) -> None:
+    """At a thousandth of the way to the lights and more."""
+    for share in (1e-3, 0.03, 0.9):
+        for number, (chosen, place) in enumerate(places(f"detached {kind} {above} {share}", (0.0, 1e7))):
+            covered(kind, above, share, place, chosen).check(QUALITIES[number % 2], PATTERNS[number])
+
+
+@pytest.mark.parametrize("kind", ["tiles", "triangles", "mesh"])
+def test_seam_of_a_floor_is_lit(kind: str) -> None:
+    for number, (chosen, place) in enumerate(places(f"seams {kind}", turns=2)):
+        on_seams(kind, place, chosen).check(QUALITIES[number % 2], PATTERNS[number // 2 % 4])
+
+
+@pytest.mark.parametrize("shining", ["bulb", "sun"])
+@pytest.mark.parametrize("kind", ["tiles", "triangles", "mesh"])
+def test_seam_of_a_cover_lets_no_light_through(kind: str, shining: str) -> None:
+    """The light is straight behind the seam."""
+    upright = (np.random.default_rng(1), Place(np.zeros(3), np.eye(3), 1.0))
+    for number, (chosen, place) in enumerate([upright, *places(f"under {kind}")]):
+        lifted = Place(place.at(0, 0, 2), place.axes, place.unit)
+        vertices, faces = grid(lifted, np.linspace(-5, 5, PARTS[kind] + 1), 0.0)
+        seams = solids.edge_places(vertices, np.array(faces), [0.0, 0.25, 1 / 3, 0.5])
+        within = np.abs((seams - place.center) @ place.axes[:2].T).max(axis=1) < 4.9 * place.unit
+        seams = chosen.permutation(seams[within])[:60]
+        light = bulb(place.at(0, 0, 4)) if shining == "bulb" else sun(place.way(0, 0, -1))
+        away = seams - place.at(0, 0, 4) if shining == "bulb" else place.way(0, 0, np.full(len(seams), -2))
+        origins = seams + away + place.way(0.25, 0, 1)
+        ground = rectangle(place.at(-20, -20, 0), place.way(40, 0, 0), place.way(0, 40, 0))
+        shapes, dark = [ground, *floor(kind, lifted)], np.zeros((len(seams), 1))
+        View(shapes, [light], 1, origins, seams + away - origins, dark).check(QUALITIES[number % 2])
+
+
+@pytest.mark.parametrize("thin", [1e-2, 1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("kind", ["triangle", "rectangle", "mesh"])
+def test_sliver_is_lit(kind: str, thin: float) -> None:
+    """Four units long, alone or 64 side by side in a mesh; seen and lit from above."""
+    count = 64 if kind == "mesh" else 1
+    for number, (chosen, place) in enumerate(places(f"sliver {kind} {thin}", offsets=(0.0, 1.0))):
+        heights = np.repeat(np.arange(count) * thin, 3) + np.tile([0, 0, thin / 2], count)
+        vertices = place.at(np.tile([-2.0, 2.0, 0.3], count), heights, 0)
+        a, b, c = vertices[:3]
+        sliver = {
+            "rectangle": lambda a=a, b=b, c=c: rectangle(a, b - a, c - a),
+            "triangle": lambda a=a, b=b, c=c: triangle_of(a, b, c),
+            "mesh": lambda v=vertices: mesh(v, np.arange(len(v)).reshape(-1, 3)),
+        }[kind]()
+        shares = chosen.dirichlet([1, 1, 1], 40)[:, :, None]
+        targets = (shares * vertices.reshape(-1, 3, 3)[chosen.integers(0, count, 40)]).sum(axis=1)
+        origins = np.broadcast_to(place.at(0.3, 0.1, 2), targets.shape)
+        below = rectangle(place.at(-9, -9, -9), place.way(1, 0, 0), place.way(0, 1, 0))
+        shining = lights(place, place.way(-1, 0.2, 3))
+        view = View([sliver, below], shining, 1, origins, targets - origins, np.ones((40, 3)))
+        view.check(QUALITIES[number])
+
+
+@pytest.mark.parametrize("offset", [1.0, 1e2, 1e4, 1e6])
+def test_light_in_a_ceiling_is_not_hidden_by_it(offset: float) -> None:
+    for number in range(4):
+        chosen = np.random.default_rng([3, number, int(offset)])
+        first, second = np.linalg.qr(chosen.normal(size=(3, 2)))[0].T
+        corner, down = chosen.normal(size=3) * offset, np.cross(first, second)
+        document = scene(
+            rectangle(corner - first - second, 3 * first, 3 * second),
+            rectangle(corner - 4 * down - 5 * (first + second), 10 * first, 10 * second),
+            lights=[lamp(corner, first, second)],
+            sampling=sampled(1, 16, light=PATTERNS[number]),
+        )
+        targets = corner - 4 * down + chosen.uniform(-4, 4, (125, 2)) @ np.stack((first, second))
+        origins = np.broadcast_to(corner - 2 * down, targets.shape)
+        hits = renderer.trace(plan_of(document, QUALITIES[number % 2]), origins, targets - origins)
+        assert (hits.shape == 1).all()
+        assert (hits.visibility == 1).all()
+
+
+def test_light_in_the_plane_of_the_floor_gives_nothing() -> None:
+    chosen = np.random.default_rng(9)
+    for number in range(8):
+        first, second = np.linalg.qr(chosen.normal(size=(3, 2)))[0].T
+        up, corner = np.cross(first, second), chosen.normal(size=3)
+        document = dark_scene(
+            rectangle(corner, first, second),
+            sphere(corner + 9 * up, 0.5),
+            lights=[
+                lamp(corner + 2 * first, first, second, visible=False),
+                bulb(corner - first + 0.5 * second),
+            ],
+            materials={"plain": phong([1, 1, 1], ambient=0, diffuse=1, specular=1, shininess=0)},
+            camera=camera(position=corner + 2 * up, look_at=corner, up=first),
+            sampling=sampled(1, 16, light=PATTERNS[number // 2]),
+        )
+        assert not renderer.render(plan_of(document, QUALITIES[number % 2])).image.any()
+
+
+@BOTH
+def test_light_inside_a_ball_is_not_seen_from_outside(quality: Any) -> None:
+    bulbs = [bulb([0, 2, 0]), bulb([0.6, 2.5, 0.3]), bulb([0, 1.001, 0])]
+    document = scene(
+        rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0]),
+        sphere([0, 2, 0], 1.0),
+        lights=[*bulbs, lamp([-0.2, 2, -0.2], [0.4, 0, 0], [0, 0, 0.4], visible=False)],
+        sampling=sampled(1, 16),
+    )
+    targets = np.insert(np.random.default_rng(1).uniform(-4, 4, (1000, 2)), 1, 0.0, axis=1)
+    up = np.array([0.0, 0.5, 0])
+    hits = renderer.trace(plan_of(document, quality), targets + up, np.broadcast_to(-up, targets.shape))
+    assert not hits.visibility[hits.shape == 0].any()
+
+
+@BOTH
+@pytest.mark.parametrize("kind", ["rectangle", "triangle"])
+def test_shape_beyond_the_light_or_behind_the_floor_shades_nothing(kind: str, quality: Any) -> None:
+    floor_ = rectangle([-1, -1, 0], [2, 0, 0], [0, 2, 0])
+    for height, seen in ((4.004, 1), (4.0, 1), (3.996, 0), (-0.004, 1)):
+        other = rectangle([-3, -3, height], [6, 0, 0], [0, 6, 0])
+        if kind == "triangle":
+            other = triangle_of([-9, -9, height], [9, -9, height], [0, 9, height])
+        targets = np.insert(np.random.default_rng(2).uniform(-1, 1, (250, 2)), 2, 0.0, axis=1)
+        origins = targets * [0.5, 0.5, 0] + np.array([0.0, 0, 1])
+        plan = plan_of(scene(floor_, other, lights=[bulb([0, 0, 4])]), quality)
+        hits = renderer.trace(plan, origins, targets - origins)
+        assert (hits.shape == 0).all()
+        assert (hits.visibility == seen).all()
+
+
+def floor_radiance(light: Any, x: Any, z: Any, quality: Any) -> Floats:
+    """Radiance (N,) of a white floor at places seen from straight above."""
+    ground = rectangle([0, 0, 0], [8, 0, 0], [0, 0, 8])
+    document = dark_scene(ground, sphere([4, 9, 4], 1.0), lights=[light], sampling=sampled(1, 16))
+    zero, one = np.zeros(x.size), np.ones(x.size)
+    return radiance(plan_of(document, quality), np.stack((x, one, z)), np.stack((zero, -one, zero)))[0]
+
+
+@BOTH
+@pytest.mark.parametrize("exponent", [1, 5, 13, 20, 100, 300])
+def test_light_that_touches_the_floor_lights_it_by_its_cosine(exponent: int, quality: Any) -> None:
+    """A bulb just above, and a lamp that stands on the floor and is 1e-300 of a unit away."""
+    near = 10.0**-exponent
+    x, z = near * np.array([[0.0, 0.5, 1, 3], [0, 0.25, 1, 0]])
+    light, away = bulb([0, near, 0], [1, 1, 1]), np.hypot(np.hypot(x, z), near)
+    assert np.abs(floor_radiance(light, x, z, quality) - near / away).max() <= 2.0**-20
+    if exponent < 14:
+        squared = near / away**3
+        physical = floor_radiance({**light, "falloff": "physical"}, x, z, quality)
+        assert (np.abs(physical - squared) <= 2.0**-18 * squared).all()
+    x, z = np.array([0.3, 0.7, 1.0]), near * np.array([1.0, 3.0, 0.0])
+    standing = lamp([0, 0, 0], [1, 0, 0], [0, 2, 0], [1, 1, 1], visible=False)
+    across, up = (np.arange(4) + 0.5)[:, None, None] / 4, (np.arange(4) + 0.5)[:, None] / 2
+    cosines = (up / np.hypot(np.hypot(x - across, z), up)).mean(axis=(0, 1))
+    assert np.abs(floor_radiance(standing, x, z, quality) - cosines).max() <= 2.0**-20
+
+
+@BOTH
+@pytest.mark.parametrize("falloff", ["none", "physical"])
+def test_line_of_contact_of_floor_and_light_is_finite(falloff: str, quality: Any) -> None:
+    standing = lamp([-1, 0, 0], [2, 0, 0], [0, 2, 0], visible=False, falloff=falloff)
+    document = scene(
+        rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0]),
+        sphere([1, 0.5, 0], 0.5),
+        lights=[standing, {**bulb([0.25, 0, 1]), "falloff": falloff}],
+        camera=camera(position=[0, 0.5, 1], look_at=[0, 0, 0], width=25, height=17),
+        materials={"plain": phong(specular=0.5, shininess=900)},
+        sampling=sampled(4, 9),
+    )
+    assert np.isfinite(renderer.render(plan_of(document, quality)).image).all()
+
+
+@BOTH
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_light_below_the_horizon_costs_no_shadow_ray(pattern: str, quality: Any) -> None:
+    shining = [
+        bulb([0.5, -1, 0]),
+        sun([0.2, 1, 0.1]),
+        lamp([-1, -2, -1], [2, 0, 0], [0, 0.5, 2], visible=False),
+        lamp([-1, 3, -1], [0, 0, 2], [2, 0, 0], visible=False, two_sided=False),
+    ]
+
+    def result(given: list[Any]) -> renderer.RenderResult:
+        document = scene(
+            rectangle([-9, 0, -9], [0, 0, 18], [18, 0, 0]),
+            sphere([0, 6, 0], 1.0),
+            lights=given,
+            camera=camera(position=[0, 2, 0.5], look_at=[0, 0, 0]),
+            sampling=sampled(1, 9, light=pattern),
+        )
+        return renderer.render(plan_of(document, quality))
+
+    lit = result(shining)
+    assert (lit.image == result([]).image).all()
+    assert lit.report["rays"]["shadow"] == 0
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e2, 1e4, 1e6])
+def test_terminator_of_a_coarse_mesh_has_no_light_from_behind(offset: float) -> None:
+    """Hills of few facets with smooth normals, a sun 10 degrees above them."""
+    for number, (chosen, place) in enumerate(places("terminator", offsets=(offset,), turns=2)):
+        steps = np.linspace(-2, 2, 7)
+        x, y = (part.ravel() for part in np.meshgrid(steps, steps, indexing="ij"))
+        vertices, faces = grid(place, steps, 0.4 * np.sin(2.1 * x) * np.cos(1.7 * y))
+        ray = place.way(np.cos(np.pi / 18), 0, np.sin(np.pi / 18))
+        plan = plan_of(
+            dark_scene(mesh(vertices, faces, smooth=True), lights=[sun(-ray, [1, 1, 1])]), QUALITIES[number]
+        )
+        targets = place.at(*chosen.uniform(-1.9, 1.9, (2, 200)), 0)
+        origins = targets + place.way(0, 0, 9)
+        found, seen = (ask(plan, origins.T, (targets - origins).T) for ask in (points, radiance))
+        visible = renderer.trace(plan, origins, targets - origins).visibility[:, 0]
+        true, shading = ray @ found.normals, ray @ found.shading_normals
+        assert not seen[0][true <= 0].any()
+        expected = np.maximum(shading, 0.0) * visible
+        assert np.abs(seen[0] - expected)[true > 0].max() <= 2.0**-20
+
+
+@BOTH
+def test_lamp_that_sinks_below_the_floor_lights_by_what_is_left(quality: Any) -> None:
+    """Normals lean towards it: the points below the floor count for nothing."""
+    leaning = triangle_of([-4, 0, -4], [-4, 0, 4], [8, 0, 0], normals=[[1.0, 1.0, 0.0]] * 3)
+    for bottom in np.linspace(-0.9, 0.7, 9).tolist():
+        light = lamp([3, bottom, -0.5], [0, 1, 0], [0, 0, 1], [1, 1, 1], visible=False)
+        plan = plan_of(dark_scene(leaning, lights=[light], sampling=sampled(1, 16)), quality)
+        y, z = np.meshgrid(bottom + (np.arange(4) + 0.5) / 4, [-0.375, -0.125, 0.125, 0.375])
+        true = ((3 + y) / np.sqrt(2 * (9 + y * y + z * z)) * (y > 0)).mean()
+        assert abs(radiance(plan, UP, -UP)[0, 0] - true) <= 64 * np.finfo(quality.precision).eps
+
+
+SIDE = 16
+
+
+@BOTH
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_area_light_half_covered(pattern: str, quality: Any) -> None:
+    """The way from x to a light point at y passes the screen's edge where x + y = 0."""
+    above = rectangle([0, 1, -9], [9, 0, 0], [0, 0, 18])
+    if quality is QUALITIES[1]:
+        above = mesh([[0, 1, -9], [9, 1, -9], [9, 1, 9], [0, 1, 9]], [[0, 1, 2], [0, 2, 3]])
+    document = scene(
+        rectangle([-5, 0, -5], [0, 0, 10], [10, 0, 0]),
+        above,
+        lights=[lamp([-1, 2, -1], [2, 0, 0], [0, 0, 2])],
+        sampling=sampled(1, SIDE**2, light=pattern),
+    )
+    targets = np.insert(np.random.default_rng(11).uniform(-1, 1, (500, 2)), 1, 0.0, axis=1)
+    origins = targets + np.array([-0.25, 0.5, 0])
+    hits = renderer.trace(plan_of(document, quality), origins, targets - origins)
+    share = (1 - hits.position[:, 0]) / 2
+    off, spread = hits.visibility[:, 0] - share, np.sqrt(share * (1 - share)) / SIDE
+    allowed = {"uniform": 0.5 / SIDE, "stratified": 1 / SIDE, "sobol": 1 / SIDE**2, "random": 5 * spread}
+    # Single quality moves an edge by some 2^-21 of the light.
+    assert (np.abs(off) <= allowed[pattern] + 2.0**-20).all()
+    if pattern == "random":
+        assert abs(off.mean()) <= 4 * math.sqrt((spread**2).sum()) / 500
+
+
+@BOTH
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+@pytest.mark.parametrize("way", [(-1.0, -0.3, 0.5), (-1.0, -0.3, 3.0)], ids=["low sun", "high sun"])
+def test_rough_relief_shades_itself_as_its_triangles_do(way: Any, scale: float, quality: Any) -> None:
+    """Every fine triangle but the own one is asked; hits within 2^-40 of an edge are left out."""
+    chosen, towards, tall = np.random.default_rng(5), np.array(way), 0.5 * scale
+    heights = (WHITE * chosen.uniform(0, 1, (64, 64))).astype(np.uint16)
+    panel = rectangle(*np.array([[-2.0, -2, 0], [4, 0, 0], [0, 4, 0]]) * scale)
+    document = relief_scene(panel, 30, tall) | {"lights": [sun(-towards)]}
+    document["camera"]["position"] = [0.4 * scale, 0.7 * scale, 6 * scale]
+    targets = scale * np.insert(chosen.uniform(-1.9, 1.9, (120, 2)), 2, 0.0, axis=1)
+    origins = targets + scale * np.array([0.3, -0.2, 5])
+    hits = renderer.trace(plan_of(document, quality, files={"map": png(heights)}), origins, targets - origins)
+    a, b, c = fine_mesh(document, heights, tall).vertices.transpose(0, 2, 1)[:, None]
+    first, second, away = b - a, c - a, hits.position[:, None] - a
+    across, beside = np.cross(towards, second), np.cross(away, first)
+    size = (first * across).sum(axis=-1)
+    u, v = (away * across).sum(axis=-1) / size, (beside * towards).sum(axis=-1) / size
+    t = (second * beside).sum(axis=-1) / size
+    least = np.minimum(np.minimum(u, v), np.minimum(1 - u - v, t))
+    least[np.arange(len(least)), hits.primitive] = -1.0
+    hidden = (least > 0).any(axis=1) | (hits.normal @ towards <= 0)
+    sure = (np.abs(least) > 2.0**-40).all(axis=1)
+    assert (hits.visibility[sure, 0] == ~hidden[sure]).all()
+    assert not hidden.all()
+    assert hidden.any() or way[2] > 1
