@@ -37,11 +37,10 @@ serve: .venv/installed  ## run the service on http://127.0.0.1:8000
 # Tests start hundreds of processes: each would compile every module again where bytecode is not kept.
 test test-all: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed-test  ## run the fast tests; six minutes on two cores
-	$(PYTEST) -m 'not slow and not peer' $(TESTS)
+	$(PYTEST) -m 'not slow' $(TESTS)
 
-test-all bench: export DRJIT_LIBLLVM_PATH ?= $(LLVM)
-test-all: .venv/installed-test .venv/installed-bench  ## run the slow tests, and those against Mitsuba, which needs LLVM; twenty minutes
-	$(PYTEST) -m 'slow or peer' $(TESTS)
+test-all: .venv/installed-test  ## run the slow tests: injected faults, sweeps, whole installations; twenty minutes
+	$(PYTEST) -m slow $(TESTS)
 
 # The theme gets fixes until May 2027; without this it names its successor at each build.
 check docs: export NO_MKDOCS_2_WARNING := 1
@@ -65,6 +64,7 @@ docs: .venv/installed-docs  ## serve the documentation as a site on http://127.0
 gallery: .venv/installed  ## render the pictures of the gallery, the cookbook and the pages
 	$(BIN)/python tools/render_pictures.py
 
+bench: export DRJIT_LIBLLVM_PATH ?= $(LLVM)
 bench: .venv/installed-test .venv/installed-bench  ## measure on this machine, which should be idle: make bench BENCH="rendering load"
 	set -e; for part in $(BENCH); do $(BIN)/python -m benchmarks.$$part; done
 

@@ -20,9 +20,7 @@ def environment(tmp_path: Path) -> dict[str, str]:
     return ENVIRONMENT | {"TMPDIR": str(tmp_path / "temporary")}
 
 
-def test_the_demo_shows_tiles_arriving_writes_the_picture_and_leaves_nothing_running(
-    tmp_path: Path, environment: dict[str, str]
-) -> None:
+def test_demo_writes_the_picture_and_leaves_nothing(tmp_path: Path, environment: dict[str, str]) -> None:
     done = subprocess.run(
         [*COMMAND, "demo", "--json"],
         capture_output=True,
@@ -46,9 +44,7 @@ def test_the_demo_shows_tiles_arriving_writes_the_picture_and_leaves_nothing_run
     _assert_nothing_left(tmp_path)
 
 
-def test_a_kept_demo_shows_the_page_of_its_job_until_ctrl_c(
-    tmp_path: Path, environment: dict[str, str]
-) -> None:
+def test_kept_demo_serves_its_page_until_ctrl_c(tmp_path: Path, environment: dict[str, str]) -> None:
     with subprocess.Popen(
         ["env", "--default-signal=INT", *COMMAND, "demo", "--keep"],
         stderr=subprocess.PIPE,
@@ -71,7 +67,7 @@ def test_a_kept_demo_shows_the_page_of_its_job_until_ctrl_c(
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["ctrl-c", "terminated"]
 )
-def test_an_interrupted_demo_leaves_no_process_no_folder_and_no_picture(
+def test_interrupted_demo_leaves_nothing(
     tmp_path: Path, environment: dict[str, str], number: signal.Signals, code: int
 ) -> None:
     # A shell that starts the tests in the background may make them ignore Ctrl-C.

@@ -26,7 +26,7 @@ def checkout(tmp_path: Path) -> Path:
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="the examples use curl")
-def test_every_request_of_the_http_page_works(server: Server, checkout: Path) -> None:
+def test_http_page_requests_work(server: Server, checkout: Path) -> None:
     examples = blocks(page("reference/http.md"), "sh")
     assert len(examples) >= 7
     done = shell("\n".join(examples).replace("http://127.0.0.1:8000", server.url), checkout)
@@ -34,7 +34,7 @@ def test_every_request_of_the_http_page_works(server: Server, checkout: Path) ->
     assert "unknown_field" in done.stdout
 
 
-def test_every_example_of_the_python_page_works(server: Server, checkout: Path) -> None:
+def test_python_page_examples_work(server: Server, checkout: Path) -> None:
     examples = blocks(page("reference/python.md"), "python")
     (test,) = [block for block in examples if "def test_" in block]
     script = "\n".join(block for block in examples if block is not test)
@@ -63,7 +63,7 @@ def reduce(scenes: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["reference/command-line.md", "how-to/choosing-quality.md"])
-def test_every_command_of_a_page_works(name: str, server: Server, checkout: Path) -> None:
+def test_page_commands_work(name: str, server: Server, checkout: Path) -> None:
     reduce(checkout / "scenes" / "gallery")
     follow(name, checkout, server)
 
@@ -75,7 +75,7 @@ def follow(name: str, folder: Path, server: Server) -> subprocess.CompletedProce
     return shell("\n".join(commands), folder, PENUMBRA_SERVER=server.url)
 
 
-def test_a_reader_who_follows_the_first_tutorial_gets_what_it_shows(server: Server, checkout: Path) -> None:
+def test_first_picture_tutorial_gives_what_it_shows(server: Server, checkout: Path) -> None:
     name = "tutorials/first-picture.md"
     done = follow(name, checkout, server)
     assert missing(name, done.stdout) == []
@@ -89,7 +89,7 @@ def test_a_reader_who_follows_the_first_tutorial_gets_what_it_shows(server: Serv
     assert [name for name in made if not (checkout / name).exists()] == []
 
 
-def test_an_instructor_who_follows_the_tutorial_gets_what_it_shows(server: Server, checkout: Path) -> None:
+def test_first_assignment_tutorial_gives_what_it_shows(server: Server, checkout: Path) -> None:
     # The wheel is built by a command that needs the package index.
     (checkout / "dist").mkdir()
     (checkout / "dist" / "penumbra_render-1-py3-none-any.whl").touch()

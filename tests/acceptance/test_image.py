@@ -79,7 +79,7 @@ def _ignored(name: Path, rules: list[str]) -> bool:
     return ignored
 
 
-def test_nothing_is_sent_to_a_build_but_what_the_package_is_made_of() -> None:
+def test_build_context_is_the_package() -> None:
     files = list(sent())
     alone = {str(file) for file in files if len(file.parts) == 1}
     assert alone == {"pyproject.toml", "constraints.txt", "README.md", "LICENSE"}
@@ -93,7 +93,7 @@ def test_nothing_is_sent_to_a_build_but_what_the_package_is_made_of() -> None:
     assert not [file for file in files if "__pycache__" in file.parts or file.suffix == ".pyc"]
 
 
-def test_an_image_does_not_run_as_root_and_checks_its_health() -> None:
+def test_image_runs_as_a_user_and_checks_its_health() -> None:
     user = only(IMAGE, "USER")
     assert int(user) > 0
     (made,) = (rest for name, rest in IMAGE if name == "RUN")
@@ -114,7 +114,7 @@ def probe() -> list[str]:
     return command
 
 
-def test_every_package_of_an_image_has_its_version() -> None:
+def test_image_packages_are_pinned() -> None:
     pinned = {
         canonicalize_name(line.partition("==")[0])
         for line in (ROOT / "constraints.txt").read_text().splitlines()
@@ -162,7 +162,7 @@ def installed(tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_the_image_would_render_a_job_and_stop_on_a_signal(installed: Path, tmp_path: Path) -> None:
+def test_image_commands_render_a_job_and_stop(installed: Path, tmp_path: Path) -> None:
     data = tmp_path / "data"
     port = _free_port()
     environment = {

@@ -144,7 +144,7 @@ def sources() -> set[str]:
     return {str(path.relative_to(ROOT)) for path in found if "__pycache__" not in path.parts}
 
 
-def test_a_wheel_has_every_file_of_the_packages_and_no_other(built: Built) -> None:
+def test_wheel_has_every_file_of_the_packages(built: Built) -> None:
     with zipfile.ZipFile(built.wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
     assert names == sources()
@@ -154,7 +154,7 @@ def test_a_wheel_has_every_file_of_the_packages_and_no_other(built: Built) -> No
     assert [kind for kind in kinds if not any(name.startswith(kind) for name in names)] == []
 
 
-def test_a_source_archive_has_what_its_tests_and_pages_need(built: Built) -> None:
+def test_source_archive_has_tests_and_pages(built: Built) -> None:
     with tarfile.open(built.source) as archive:
         tops = {name.split("/")[1] for name in archive.getnames()}
     assert {
@@ -170,7 +170,7 @@ def test_a_source_archive_has_what_its_tests_and_pages_need(built: Built) -> Non
     assert not tops & {".ci", ".venv", "out", "dist"}
 
 
-def test_the_installed_command_says_the_version_of_the_package(plain: Environment) -> None:
+def test_installed_command_prints_the_version(plain: Environment) -> None:
     command = [plain.root / "bin" / "penumbra", "--version"]
     said = subprocess.run(
         command, cwd=plain.folder, env=variables(), capture_output=True, text=True, check=True
@@ -178,23 +178,14 @@ def test_the_installed_command_says_the_version_of_the_package(plain: Environmen
     assert said.stdout == f"{PROJECT['project']['version']}\n"
 
 
-def test_a_fresh_environment_runs_the_demo(plain: Environment) -> None:
+def test_fresh_environment_runs_the_demo(plain: Environment) -> None:
     document = json.loads(plain.succeeds("demo", "--json"))
     assert document["job"]["state"] == "succeeded"
     with Image.open(plain.folder / "out" / "demo.png") as picture:
         assert picture.size == (document["job"]["width"], document["job"]["height"])
 
 
-def test_a_fresh_environment_renders_a_scene_of_the_package(plain: Environment) -> None:
-    located = plain.run("-c", "from importlib.resources import files; print(files('scenes'))").stdout.strip()
-    assert Path(located).is_relative_to(plain.root)
-    scene = Path(located) / "gallery" / "texturing.json"
-    plain.succeeds("render", scene, "-o", "picture.png", "--samples", "1", "--light-samples", "1")
-    with Image.open(plain.folder / "picture.png") as picture:
-        assert picture.size == (512, 512)
-
-
-def test_the_client_needs_three_packages(built: Built, tmp_path: Path) -> None:
+def test_client_needs_three_packages(built: Built, tmp_path: Path) -> None:
     alone = fresh(tmp_path)
     alone.install(*CLIENT)
     alone.install("--no-deps", built.wheel)
@@ -311,12 +302,12 @@ PROMISES: dict[str, Callable[[Environment], Said]] = {
 }
 
 
-def test_every_extra_promises_something() -> None:
+def test_extras_all_promise_something() -> None:
     assert sorted(PROMISES) == EXTRAS
 
 
 @pytest.mark.parametrize("extra", EXTRAS)
-def test_an_extra_alone_does_what_it_promises_and_without_it_the_message_names_it(
+def test_extra_does_what_it_promises_and_is_named_without_it(
     extra: str, built: Built, plain: Environment, tmp_path: Path
 ) -> None:
     works, said = PROMISES[extra](plain)

@@ -1,0 +1,191 @@
+"""The commands of the client against a running service, its restarts, and Ctrl-C while waiting."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.client import Client
+from tests.acceptance.conftest import COMMAND, ENVIRONMENT, Penumbra, Server
+from tests.tev_server import CREATE, UPDATE_V3, TevServer
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("ending", "options"),
+    [
+        ("png", []),
+        ("exr", ["--layers", "depth,normal"]),
+        ("npy", ["--target-error", 0.05]),
+        ("npy", ["--scale", 0.5, "--crop", "2,3,8,5"]),
+        ("npy", ["--samples", 9, "--pattern", "rotated", "--light-samples", 1, "--precision", "double"]),
+    ],
+    ids=["plain", "layers", "target", "size", "quality"],
+)
+def test_submit_gives_the_bytes_of_render(
+    ending: str, options: list[object], penumbra: Penumbra, scene_file: Path, tmp_path: Path
+) -> None:
+    assert penumbra("render", scene_file, "-o", f"here.{ending}", "--tile", 7, *options).code == 0
+    assert penumbra("submit", scene_file, "-o", f"sent.{ending}", *options).code == 0
+    made = sorted(tmp_path.glob("here.*"))
+    assert len(made) == (3 if ending == "exr" else 1)
+    for path in made:
+        assert path.with_name(path.name.replace("here", "sent")).read_bytes() == path.read_bytes()
+
+
+def test_jobs_are_listed_by_label_and_deleted(penumbra: Penumbra, scene_file: Path) -> None:
+    mine = ["--label", "course:cs171", "--label", "due:12:30"]
+    first = penumbra("submit", scene_file, *mine, "--wait").out.strip()
+    second = penumbra("submit", scene_file, *mine).out.strip()
+    other = penumbra("submit", scene_file, "--label", "course:other").out.strip()
+    assert [job["id"] for job in penumbra("ls", *mine, "--json").document["jobs"]] == [second, first]
+    page = penumbra("ls", *mine, "--limit", 1)
+    rest = penumbra("ls", *mine, "--after", page.err.strip().rpartition(" ")[2])
+    assert [line.split("\t")[0] for line in (page.out, rest.out)] == [second, first]
+    deleted = penumbra("delete", first, "nothing", other, "--json")
+    assert (deleted.code, deleted.document) == (4, {"deleted": [first, other], "missing": ["nothing"]})
+    assert penumbra("get", first).code == 4
+
+
+def test_fresh_render_is_measured_again(penumbra: Penumbra, scene_file: Path) -> None:
+    first = penumbra("submit", scene_file, "--wait", "--json").document
+    stored = penumbra("submit", scene_file, "--json").document
+    fresh = penumbra("submit", scene_file, "--wait", "--fresh", "--priority", -3, "--json").document
+    assert stored["cost"] == first["cost"] != fresh["cost"]
+    assert [job["priority"] for job in (stored, fresh)] == [0, -3]
+
+
+def test_watch_prints_tiles_and_passes_in_order(penumbra: Penumbra, scene_file: Path) -> None:
+    job = penumbra("submit", scene_file, "--target-error", 0.01).out.strip()
+    lines = penumbra("watch", job).out.splitlines()
+    tiles = [int(line.partition("/")[0]) for line in lines if "\ttile " in line]
+    assert tiles == [*range(1, len(tiles) + 1)]
+    passes = [line.split("\t") for line in lines if line.startswith("pass ")]
+    assert [words[0] for words in passes] == [f"pass {index} done" for index in range(len(passes))]
+    assert passes[-1][4].startswith("error ")
+    events = [line.split("\t")[1] for line in penumbra("logs", job).out.splitlines()]
+    assert (events[:2], events[-1]) == (["submitted", "started"], "succeeded")
+
+
+def test_image_goes_to_stdout_alone(
+    penumbra: Penumbra, server: Server, scene_file: Path, tmp_path: Path
+) -> None:
+    assert penumbra("submit", scene_file, "-o", "a.png").code == 0
+    environment = ENVIRONMENT | {"PENUMBRA_SERVER": server.url}
+    command = [*COMMAND, "submit", scene_file, "-o", "-"]
+    done = subprocess.run(command, capture_output=True, env=environment, timeout=120, check=True)
+    assert done.stdout == (tmp_path / "a.png").read_bytes()
+
+
+def test_running_job_has_a_picture_times_out_and_is_cancelled(
+    penumbra: Penumbra, endless_file: Path, tmp_path: Path
+) -> None:
+    timed_out = penumbra("submit", endless_file, "--wait", "--timeout", 0.5, "--json")
+    job = timed_out.document["job_id"]
+    partial = penumbra("get", job, "-o", "part.npy")
+    assert (timed_out.code, partial.code) == (5, 0)
+    assert "so far" in partial.err
+    assert np.load(tmp_path / "part.npy").max() > 0
+    assert penumbra("cancel", job).code == 0
+    assert penumbra("get", job, "--json").document["state"] == "cancelled"
+    assert penumbra("get", job, "-o", "no.png").code == 4
+    assert not (tmp_path / "no.png").exists()
+
+
+def test_refusal_points_into_the_users_file(
+    penumbra: Penumbra, scene: dict[str, Any], scene_file: Path
+) -> None:
+    scene["camera"]["vertical_fov"] = 180
+    scene["shapes"][0]["materiel"] = "x"
+    scene_file.write_text(json.dumps(scene, indent=2))
+    lines = scene_file.read_text().splitlines()
+    here = penumbra("validate", scene_file, "--json")
+    for options in ([], ["--scale", 0.5]):
+        sent = penumbra("submit", scene_file, "--json", *options)
+        assert here.code == sent.code == 3
+        assert sent.document["errors"] == here.document["files"][0]["errors"]
+    places = {error["pointer"]: lines[error["line"] - 1] for error in sent.document["errors"]}
+    assert '"vertical_fov"' in places["/camera/vertical_fov"]
+    assert '"materiel"' in places["/shapes/0/materiel"]
+
+
+def test_tev_shows_the_picture_and_may_go_away(penumbra: Penumbra, server: Server, scene_file: Path) -> None:
+    job = penumbra("submit", scene_file).out.strip()
+    tev, leaving = TevServer(), TevServer(packets=1)
+    watched = [penumbra("watch", job, "--tev", each.address) for each in (tev, leaving)]
+    for each in (tev, leaving):
+        each.close()
+    assert [outcome.code for outcome in watched] == [0, 0]
+    with Client(server.url) as client:
+        np.testing.assert_array_equal(tev.picture(f"penumbra {job}"), client.pixels(job))
+    assert (tev.kinds[0], {*tev.kinds[1:]}, leaving.kinds) == (CREATE, {UPDATE_V3}, [CREATE])
+
+
+def test_ctrl_c_while_waiting_names_the_job(server: Server, endless_file: Path) -> None:
+    script = (
+        "import sys; from service.client import Client; job = Client(sys.argv[1]).submit(sys.argv[2]); "
+        "job.wait(on_progress=lambda batch: print(job.id, flush=True))"
+    )
+    words = [sys.executable, "-c", script, server.url, str(endless_file)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(words, stdout=pipe, stderr=pipe, text=True, env=ENVIRONMENT) as waiting:
+        assert waiting.stdout is not None
+        job = waiting.stdout.readline().strip()
+        waiting.send_signal(signal.SIGINT)
+        _, err = waiting.communicate(timeout=60)
+    assert waiting.returncode == -signal.SIGINT
+    assert f"client.wait('{job}')" in err
+    with Client(server.url) as client:
+        assert client.get(job).cancel().state == "cancelled"
+
+
+def test_watch_outlasts_a_killed_server(penumbra: Penumbra, server: Server, scene_file: Path) -> None:
+    job = penumbra("submit", scene_file, "--samples", 100, "--light-samples", 36).out.strip()
+    environment = ENVIRONMENT | {"PENUMBRA_SERVER": server.url}
+    with subprocess.Popen(
+        [*COMMAND, "watch", job], stdout=subprocess.PIPE, text=True, env=environment
+    ) as watching:
+        assert watching.stdout is not None
+        first = watching.stdout.readline()
+        server.kill()
+        server.start()
+        rest = watching.stdout.read().splitlines()
+    assert watching.returncode == 0
+    numbers = [int(line.partition("/")[0]) for line in [first, *rest] if "\ttile " in line]
+    assert numbers == list(range(1, len(numbers) + 1))
+
+
+def test_stopped_server_leaves_no_process_and_commands_say_so(penumbra: Penumbra, server: Server) -> None:
+    tasks = Path(f"/proc/{server.process.pid}/task").glob("*/children")
+    children = [Path("/proc", child) for task in tasks for child in task.read_text().split()]
+    server.stop()
+    assert children
+    assert server.process.returncode == 0
+    deadline = time.monotonic() + 30
+    while any(child.exists() for child in children):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    outcome = penumbra("ls")
+    assert outcome.code == 4
+    assert server.url in outcome.err
+    server.start()
+    assert penumbra("ls").code == 0
+
+
+def test_second_server_on_the_port_or_folder_is_refused(penumbra: Penumbra, server: Server) -> None:
+    for words in (
+        ["--port", server.port, "--data", "other"],
+        ["--port", 0, "--data", server.folder / "data"],
+    ):
+        outcome = penumbra("serve", *words)
+        assert (outcome.code, outcome.out) == (4, "")
+        assert "could not start" in outcome.err
