@@ -13,9 +13,9 @@ import pytest
 
 import renderer
 import schemas
-from accuracy.hard_cases.documents import rectangle, scene
 from schemas.api.jobs import JobRequest
 from schemas.reading import read_document
+from tests.documents import rectangle, scene
 from tests.pictures import pictures
 
 ROOM = pictures.of_room()

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import phong, rectangle, scene
 from renderer.assets import FolderAssets
+from tests.documents import phong, rectangle, scene
 from tests.pictures.parts import Files
 
 TEXTURED = scene(

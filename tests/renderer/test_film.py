@@ -5,10 +5,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import camera, scene
 from renderer.film import Film, compose, enlarge
 from renderer.tiling import blocks, tiles
 from schemas.tiles import Pass, Tile
+from tests.documents import camera, scene
 from tests.pictures.parts import plan_of
 
 PREVIEW = Pass(0, 4, 0, 1)

@@ -8,11 +8,11 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import camera, lamp, scene
 from renderer.halves import SequenceEmitter, in_sequence, places
 from renderer.lights import emitters
 from schemas.lights import ParallelogramLight
 from schemas.quality import LightSampling, TargetQuality
+from tests.documents import camera, lamp, scene
 
 Numbers = NDArray[np.float64]
 LIGHT = ParallelogramLight.model_validate(lamp([1, 2, 3], [2, 0, 1], [0, 3, 1]))

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import sampled
 from renderer.convergence import trend
 from renderer.progressive import errors_of, squares_of, unknown_error
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass
+from tests.documents import sampled
 from tests.pictures import pictures
 from tests.pictures.parts import plan_of
 

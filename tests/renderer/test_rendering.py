@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json, phong, rectangle, sampled, scene, sphere, sun, triangle
 from renderer.interaction import Rays
+from tests.documents import Json, phong, rectangle, sampled, scene, sphere, sun, triangle
 from tests.pictures import pictures
 from tests.pictures.parts import SINGLE, Files, image_of, plan_of, png
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import phong, rectangle, scene
 from schemas.limits import Limits
 from schemas.reading import read_scene
+from tests.documents import phong, rectangle, scene
 from tests.pictures.parts import Files, png
 
 SCENE = scene(

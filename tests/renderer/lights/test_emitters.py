@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import Json, bulb, lamp, phong, rectangle, sampled, scene, sun
 from renderer.lights import emitters
 from schemas.lights import DirectionalLight, ParallelogramLight
 from schemas.quality import LightSampling
+from tests.documents import Json, bulb, lamp, phong, rectangle, sampled, scene, sun
 from tests.numerics.tracing import EPS, traced
 from tests.pictures.parts import DOUBLE, SINGLE, image_of
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import (
+from tests.documents import (
     Json,
     ellipsoid,
     lamp,

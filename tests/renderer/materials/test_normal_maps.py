@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import (
+from schemas.quality import TargetQuality
+from tests.documents import (
     Json,
     bulb,
     camera,
@@ -20,7 +21,6 @@ from accuracy.hard_cases.documents import (
     rectangle,
     triangle,
 )
-from schemas.quality import TargetQuality
 from tests.pictures.parts import DOUBLE, plan_of, png, samples_of
 
 Vector = NDArray[np.float64]

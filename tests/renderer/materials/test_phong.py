@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import Json, camera, phong, rectangle, scene, sun
+from tests.documents import Json, camera, phong, rectangle, scene, sun
 from tests.pictures.parts import DOUBLE, SINGLE, image_of
 
 BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])

@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from schemas.api.plans import PlanDocument
 from schemas.quality import FixedQuality, TargetQuality
+from tests.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 
 FLOOR = rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0])
 BALL = sphere([0, 1, 0], 1)

@@ -7,7 +7,10 @@ from typing import Any
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import (
+from accuracy.inspection import inspect, inspection_plan
+from renderer.plan.effects import SHAPES, TEXTURES
+from schemas.quality import FixedQuality, TargetQuality
+from tests.documents import (
     Json,
     bulb,
     ellipsoid,
@@ -18,12 +21,9 @@ from accuracy.hard_cases.documents import (
     sphere,
     triangle,
 )
-from accuracy.hard_cases.solids import icosphere
-from accuracy.inspection import inspect, inspection_plan
-from renderer.plan.effects import SHAPES, TEXTURES
-from schemas.quality import FixedQuality, TargetQuality
 from tests.pictures import pictures
 from tests.pictures.parts import Files, png
+from tests.solids import icosphere
 
 FILES = Files({"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())})
 IMAGE: Json = {"type": "image", "asset": "picture.png"}

@@ -10,7 +10,10 @@ import pytest
 
 import renderer
 import scenes
-from accuracy.hard_cases.documents import (
+from renderer.plan.effects import LIGHTS, SHAPES, TEXTURES
+from schemas.api.plans import PlanDocument
+from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
+from tests.documents import (
     Json,
     bulb,
     camera,
@@ -24,9 +27,6 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from renderer.plan.effects import LIGHTS, SHAPES, TEXTURES
-from schemas.api.plans import PlanDocument
-from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 from tests.pictures import pictures
 from tests.pictures.parts import plan_of, png
 

@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json, camera, mesh, phong, sampled, scene, sphere
 from schemas.json_schema import scene_json_schema
 from schemas.quality import TargetQuality
 from tests import solids
+from tests.documents import Json, camera, mesh, phong, sampled, scene, sphere
 from tests.pictures import pictures
 from tests.pictures.parts import plan_of, png, same
 

@@ -10,7 +10,6 @@ import pytest
 
 import renderer
 import schemas.textures as language
-from accuracy.hard_cases.documents import Json, camera, mesh, phong, rectangle, scene, sphere, sun
 from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats
 from renderer.shapes import displacement
@@ -18,6 +17,7 @@ from renderer.shapes.displacement import Displaced
 from renderer.textures import image
 from renderer.textures.heights import Heights
 from schemas.reading import read_scene
+from tests.documents import Json, camera, mesh, phong, rectangle, scene, sphere, sun
 from tests.pictures import parts
 
 SIZE = 64

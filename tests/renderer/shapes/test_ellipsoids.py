@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import Json, bulb, camera, ellipsoid, phong, rectangle, scene, sphere, sun
 from schemas.reading import read_scene
+from tests.documents import Json, bulb, camera, ellipsoid, phong, rectangle, scene, sphere, sun
 from tests.numerics import oracle
 from tests.numerics.tracing import EPS, traced
 from tests.pictures.parts import DOUBLE, image_of, png

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json, bulb, mesh, phong, rectangle, sampled, scene
+from tests.documents import Json, bulb, mesh, phong, rectangle, sampled, scene
 from tests.pictures.parts import plan_of, png
 
 FLOOR = rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0])

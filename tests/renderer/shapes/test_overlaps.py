@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import (
+from schemas.quality import TargetQuality
+from tests.documents import (
     Json,
     camera,
     ellipsoid,
@@ -19,9 +20,8 @@ from accuracy.hard_cases.documents import (
     sphere,
     triangle,
 )
-from accuracy.hard_cases.solids import triangles_of
-from schemas.quality import TargetQuality
 from tests.pictures.parts import image_of, plan_of, png
+from tests.solids import triangles_of
 
 UPWARD = np.array([0.3, 0.9, 0.2]) / np.linalg.norm([0.3, 0.9, 0.2])
 ACROSS = np.cross(UPWARD, [0, 0, 1.0]) / np.linalg.norm(np.cross(UPWARD, [0, 0, 1.0]))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import rectangle
 from renderer.math.arrays import column
 from renderer.shapes.rectangles import edges_of
+from tests.documents import rectangle
 from tests.numerics.tracing import EPS, traced
 
 

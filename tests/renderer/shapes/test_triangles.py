@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import triangle
 from renderer.math.arrays import unit
 from renderer.shapes.frames import derivatives_of_texture, frame_of_texture
 from renderer.shapes.triangles import unit_normals
+from tests.documents import triangle
 from tests.numerics.tracing import EPS, traced
 
 

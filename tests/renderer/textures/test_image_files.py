@@ -9,8 +9,8 @@ import pytest
 from PIL import Image
 
 import renderer
-from accuracy.hard_cases.documents import phong, rectangle, scene
 from renderer.images.reading import read_image
+from tests.documents import phong, rectangle, scene
 from tests.pictures.parts import image_of, plan_of
 from tests.renderer.picture_files import deep_png, exr, exr_of_parts, pfm, tiff
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import camera, lamp, mesh, phong, rectangle, sampled, scene, triangle
+from tests.documents import camera, lamp, mesh, phong, rectangle, sampled, scene, triangle
 from tests.pictures.paired_scenes import cut
 from tests.pictures.parts import DOUBLE, image_of, plan_of
 
