@@ -46,7 +46,7 @@ def usable(session: Session, hashes: Collection[str], principal: Principal) -> d
     if not principal.sees_all:
         query = query.join(AssetOwnerRow, AssetOwnerRow.sha256 == AssetRow.sha256)
         query = query.where(AssetOwnerRow.owner == principal.name)
-    return dict(session.execute(query).tuples().all())
+    return dict(session.execute(query).all())
 
 
 def bytes_of(session: Session, owner: str, *, apart_from: str) -> int:

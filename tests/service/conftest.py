@@ -19,6 +19,7 @@ from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from tests.postgres_server import PostgresServer, programs
 from tests.s3_server import S3Server
+from tests.service.in_process import InProcess, in_process
 from tests.service.support import TIMEOUT, work
 
 Start = Callable[..., RunningServer]
@@ -68,6 +69,30 @@ def client(request: pytest.FixtureRequest) -> Iterator[httpx2.Client]:
     on = "server_on_postgres" if getattr(request, "param", "sqlite") == "postgresql" else "server"
     server: RunningServer = request.getfixturevalue(on)
     with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="session")
+def local(tmp_path_factory: pytest.TempPathFactory) -> Iterator[InProcess]:
+    """A service in this process, on SQLite."""
+    with in_process(typical(tmp_path_factory.mktemp("local"))) as made:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def local_on_postgres(
+    tmp_path_factory: pytest.TempPathFactory, postgres: PostgresServer
+) -> Iterator[InProcess]:
+    with in_process(typical(tmp_path_factory.mktemp("local"), database=postgres.database())) as made:
+        yield made
+
+
+@pytest.fixture
+def api(request: pytest.FixtureRequest) -> Iterator[httpx2.Client]:
+    """Who asks a service in this process: on SQLite, and on PostgreSQL too where marked ``API_ON_BOTH``."""
+    on = "local_on_postgres" if getattr(request, "param", "sqlite") == "postgresql" else "local"
+    made: InProcess = request.getfixturevalue(on)
+    with made.client() as opened:
         yield opened
 
 

@@ -30,6 +30,8 @@ BOTH = pytest.mark.parametrize("database", KINDS, indirect=True)
 """Once with each kind of database."""
 ON_BOTH = pytest.mark.parametrize("client", KINDS, indirect=True)
 """Once with a server on each kind of database."""
+API_ON_BOTH = pytest.mark.parametrize("api", KINDS, indirect=True)
+"""Once with a service in this process on each kind of database."""
 
 
 def scene(

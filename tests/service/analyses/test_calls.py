@@ -1,0 +1,130 @@
+"""Pixels explained and pictures priced, over HTTP: what workers compute while a client waits."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import pytest
+
+import renderer
+from accuracy.inspection import inspect, inspection_plan
+from schemas.api.inspections import Inspection
+from schemas.api.plans import Quote
+from schemas.api.request_pointers import in_scene
+from schemas.quality import FixedQuality
+from service.settings import Settings
+from tests.service.in_process import InProcess, in_process
+from tests.service.sending import mistakes, problem_of, put
+from tests.service.support import finish, long_scene, scene, submit
+
+BEHIND_THE_BALL = (30, 27)
+
+
+@pytest.fixture(scope="module")
+def finished(local: InProcess) -> str:
+    with local.client() as client:
+        return finish(client, submit(client, scene()))["id"]
+
+
+def pixel(client: httpx2.Client, job: str, place: Any) -> httpx2.Response:
+    return client.post(f"/v1/jobs/{job}/inspections", json=place)
+
+
+def test_pixel_is_explained_as_by_the_renderer(api: httpx2.Client, finished: str) -> None:
+    x, y = BEHIND_THE_BALL
+    answer = pixel(api, finished, {"x": x, "y": y})
+    assert answer.status_code == 200, answer.text
+    plan = inspection_plan(renderer.load_scene(scene()))
+    assert in_scene(Inspection.model_validate(answer.json())) == inspect(plan, x, y)
+    # The ball stands before the light.
+    assert answer.json()["reasons"][0]["pointers"] == ["/scene/lights/0", "/scene/shapes/1"]
+
+
+def test_pixel_of_a_job_that_has_not_begun_is_explained(api: httpx2.Client) -> None:
+    job = submit(api, long_scene(), quality={"mode": "target", "error": 0.02})
+    assert pixel(api, job, {"x": 0, "y": 0}).json()["reasons"][0]["code"] == "background"
+    api.delete(f"/v1/jobs/{job}")
+    problem_of(pixel(api, job, {"x": 0, "y": 0}), 404)
+
+
+def test_pixel_outside_the_picture_is_pointed_at(api: httpx2.Client, finished: str) -> None:
+    wrong = {"/x": [{"x": 80, "y": 0}, {"x": -1, "y": 0}, {"x": 1.5, "y": 0}], "/y": [{"x": 0, "y": 48}]}
+    for pointer, places in (wrong | {"": [{"x": 1}]}).items():
+        for place in places:
+            assert mistakes(pixel(api, finished, place))[0][0] == pointer
+
+
+def quote(client: httpx2.Client, **changes: Any) -> httpx2.Response:
+    return client.post("/v1/quotes", json={"scene": scene()} | changes)
+
+
+def test_quote_prices_what_is_asked_for_and_other_qualities(api: httpx2.Client) -> None:
+    reported = Quote.model_validate(quote(api, target_error=0.02, seconds=60).json())
+    assert reported.workers == 2
+    assert reported.asked is not None
+    assert isinstance(reported.asked.quality, FixedQuality)
+    assert reported.asked.quality.antialiasing == renderer.load_scene(scene()).document.sampling.antialiasing
+    assert reported.asked in reported.offers
+    assert len(reported.offers) > 5
+    assert {each.effect: each.pointers for each in reported.effects}.items() <= {
+        "light 0": ("/scene/lights/0",),
+        "highlights": ("/scene/materials/ball/specular",),
+    }.items()
+    assert reported.price == renderer.compile_scene(scene()).describe().cost
+
+
+def test_quote_of_a_long_render_takes_no_longer(api: httpx2.Client) -> None:
+    # The whole picture would take hours.
+    document = scene(1000, 1000, samples=1024, light_samples=1024)
+    reported = Quote.model_validate(quote(api, scene=document).json())
+    assert reported.pilot.seconds < 60
+    assert reported.asked is None or reported.asked.cpu_seconds.estimate > 600
+
+
+def test_quote_is_the_price_at_which_a_job_is_admitted(api: httpx2.Client) -> None:
+    quality = {"mode": "fixed", "antialiasing": {"pattern": "sobol", "samples": 2}}
+    body = {"scene": scene(64, 64), "quality": quality}
+    reported = Quote.model_validate(api.post("/v1/quotes", json=body).json())
+    assert reported.asked is not None
+    quoted = reported.asked.cpu_seconds.estimate
+    assert api.post("/v1/plans", json=body).json()["cost"]["cpu_seconds"] == quoted
+    assert api.post("/v1/jobs", json=body).json()["cost"]["predicted_cpu_seconds"] == quoted
+    other = api.post("/v1/plans", json={"scene": body["scene"]}).json()["cost"]["cpu_seconds"]
+    assert other == renderer.compile_scene(body["scene"]).describe().cost.cpu_seconds
+
+
+def test_quote_of_what_makes_no_sense_is_pointed_at(api: httpx2.Client) -> None:
+    wrong: list[tuple[str, dict[str, Any]]] = [
+        ("/target_error", {"target_error": 0}),
+        ("/seconds", {"seconds": 1e6}),
+        ("/quality/mode", {"quality": {"mode": "quick"}}),
+        ("/layers", {"layers": ["depth"]}),
+        ("/scene/camera", {"scene": scene() | {"camera": {}}}),
+        ("/scene/camera", {"scene": scene(2000, 2000)}),
+    ]
+    for pointer, changes in wrong:
+        assert mistakes(quote(api, **changes))[0][0].startswith(pointer)
+
+
+def test_quote_of_a_damaged_mesh_fails(api: httpx2.Client) -> None:
+    name = put(api, b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n").json()["name"]
+    mesh = {"type": "mesh", "asset": name, "material": "ball"}
+    answer = quote(api, scene=scene() | {"shapes": [mesh]})
+    assert problem_of(answer, 422)["code"] == "quote_failed"
+
+
+def test_quotes_beyond_the_limit_are_sent_away(tmp_path: Path) -> None:
+    with (
+        in_process(Settings(data=tmp_path, workers=1, max_quotes=1)) as local,
+        local.client() as client,
+        ThreadPoolExecutor(4) as threads,
+    ):
+        answers = list(threads.map(lambda _: quote(client), range(4)))
+        assert {answer.status_code for answer in answers} == {200, 429}
+        refused = next(answer for answer in answers if answer.status_code == 429)
+        assert problem_of(refused, 429)["code"] == "busy"
+        assert int(refused.headers["Retry-After"]) >= 1
+        assert quote(client).status_code == 200

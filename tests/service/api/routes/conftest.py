@@ -1,0 +1,16 @@
+"""A finished job that many tests look at."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.service.in_process import InProcess
+from tests.service.support import finish, scene, submit
+
+
+@pytest.fixture(scope="session")
+def done(local: InProcess) -> str:
+    """A job of `scene()` with two layers."""
+    with local.client() as client:
+        job: str = finish(client, submit(client, scene(), layers=["depth", "shape"]))["id"]
+    return job

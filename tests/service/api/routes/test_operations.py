@@ -1,0 +1,122 @@
+"""Routes for operators: health checks, version, metrics."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, contextmanager
+from importlib.metadata import version
+from pathlib import Path
+
+import httpx2
+import pytest
+
+from service.settings import Settings
+from tests.service.conftest import Start
+from tests.service.in_process import InProcess, in_process
+from tests.service.processes import fork_servers_of, workers_of
+from tests.service.sending import problem_of
+from tests.service.support import TIMEOUT, scene, until
+
+# The number of threads that answer requests.
+REQUEST_THREADS = 40
+
+
+def missing(client: httpx2.Client) -> str:
+    """What a service says that lives and is not ready."""
+    assert client.get("/livez").status_code == 200
+    detail: str = problem_of(client.get("/readyz"), 503)["detail"]
+    return detail
+
+
+def test_health_and_version_are_told_to_everyone(api: httpx2.Client) -> None:
+    assert [api.get(path).json() for path in ("/livez", "/readyz")] == [{"status": "ok"}] * 2
+    expected = {"name": "penumbra", "version": version("penumbra-render"), "api": "v1"}
+    assert api.get("/version").json() == expected
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Iterator[tuple[InProcess, httpx2.Client]]:
+    """A service of one's own, which may be harmed."""
+    with in_process(Settings(data=tmp_path, workers=1)) as local, local.client() as client:
+        until(lambda: client.get("/readyz").status_code == 200)
+        yield local, client
+
+
+def test_health_tells_of_a_folder_that_takes_no_files(
+    own: tuple[InProcess, httpx2.Client], tmp_path: Path
+) -> None:
+    _, client = own
+    (tmp_path / "jobs").rmdir()
+    (tmp_path / "jobs").touch()
+    assert "data folder" in missing(client)
+    (tmp_path / "jobs").unlink()
+    assert client.get("/readyz").status_code == 200
+
+
+def test_health_tells_of_a_disk_that_is_nearly_full(tmp_path: Path) -> None:
+    # More than any disk has.
+    with in_process(Settings(data=tmp_path, workers=1, min_free_bytes=1 << 62)) as local:
+        assert "disk" in missing(local.client())
+
+
+def test_health_tells_of_an_end_and_of_a_dispatcher_that_is_gone(
+    own: tuple[InProcess, httpx2.Client],
+) -> None:
+    local, client = own
+    local.service.job_events.close()
+    assert "stopped" in missing(client)
+    local.service.dispatcher.stop()
+    problem_of(client.get("/livez"), 503)
+    problem_of(client.get("/readyz"), 503)
+
+
+@contextmanager
+def held(*processes: int) -> Iterator[None]:
+    """Processes do nothing until the block ends."""
+    for process in processes:
+        os.kill(process, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        for process in processes:
+            os.kill(process, signal.SIGCONT)
+
+
+def test_health_tells_of_a_missing_worker(start: Start) -> None:
+    server = start(workers=1)
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+        (worker,) = workers_of(server.process.pid)
+        # Another one would be forked at once.
+        with held(*fork_servers_of(server.process.pid)):
+            os.kill(worker, signal.SIGKILL)
+            until(lambda: client.get("/readyz").status_code == 503)
+            assert "worker" in missing(client)
+        until(lambda: client.get("/readyz").status_code == 200)
+
+
+@pytest.mark.slow
+def test_health_tells_of_a_database_that_takes_no_writes(start: Start, tmp_path: Path) -> None:
+    """The process lives meanwhile, even if all its threads wait for the database."""
+    server = start(workers=1)
+    threads = Path(f"/proc/{server.process.pid}/task")
+    with (
+        httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
+        ThreadPoolExecutor(REQUEST_THREADS) as pool,
+        closing(sqlite3.connect(tmp_path / "penumbra.sqlite")) as connection,
+    ):
+        job = client.post("/v1/jobs", json={"scene": scene(8, 8)}).json()["id"]
+        before = len(list(threads.iterdir()))
+        connection.execute("PRAGMA busy_timeout = 10000")
+        connection.execute("BEGIN IMMEDIATE")
+        assert "database" in missing(client)
+        waiting = [pool.submit(client.put, f"/v1/jobs/{job}/pin") for _ in range(REQUEST_THREADS)]
+        until(lambda: len(list(threads.iterdir())) >= max(before, REQUEST_THREADS))
+        assert client.get("/livez").status_code == 200
+        assert not any(request.done() for request in waiting)
+        connection.rollback()
+        assert {request.result().status_code for request in waiting} == {200}
+        assert client.get("/readyz").status_code == 200

@@ -1,0 +1,150 @@
+"""Clients that hold as many connections as they can: probes are answered, and others find room."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from http.client import HTTPConnection
+from pathlib import Path
+
+import httpx2
+import pytest
+
+from schemas.api.administration import Role
+from service.server import RunningServer, running
+from service.settings import Settings
+from tests.service.sending import bearer, make_keys, problem_of
+from tests.service.support import TIMEOUT, long_scene, scene, submit, until
+
+MOST, MOST_OF_ADDRESS, MOST_STREAMS = 12, 4, 2
+# More than the server keeps for probes beyond its limits.
+MANY = 60
+ADDRESSES = [f"127.0.0.{number}" for number in range(1, 6)]
+STRANGER = "127.0.0.9"
+UNFINISHED = b"GET /version HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow: "
+
+
+def settings(data: Path, **changes: object) -> Settings:
+    limits = {"max_connections": MOST, "max_address_connections": MOST_OF_ADDRESS, "workers": 1}
+    return Settings(**limits | {"data": data, "port": 0, "log_level": "error"} | changes)
+
+
+@pytest.fixture(scope="module")
+def crowded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
+    with running(settings(tmp_path_factory.mktemp("crowded"))) as started:
+        yield started
+
+
+@contextmanager
+def held(server: RunningServer, addresses: list[str]) -> Iterator[None]:
+    """Hold connections from each of these addresses, on which a request has begun and does not end."""
+    host, port = server.url.removeprefix("http://").split(":")
+    with ExitStack() as stack:
+        for address in addresses:
+            for _ in range(MANY):
+                connection = socket.create_connection((host, int(port)), TIMEOUT, (address, 0))
+                stack.enter_context(connection).sendall(UNFINISHED)
+        yield
+    until(lambda: ask(server, "/version", addresses[0]).status_code == 200)
+
+
+def ask(server: RunningServer, path: str, address: str) -> httpx2.Response:
+    transport = httpx2.HTTPTransport(local_address=address)
+    with httpx2.Client(base_url=server.url, transport=transport, timeout=TIMEOUT) as client:
+        return client.get(path)
+
+
+def test_connections_of_one_address_leave_room_for_others(crowded: RunningServer) -> None:
+    with held(crowded, ADDRESSES[:1]):
+        assert ask(crowded, "/version", STRANGER).status_code == 200
+        assert ask(crowded, "/readyz", ADDRESSES[0]).status_code == 200
+        refused = ask(crowded, "/version", ADDRESSES[0])
+    assert problem_of(refused, 429)["code"] == "busy"
+    assert (refused.headers["Retry-After"], refused.headers["Connection"]) == ("1", "close")
+    assert refused.headers["X-Request-ID"]
+
+
+def test_connections_of_all_leave_room_for_probes(crowded: RunningServer) -> None:
+    with held(crowded, ADDRESSES):
+        for path in ("/livez", "/readyz"):
+            for address in (ADDRESSES[0], STRANGER):
+                answer = ask(crowded, path, address)
+                assert (answer.status_code, answer.json()) == (200, {"status": "ok"})
+        refused = ask(crowded, "/version", STRANGER)
+    assert problem_of(refused, 503)["code"] == "unavailable"
+    assert refused.headers["Retry-After"] == "1"
+
+
+def test_connections_of_a_proxy_may_have_one_address(tmp_path: Path) -> None:
+    with running(settings(tmp_path, trusted_proxies="127.0.0.1")) as server, ExitStack() as stack:
+        clients = [
+            stack.enter_context(httpx2.Client(base_url=server.url, timeout=TIMEOUT)) for _ in range(MOST - 1)
+        ]
+        # Each keeps its connection.
+        assert [client.get("/version").status_code for client in clients] == [200] * len(clients)
+
+
+@pytest.mark.slow
+def test_connection_outlives_the_pool_of_a_client(server: RunningServer) -> None:
+    """A pool of httpx sends on a connection that was idle for less than 5 seconds."""
+    connection = HTTPConnection(server.url.removeprefix("http://"), timeout=TIMEOUT)
+    with closing(connection):
+        connection.request("GET", "/livez")
+        assert connection.getresponse().read()
+        connection.sock.settimeout(6)
+        # Nothing comes, and in particular not the end of the connection.
+        with pytest.raises(TimeoutError):
+            connection.sock.recv(1)
+        connection.sock.settimeout(TIMEOUT)
+        connection.request("GET", "/livez")
+        assert connection.getresponse().status == 200
+
+
+@pytest.fixture
+def users(tmp_path: Path) -> Iterator[tuple[httpx2.Client, httpx2.Client]]:
+    """Two users of a server that requires keys."""
+    made = make_keys(tmp_path, ann=Role.SUBMIT, bob=Role.SUBMIT)
+    wanted = settings(tmp_path, max_address_connections=MOST, max_user_streams=MOST_STREAMS)
+    with running(wanted) as server, ExitStack() as stack:
+        ann, bob = (
+            stack.enter_context(httpx2.Client(base_url=server.url, timeout=TIMEOUT, headers=bearer(key)))
+            for key in made.values()
+        )
+        yield ann, bob
+
+
+def paused(client: httpx2.Client) -> str:
+    """A job that does not end."""
+    job = submit(client, long_scene())
+    client.post(f"/v1/jobs/{job}/pause").raise_for_status()
+    return job
+
+
+@contextmanager
+def watched(client: httpx2.Client, job: str) -> Iterator[int]:
+    with client.stream("GET", f"/v1/jobs/{job}/events") as answer:
+        yield answer.status_code
+
+
+def test_streams_of_one_user_leave_room_for_others(users: tuple[httpx2.Client, httpx2.Client]) -> None:
+    ann, bob = users
+    mine, theirs = paused(ann), paused(bob)
+    with ExitStack() as stack:
+        for _ in range(MOST_STREAMS):
+            assert stack.enter_context(watched(ann, mine)) == 200
+        tiles = f"/v1/jobs/{mine}/tiles?after=1000"
+        for path in (f"/v1/jobs/{mine}/events", f"{tiles}&wait=30"):
+            assert problem_of(ann.get(path), 429)["code"] == "busy"
+        # What does not wait is answered, and a job is accepted without the wait that it prefers.
+        assert ann.get(tiles).status_code == 200
+        taken = ann.post("/v1/jobs", json={"scene": scene(33, 31)}, headers={"Prefer": "wait=30"})
+        assert (taken.status_code, taken.headers.get("Preference-Applied")) == (202, None)
+        with watched(bob, theirs) as status:
+            assert status == 200
+
+    def has_room() -> bool:
+        with watched(ann, mine) as status:
+            return status == 200
+
+    until(has_room)

@@ -1,0 +1,111 @@
+"""Pictures as large as the service takes them: a client that asks for them does not take its memory."""
+
+from __future__ import annotations
+
+import io
+import resource
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+import httpx2
+import numpy as np
+import pytest
+from PIL import Image
+from sqlalchemy import update
+
+from renderer.images import files as image_files
+from schemas.scene import Display
+from service.server import RunningServer, running
+from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.database.models import RenderRow
+from service.storage.folder import Folder
+from service.storage.tiles import TileStore
+from service.workers.layers import file_name
+from tests.service.support import TIMEOUT, finish, image, scene, submit
+
+SIZE = 4096, 2160
+AT_ONCE = 4
+ONE_MIB, ALL_MIB = 100, 200
+SERVER_BYTES = 1 << 30
+
+Answer = TypeVar("Answer")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
+    settings = Settings(data=tmp_path_factory.mktemp("large"), port=0, workers=1, log_level="error")
+    with running(settings) as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def client(server: RunningServer) -> Iterator[httpx2.Client]:
+    with httpx2.Client(base_url=server.url, timeout=5 * TIMEOUT) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def jobs(server: RunningServer, client: httpx2.Client) -> list[str]:
+    """Finished jobs whose pictures are exchanged for large ones, which would take minutes to render."""
+    found = [submit(client, scene(16, 9, samples=1), layers=["depth", "normal"]) for _ in range(AT_ONCE + 1)]
+    for job in found:
+        finish(client, job)
+    store = TileStore(Folder(server.data / "jobs"))
+    width, height = SIZE
+    ramp = np.linspace(0, 1, width, dtype=np.float32)
+    for number, job in enumerate(found):
+        picture = np.empty((height, width, 3), np.float32)
+        picture[:] = (ramp * (number + 1) / len(found))[:, None]
+        picture += np.linspace(0, 0.1, height, dtype=np.float32)[:, None, None]
+        layers = {"depth": picture[..., 0], "normal": picture}
+        for name, sheet in layers.items():
+            store.put_final(job, 1, file_name(name), image_files.encode_layer(sheet))
+        store.put_final(job, 1, "image.npy", image_files.encode_npy(picture))
+    database = Database(f"sqlite:///{server.data / 'penumbra.sqlite'}")
+    with database.writing() as session:
+        session.execute(update(RenderRow).values(width=width, height=height))
+    database.close()
+    return found
+
+
+def status(server: RunningServer) -> dict[str, int]:
+    """What the kernel says of the server's memory, KiB."""
+    lines = Path(f"/proc/{server.process.pid}/status").read_text().splitlines()
+    return {line.split(":")[0]: int(line.split()[1]) for line in lines if line.endswith(" kB")}
+
+
+def measured(server: RunningServer, call: Callable[[], Answer]) -> tuple[Answer, float]:
+    """What a call returns, and how much more memory the server has in use during it, at most, MiB."""
+    # The highest use is counted anew.
+    Path(f"/proc/{server.process.pid}/clear_refs").write_text("5")
+    before = status(server)["VmRSS"]
+    answer = call()
+    return answer, (status(server)["VmHWM"] - before) / 1024
+
+
+def test_pictures_take_little_memory_alone_and_together(
+    server: RunningServer, client: httpx2.Client, jobs: list[str]
+) -> None:
+    resource.prlimit(server.process.pid, resource.RLIMIT_DATA, (SERVER_BYTES, SERVER_BYTES))
+    first, *others = jobs
+
+    def fetched(job: str) -> bytes:
+        answer = client.get(f"/v1/jobs/{job}/image.png")
+        assert answer.status_code == 200, answer.text
+        return answer.content
+
+    content, added = measured(server, partial(fetched, first))
+    assert added <= ONE_MIB
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        _, added = measured(server, lambda: list(pool.map(fetched, others)))
+    assert added <= ALL_MIB
+    answer, added = measured(server, partial(client.get, f"/v1/jobs/{first}/image.exr"))
+    assert (answer.status_code, added <= ONE_MIB) == (200, True), added
+    codes = np.asarray(Image.open(io.BytesIO(content)))
+    np.testing.assert_array_equal(codes, image_files.displayed(image(client, first), Display()))

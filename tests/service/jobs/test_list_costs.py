@@ -1,0 +1,123 @@
+"""What is read to show a page or to sweep does not grow with what is kept: by counts, never by time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import event
+
+from schemas.api.jobs import JobState
+from service.app import assemble
+from service.dispatch.job_events import JobEvents
+from service.jobs import lifecycle
+from service.jobs.context import Service
+from service.jobs.retention import Rules
+from service.lifecycle import fairness, totals
+from service.settings import Settings
+from service.storage.database.models import LabelRow, RenderRow
+from tests.service.support import job_with
+
+QUEUED, FEW, MANY = 60, 150, 600
+BYTES = 200
+RULES = Rules(keep_seconds=86400.0, max_stored_bytes=2**40, keep_asset_seconds=86400.0)
+Look = Callable[[Service], object]
+
+
+def page(cursor: int | None = None, **chosen: Any) -> Look:
+    wanted = {"owner": None, "state": None, "labels": {}} | chosen
+    return lambda service: lifecycle.page(service, 3, cursor, **wanted)
+
+
+LOOKS: Mapping[str, Look] = {
+    "queued": page(),
+    "in a rare state": page(state=JobState.FAILED),
+    "of a user in a rare state": page(owner="user 1", state=JobState.FAILED),
+    "with a label": page(labels={"course": "rare"}),
+    "of a user with a label": page(owner="user 1", labels={"course": "rare"}),
+    "metrics": lambda service: service.dispatcher.metrics.text(service.database),
+    "sweep": lambda service: service.retention_thread.prune(RULES),
+}
+
+
+def filled(data: Path, kept: int) -> Service:
+    """A service that hands out nothing, with finished jobs and then queued ones of five users."""
+
+    async def begin() -> Service:
+        return assemble(Settings(data=data, log_level="error"), JobEvents())
+
+    service, now = asyncio.run(begin()), datetime.now(UTC)
+    ended = {"state": JobState.SUCCEEDED, "started_at": now}
+    numerics = {"non_finite": 0, "clamped": 0, "degenerate_dropped": 0, "retried": 0}
+    with service.database.writing() as session:
+        for number in range(kept + QUEUED):
+            is_kept = number < kept
+            of_render = {"image_sha256": "0" * 64, "idle_since": now, "numerics": numerics, **ended}
+            render = RenderRow(
+                id=f"r{number}",
+                width=16,
+                height=12,
+                spec_sha256=str(number),
+                passes=[],
+                display={},
+                total_steps=1,
+                total_work=1,
+                predicted_cpu_seconds=1.0,
+                stored_bytes=BYTES,
+                **(of_render if is_kept else {}),
+            )
+            label = "rare" if number % 7 == 0 else "usual"
+            job = job_with(
+                f"j{number}",
+                render,
+                owner=f"user {number % 5}",
+                labels={"course": label},
+                **(ended | {"finished_at": now} if is_kept else {}),
+            )
+            session.add(job)
+            session.flush()
+            session.add(LabelRow(job=job.number, name="course", value=label, owner=job.owner))
+            if is_kept:
+                service.store.objects.begin(render.id)
+                service.store.put_file(render.id, "image.npy", bytes(BYTES))
+        totals.add(session, totals.STORED_BYTES, kept * BYTES)
+        fairness.activate(session, [f"user {number}" for number in range(5)])
+    return service
+
+
+@pytest.fixture(scope="module")
+def services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Service, Service]]:
+    """Two with the same queue, the second of which keeps four times as many pictures. Nothing runs."""
+    few, many = (filled(tmp_path_factory.mktemp("kept"), kept) for kept in (FEW, MANY))
+    yield few, many
+    for service in (few, many):
+        service.database.close()
+
+
+def work(service: Service, look: Look) -> int:
+    """Count the instructions that SQLite executes: the same for the same rows, on every machine."""
+    look(service)
+    instructions = 0
+
+    def step() -> None:
+        nonlocal instructions
+        instructions += 1
+
+    def watch(connection: Any, *_: object) -> None:
+        connection.set_progress_handler(step, 1)
+
+    event.listen(service.database.engine, "checkout", watch)
+    look(service)
+    event.remove(service.database.engine, "checkout", watch)
+    return instructions
+
+
+@pytest.mark.parametrize("look", LOOKS.values(), ids=LOOKS)
+def test_work_does_not_grow_with_what_is_kept(services: tuple[Service, Service], look: Look) -> None:
+    few, many = (work(service, look) for service in services)
+    # Numbers and hashes of other lengths take some instructions more or less.
+    assert 0 < many < 1.1 * few
