@@ -58,6 +58,11 @@ def test_noise_is_no_blur(samples: int) -> None:
         assert blur(discs(), reference, errors(4)) is None
 
 
+def test_sharper_edges_and_equal_pictures_are_no_blur() -> None:
+    assert blur(discs(1), discs()) is None
+    assert blur(discs(), discs()) is None
+
+
 def test_filter_of_renderers_is_no_blur() -> None:
     """A tent 2 pixels wide, the pixel's square spread over another one: 1/12 of variance along each axis."""
     weights = np.array([1, 22, 1]) / 24

@@ -73,6 +73,8 @@ def test_layers_beside_a_file_belong_to_it(tmp_path: Path) -> None:
     (tmp_path / "a.npy").write_bytes(npy(np.zeros((2, 3, 3), np.float32)))
     (tmp_path / "a.npy.samples.npy").write_bytes(npy(np.full((2, 3), 9, np.int32)))
     assert read_picture(tmp_path / "a.npy").layers["samples"].tolist() == [[9, 9, 9]] * 2
+    with pytest.raises(NotComparableError, match=r"none\.png"):
+        read_picture(tmp_path / "none.png")
 
 
 def test_grey_counts_in_all_channels_and_alpha_in_none() -> None:
@@ -82,6 +84,8 @@ def test_grey_counts_in_all_channels_and_alpha_in_none() -> None:
     opaque = picture_of(png(CODES, "RGBA"), "opaque.png")
     assert opaque.linear.tolist() == picture_of(png(CODES), "a.png").linear.tolist()
     assert "alpha" in opaque.notes[0]
+    luminance = picture_of(exr({"Y": PLANES["R"]}), "a.exr")
+    assert luminance.linear.tolist() == np.stack([PLANES["R"]] * 3, axis=-1).tolist()
     palette = picture_of(png(CODES, "P"), "palette.png")
     assert palette.linear.shape == (2, 4, 3)
 

@@ -55,27 +55,35 @@ REFERENCE = {"type": "scene", "file": "scene.json"}
 def image_test(**changes: Any) -> dict[str, Any]:
     """A test of the kind `image`."""
     submitted = {"file": "picture.npy", "encoding": "linear"}
-    return _test("image", "picture") | {"submitted": submitted, "reference": REFERENCE} | changes
+    return _test("image", "picture", "A picture") | {"submitted": submitted, "reference": REFERENCE} | changes
 
 
 def scene_test(**changes: Any) -> dict[str, Any]:
     """A test of the kind `scene`."""
-    return _test("scene", "scene") | {"submitted": {"file": "scene.json"}, "reference": REFERENCE} | changes
+    return (
+        _test("scene", "scene", "A scene")
+        | {"submitted": {"file": "scene.json"}, "reference": REFERENCE}
+        | changes
+    )
 
 
 def rays_test(**changes: Any) -> dict[str, Any]:
     """A test of the kind `rays`."""
     submitted = {"type": "hits", "file": "hits.npz"}
-    return _test("rays", "rays") | {"submitted": submitted, "reference": "scene.json"} | changes
+    return (
+        _test("rays", "rays", "What rays hit") | {"submitted": submitted, "reference": "scene.json"} | changes
+    )
 
 
 def time_test(**changes: Any) -> dict[str, Any]:
     """A test of the kind `time`."""
-    return _test("time", "time") | {"submitted": REFERENCE, "accept": {"full": 2}} | changes
+    return (
+        _test("time", "time", "How long it takes") | {"submitted": REFERENCE, "accept": {"full": 2}} | changes
+    )
 
 
-def _test(kind: str, name: str) -> dict[str, Any]:
-    return {"id": name, "name": f"A test of {name}", "kind": kind, "points": 10}
+def _test(kind: str, test_id: str, name: str) -> dict[str, Any]:
+    return {"id": test_id, "name": name, "kind": kind, "points": 10}
 
 
 @dataclass(frozen=True)

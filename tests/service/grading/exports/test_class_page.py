@@ -109,6 +109,13 @@ def test_histogram_has_each_score_in_one_bar(score: float, place: int, bars: int
     assert (len(counts), sum(counts), counts.index(1)) == (bars, 1, place)
 
 
+def test_long_name_is_cut_and_what_is_no_folder_is_listed() -> None:
+    text = page_of([graded("long " * 40)])
+    assert f'title="{("long " * 40).strip()}"' in text
+    assert f">{'long ' * 7}long…</a>" in text
+    assert "a.zip, &lt;b&gt;.txt" in text
+
+
 def test_class_without_a_complete_submission_has_a_page() -> None:
     grade = result(not_gradable(), student="a")
     text = page_of([(Student(Path("class/a")), grade)])

@@ -96,6 +96,10 @@ def test_staff_see_hidden_tests_signals_and_files(tmp_path: Path) -> None:
     assert "abababababababab" in words
 
 
+def test_page_without_pictures_names_the_worst_region() -> None:
+    assert "columns 2 to 9, rows 3 to 8, mostly ball" in page("html", result(failed())).words
+
+
 def test_open_tests_have_no_points_on_a_page() -> None:
     words = page("html", result(tried(), not_gradable(), broken())).words
     assert "Camera: –" in words

@@ -136,6 +136,7 @@ def test_picture_of_a_fixed_pattern_is_like_it(right: list[Fingerprint], referen
 def test_too_few_pictures_have_no_known_noise(right: list[Fingerprint]) -> None:
     assert noise_of(right[:9]) is None
     assert noise_of(right[:10]) is not None
+    assert noise_of([right[0]] * STUDENTS) is None
 
 
 def test_odd_row_and_column_are_left_out(reference: Picture) -> None:
