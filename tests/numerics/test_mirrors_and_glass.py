@@ -270,7 +270,7 @@ def test_closed_mesh_of_glass_keeps_no_ray(ior: float, place: float, rounds: int
     vertices, faces = outward([place] * 3, 1, rounds)
     eye = np.array([3.1, 2.2, 1.7]) + place
     targets = seen_on_one_side(vertices, faces, eye, fewest=1 if ior == 1 else 2)
-    glass = {"plain": {**GLASS, "ior": ior, "max_depth": 12}}
+    glass = {"plain": {**GLASS, "ior": ior, "max_depth": 10}}
     done = waves(scene(mesh_of(vertices, faces), materials=glass), eye[:, None], targets - eye[:, None])
     away = np.concatenate(
         [w.rays.origin_surfaces.outside[np.isinf(w.rays.t)] for w in done if w.rays.origin_surfaces]

@@ -16,7 +16,7 @@ from tests.numerics.random_scenes import drawn, mesh, nearest, seen, ways_to_lig
 from tests.numerics.tracing import traced
 from tests.pictures.parts import DOUBLE, SINGLE
 
-SCENES = pytest.mark.parametrize("seed", range(5))
+SCENES = pytest.mark.parametrize("seed", range(3))
 BOTH = pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
 
 
