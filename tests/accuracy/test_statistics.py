@@ -6,15 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from accuracy.statistics import (
-    factor,
-    line,
-    mean,
-    normal_equivalent,
-    normal_limit,
-    ratio,
-    shared_out,
-)
+from accuracy.statistics import factor, line, mean, normal_equivalent, normal_limit, ratio, shared_out
 from renderer.math.intervals import Interval, beyond, student
 from renderer.math.numerics import EPS
 
@@ -31,57 +23,42 @@ def share_that_holds(count: int, deviation: float, usual: float) -> float:
 
 @pytest.mark.parametrize("count", [1, 2, 5, 30])
 @pytest.mark.parametrize("deviation", [0.1, 0.3])
-def test_the_mean_of_few_samples_is_held_at_least_as_often_as_it_says(count: int, deviation: float) -> None:
+def test_mean_of_few_samples_is_held_often_enough(count: int, deviation: float) -> None:
     assert share_that_holds(count, deviation, usual=0.3) >= 0.95 - CHANCE
 
 
-def test_the_mean_of_many_samples_is_held_as_often_as_it_says_whatever_is_usual() -> None:
+def test_mean_of_many_samples_is_held_as_often_as_it_says() -> None:
     # Four of 203 degrees of freedom are those of the usual deviation: half a percent less often.
     assert 0.945 - CHANCE <= share_that_holds(200, 0.3, usual=0.01) <= 0.95 + CHANCE
 
 
-def test_nothing_is_unsure_about_all_there_is() -> None:
+def test_mean_of_a_part_leaves_the_variance_of_the_rest() -> None:
     assert mean([1.0, 2.0, 6.0], usual=5.0, covered=1.0) == Interval(3.0, 3.0, 3.0)
-
-
-def test_half_of_all_there_is_leaves_half_of_the_variance() -> None:
     whole, half = (mean([1.0, 2.0, 3.0], usual=0.5, covered=share) for share in (0.0, 0.5))
     assert half.high - half.estimate == pytest.approx((whole.high - whole.estimate) * np.sqrt(0.5), rel=1e-12)
 
 
-def test_a_ratio_is_that_of_the_means_and_not_the_mean_of_ratios() -> None:
+def test_ratio_is_that_of_the_means() -> None:
     assert ratio([1.0, 9.0], [1.0, 3.0], usual=0.1).estimate == 2.5
-
-
-def test_parts_in_one_proportion_leave_only_what_is_usual() -> None:
     same, apart = (ratio(parts, [1.0, 2.0, 4.0], usual=0.2) for parts in ([2.0, 4.0, 8.0], [2.0, 5.0, 7.0]))
     assert same.estimate == apart.estimate == 2.0
     assert same.high < apart.high
     assert ratio([2.0, 4.0, 8.0], [1.0, 2.0, 4.0], usual=0.0) == Interval(2.0, 2.0, 2.0)
 
 
-def test_independent_factors_add_their_squared_logarithms() -> None:
+def test_products_add_squared_logarithms_and_sums_add_ends() -> None:
     product = Interval(1.0, np.exp(-3), np.exp(3)).times(Interval(2.0, 2 * np.exp(-4), 2 * np.exp(4)))
     assert (product.low, product.high) == pytest.approx((2 * np.exp(-5), 2 * np.exp(5)), rel=1e-12)
-
-
-def test_what_may_be_nothing_stays_so_in_a_product() -> None:
     assert Interval(1.0, 0.0, 2.0).times(factor(0.1)).low == 0.0
     assert Interval(0.0, 0.0, 0.0).times(factor(0.1)) == Interval(0.0, 0.0, 0.0)
-
-
-def test_terms_that_err_together_add_their_ends() -> None:
     assert Interval(1.0, 0.5, 2.0).plus(Interval(3.0, 2.0, 5.0)) == Interval(4.0, 2.5, 7.0)
 
 
-def test_a_factor_holds_in_95_of_100_cases() -> None:
+def test_factor_holds_in_95_of_100_cases() -> None:
     logarithms = 0.4 * np.random.default_rng(3).standard_normal(TRIALS)
     known = factor(0.4)
     held = np.mean((np.log(known.low) <= logarithms) & (logarithms <= np.log(known.high)))
     assert abs(held - 0.95) <= CHANCE
-
-
-def test_a_line_through_points_of_a_line_has_no_scatter() -> None:
     assert line([0.0, 1.0, 3.0], [5.0, 3.0, -1.0]) == pytest.approx((-2.0, 0.0), abs=1e-12)
 
 
@@ -92,39 +69,29 @@ def student_beyond(t: float, freedom: float) -> mpmath.mpf:
 
 
 @pytest.mark.parametrize("freedom", [1, 2, 3, 10, 51, 64])
-@pytest.mark.parametrize("t", [0.1, 1.0, 3.5, 8.0])
-def test_probabilities_of_student_err_by_a_few_roundings_for_each_degree_of_freedom(
-    t: float, freedom: int
-) -> None:
-    assert beyond(t, freedom) == pytest.approx(float(student_beyond(t, freedom)), abs=(2 * freedom + 8) * EPS)
-
-
-@pytest.mark.parametrize("freedom", [1, 5, 51])
-def test_the_limit_is_exceeded_with_its_probability(freedom: int) -> None:
+def test_student_errs_by_a_few_roundings_a_degree_of_freedom(freedom: int) -> None:
+    for t in (0.1, 1.0, 3.5, 8.0):
+        assert beyond(t, freedom) == pytest.approx(
+            float(student_beyond(t, freedom)), abs=(2 * freedom + 8) * EPS
+        )
     assert float(student_beyond(student(freedom, 1e-3), freedom)) == pytest.approx(1e-3, rel=1e-9)
 
 
-def test_as_many_tests_as_share_a_level_raise_one_false_alarm_with_it() -> None:
+def test_level_is_shared_out_among_tests() -> None:
     assert 1 - (1 - shared_out(0.01, 500)) ** 500 == pytest.approx(0.01, rel=1e-12)
 
 
-def test_normal_limits_are_those_of_the_error_function() -> None:
-    for probability in (0.05, 1e-3, 1e-7):
-        beyond_limit = mpmath.erfc(normal_limit(probability) / mpmath.sqrt(2))
-        assert float(beyond_limit) == pytest.approx(probability, rel=1e-9)
+@pytest.mark.parametrize("probability", [0.05, 1e-3, 1e-7])
+def test_normal_limit_is_that_of_the_error_function(probability: float) -> None:
+    beyond_limit = mpmath.erfc(normal_limit(probability) / mpmath.sqrt(2))
+    assert float(beyond_limit) == pytest.approx(probability, rel=1e-9)
 
 
 @pytest.mark.parametrize("freedom", [3.0, 15.0, 900.0])
 @pytest.mark.parametrize("t", [1.0, 3.0, 6.0, 20.0])
-def test_a_t_is_brought_to_the_z_that_is_as_rare(t: float, freedom: float) -> None:
+def test_t_becomes_the_z_that_is_as_rare(t: float, freedom: float) -> None:
     # 1 - p must keep the digits of a p near 1e-75.
     with mpmath.workdps(120):
-        probability = student_beyond(t, freedom)
-        exact = float(mpmath.sqrt(2) * mpmath.erfinv(1 - probability))
-    found = normal_equivalent(np.array([t]), np.array([freedom]))[0]
-    assert found == pytest.approx(exact, rel=0.03)
-
-
-def test_with_boundless_freedom_a_t_is_a_z() -> None:
-    found = normal_equivalent(np.array([5.0]), np.array([np.inf]))[0]
-    assert found == pytest.approx(5.0, rel=1e-7)
+        exact = float(mpmath.sqrt(2) * mpmath.erfinv(1 - student_beyond(t, freedom)))
+    found = normal_equivalent(np.array([t, t]), np.array([freedom, np.inf]))
+    assert found == pytest.approx([exact, t], rel=0.03)

@@ -7,83 +7,67 @@ from typing import Any
 import pytest
 
 import renderer
-from accuracy.variations import PLAIN, Variant, few_samples, marginal_costs
+from accuracy.variations import Variant, few_samples, marginal_costs
 from accuracy.variations import variants as variants_of
+from tests.documents import bulb, camera, phong, rectangle, sampled, scene, sphere, sun
 
-SCENE: dict[str, Any] = {
-    "version": 1,
-    "camera": {"position": [0, 1, 6], "look_at": [0, 0, 0], "lens_radius": 0.2, "width": 300, "height": 200},
-    "ambient": [1, 1, 1],
-    "materials": {
-        "shiny/ball": {"type": "phong", "color": [0.5, 0.5, 0.5], "specular": 0.5},
-        "floor": {"type": "phong", "color": [0.7, 0.7, 0.7], "mirror": 0.4},
-    },
-    "shapes": [
-        {"type": "ellipsoid", "center": [0, 0, 0], "radius": 1, "material": "shiny/ball"},
-        {"type": "rectangle", "center": [0, -1, 0], "normal": [0, 1, 0], "tangent": [1, 0, 0], "size": [9, 9],
-         "material": "floor"},
-    ],
-    "lights": [
-        {"type": "point", "position": [2, 4, 3], "color": [0.6, 0.6, 0.6]},
-        {"type": "directional", "direction": [1, -1, 0], "color": [0, 0, 0]},
-    ],
-}  # fmt: skip
+SCENE: dict[str, Any] = scene(
+    sphere([0, 0, 0], 1, material="shiny/ball"),
+    rectangle([-4.5, -1, -4.5], [0, 0, 9], [9, 0, 0], material="floor"),
+    camera=camera(position=[0, 1, 6], look_at=[0, 0, 0], lens_radius=0.2, width=90, height=60),
+    materials={"shiny/ball": phong([0.5] * 3, specular=0.5), "floor": phong([0.7] * 3, mirror=0.4)},
+    lights=[bulb([2, 4, 3]), sun([1, -1, 0], [0, 0, 0])],
+    sampling=sampled(16, 4),
+)
 
 
-@pytest.fixture(scope="module")
-def variants() -> dict[str, Variant]:
-    document = renderer.load_scene(SCENE).document
-    return {variant.effect: variant for variant in variants_of(document)}
+def variants(document: dict[str, Any] = SCENE) -> dict[str, Variant]:
+    return {each.effect: each for each in variants_of(renderer.load_scene(document).document)}
 
 
-def test_every_effect_that_the_scene_has_is_left_out_once(variants: dict[str, Variant]) -> None:
-    assert list(variants) == ["light 0", "light 1", "highlights", "mirror", "lens", "antialiasing"]
+def test_effects_are_left_out_one_at_a_time() -> None:
+    """Lights are counted anew when one of them is gone."""
+    found = variants()
+    assert list(found) == ["light 0", "light 1", "highlights", "mirror", "lens", "antialiasing"]
+    assert found["highlights"].pointers == ("/materials/shiny~1ball/specular",)
+    assert found["mirror"].pointers == ("/materials/floor/mirror",)
+    for effect, variant in found.items():
+        missing = set(found) - {other.effect for other in variants_of(variant.document)}
+        assert missing == ({"light 1"} if effect.startswith("light") else {effect})
 
 
-def test_pointers_name_what_requested_a_stage(variants: dict[str, Variant]) -> None:
-    assert variants["highlights"].pointers == ("/materials/shiny~1ball/specular",)
-    assert variants["mirror"].pointers == ("/materials/floor/mirror",)
-
-
-def test_nothing_but_the_effect_is_gone(variants: dict[str, Variant]) -> None:
-    for variant in variants.values():
-        again = {other.effect for other in variants_of(variant.document)}
-        missing = set(variants) - again
-        # Lights are counted anew when one of them is gone.
-        assert missing == ({"light 1"} if variant.effect.startswith("light") else {variant.effect})
-
-
-def test_a_texture_is_left_out_for_a_plain_colour() -> None:
+def test_texture_is_left_out_for_a_plain_colour() -> None:
     board = {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [8, 8]}
-    floor = {"type": "phong", "color_texture": "board"}
-    document = SCENE | {"textures": {"board": board}, "materials": SCENE["materials"] | {"floor": floor}}
-    found = {variant.effect: variant for variant in variants_of(renderer.load_scene(document).document)}
-    assert found["texture"].pointers == ("/materials/floor/color_texture",)
-    without = found["texture"].document.materials["floor"]
-    assert (without.color_texture, without.color) == (None, PLAIN)
-    whole, plain = (renderer.compile_scene(one) for one in (document, found["texture"].document))
-    assert {stage.effect for stage in whole.describe().stages} > {"textures.checker"}
-    assert "textures.checker" not in {stage.effect for stage in plain.describe().stages}
+    painted = SCENE["materials"] | {"floor": phong(color_texture="board")}
+    document = SCENE | {"textures": {"board": board}, "materials": painted}
+    found = variants(document)["texture"]
+    assert found.pointers == ("/materials/floor/color_texture",)
+    assert found.document.materials["floor"].color_texture is None
+    whole, plain = (
+        {stage.effect for stage in renderer.compile_scene(each).describe().stages}
+        for each in (document, found.document)
+    )
+    assert whole - plain == {"textures.checker"}
 
 
-def test_an_effect_without_effect_makes_no_difference() -> None:
+def test_effect_that_changes_nothing_makes_no_difference() -> None:
     seconds, rows = marginal_costs(renderer.load_scene(SCENE))
-    by_effect = {row.effect: row for row in rows}
     assert seconds > 0
-    assert by_effect["light 1"].difference == 0  # it is black
-    assert min(row.difference for row in rows if row.effect != "light 1") > 0
+    assert [row.effect for row in rows if row.difference == 0] == ["light 1"]  # it is black
     assert [row.seconds for row in rows] == sorted((row.seconds for row in rows), reverse=True)
 
 
 @pytest.mark.parametrize("pattern", ["uniform", "rotated", "random", "stratified", "sobol", "center"])
-@pytest.mark.parametrize("samples", [1, 9, 25, 64])
+@pytest.mark.parametrize("samples", [1, 9, 25])
 def test_few_samples_keep_the_patterns_of_the_scene(pattern: str, samples: int) -> None:
-    antialiasing = {"pattern": pattern, "samples": 1 if pattern == "center" else samples}
-    sampling = {"antialiasing": antialiasing, "light": {"pattern": "uniform", "samples": samples}}
+    own = 1 if pattern == "center" else samples
+    sampling = {
+        "antialiasing": {"pattern": pattern, "samples": own},
+        "light": {"pattern": "uniform", "samples": samples},
+    }
     document = renderer.load_scene(SCENE | {"sampling": sampling}).document
     quality = few_samples(document.sampling, 16, 16)
     assert quality.antialiasing is not None
     assert quality.light is not None
-    assert quality.antialiasing.pattern == pattern
-    assert quality.antialiasing.samples == min(16, antialiasing["samples"])
+    assert (quality.antialiasing.pattern, quality.antialiasing.samples) == (pattern, min(16, own))
     assert quality.light.samples == min(16, samples)

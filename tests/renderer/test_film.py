@@ -1,53 +1,52 @@
-"""From samples to pixels."""
+"""From samples to pixels, and from tiles and blocks to pictures."""
 
-from fractions import Fraction
+from collections import Counter
 
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import scene
 from renderer.film import Film, compose, enlarge
 from renderer.tiling import blocks, tiles
 from schemas.tiles import Pass, Tile
+from tests.documents import camera, scene
 from tests.pictures.parts import plan_of
 
 PREVIEW = Pass(0, 4, 0, 1)
-ROUNDS = [Pass(1, 1, 0, 1), Pass(2, 1, 1, 4), Pass(3, 1, 4, 9)]
+PASSES = [Pass(1, 1, 0, 1), Pass(2, 1, 1, 4), Pass(3, 1, 4, 9)]
 
 
 def pixels(value: float) -> np.ndarray:
     return np.full((2, 3, 3), value, dtype=np.float32)
 
 
-def test_passes_weigh_by_samples() -> None:
-    composed = compose([(ROUNDS[0], pixels(9)), (ROUNDS[1], pixels(1)), (ROUNDS[2], pixels(0.6))])
+def test_passes_are_weighted_by_their_samples() -> None:
+    composed = compose(list(zip(PASSES, map(pixels, (9, 1, 0.5)), strict=True)))
     assert composed.dtype == np.float32
-    assert (composed == np.float32((9 + 3 + 5 * Fraction(float(np.float32(0.6)))) / 9)).all()
+    assert (composed == np.float32((9 + 3 + 2.5) / 9)).all()
 
 
-def test_one_pass_is_itself() -> None:
+def test_single_pass_is_kept_bit_for_bit() -> None:
     image = np.random.default_rng(1).random((4, 5, 3)).astype(np.float32)
-    assert compose([(ROUNDS[0], image)]).tobytes() == image.tobytes()
+    assert compose([(PASSES[0], image)]).tobytes() == image.tobytes()
 
 
 def test_preview_has_no_weight() -> None:
-    assert (compose([(PREVIEW, pixels(7)[:1, :1]), (ROUNDS[0], pixels(1))]) == 1).all()
+    assert (compose([(PREVIEW, pixels(7)[:1, :1]), (PASSES[0], pixels(1))]) == 1).all()
+    for parts in ([], [(PREVIEW, pixels(7))]):
+        with pytest.raises(ValueError, match="preview"):
+            compose(parts)
 
 
 @pytest.mark.parametrize(("height", "width"), [(8, 8), (7, 5), (5, 6)])
-def test_preview_is_enlarged(height: int, width: int) -> None:
+def test_preview_is_enlarged_by_blocks(height: int, width: int) -> None:
     small = np.arange(12, dtype=np.float32).reshape(2, 2, 3)
-    large = enlarge(small, 4, height, width)
-    assert large.shape == (height, width, 3)
-    for y in range(height):
-        for x in range(width):
-            assert (large[y, x] == small[y // 4, x // 4]).all()
+    expected = small.repeat(4, axis=0).repeat(4, axis=1)[:height, :width]
+    np.testing.assert_array_equal(enlarge(small, 4, height, width), expected)
 
 
-def test_samples_reach_their_pixel() -> None:
+def test_samples_reach_their_own_pixel() -> None:
     film = Film(Tile(0, 10, 20, 13, 22), Pass(1, 1, 0, 2))
-    radiance = np.zeros((3, 4))
-    radiance[:, :2], radiance[:, 2:] = [[1, 3]] * 3, [[5, 7]] * 3
+    radiance = np.tile([1.0, 3.0, 5.0, 7.0], (3, 1))
     film.add(np.array([12, 10]), np.array([20, 21]), radiance)
     assert film.image()[:, :, 0].tolist() == [[0, 0, 2], [6, 0, 0]]
 
@@ -55,9 +54,7 @@ def test_samples_reach_their_pixel() -> None:
 @pytest.mark.parametrize("size", [1, 3, 7, 64])
 @pytest.mark.parametrize(("width", "height"), [(10, 7), (1, 1), (65, 3)])
 def test_tiles_cover_every_pixel_once(width: int, height: int, size: int) -> None:
-    plan = plan_of(
-        {**scene(), "materials": {}, "camera": {**scene()["camera"], "width": width, "height": height}}
-    )
+    plan = plan_of(scene(materials={}, camera=camera(width=width, height=height)))
     covered = np.zeros((height, width), dtype=int)
     found = tiles(plan, plan.passes[1], size)
     for tile in found:
@@ -68,17 +65,13 @@ def test_tiles_cover_every_pixel_once(width: int, height: int, size: int) -> Non
     assert (whole.x0, whole.y0, whole.x1, whole.y1) == (0, 0, width, height)
 
 
-@pytest.mark.parametrize("pass_", [PREVIEW, *ROUNDS, Pass(4, 1, 0, 9999)])
+@pytest.mark.parametrize("pass_", [PREVIEW, *PASSES, Pass(4, 1, 0, 9999)])
 @pytest.mark.parametrize("tile", [Tile(0, 0, 0, 70, 45), Tile(3, 13, 9, 14, 10), Tile(1, 8, 0, 200, 3)])
-def test_blocks_cover_a_tile_once(tile: Tile, pass_: Pass) -> None:
-    seen: dict[tuple[int, int], int] = {}
+def test_blocks_cover_every_pixel_once(tile: Tile, pass_: Pass) -> None:
+    seen: Counter[tuple[int, int]] = Counter()
     for block in blocks(tile, pass_):
         x0, y0, x1, y1 = block.bounds
-        for x, y in zip(block.columns.tolist(), block.rows.tolist(), strict=True):
-            seen[x, y] = seen.get((x, y), 0) + 1
-            assert x0 <= x < x1
-            assert y0 <= y < y1
+        seen.update(zip(block.columns.tolist(), block.rows.tolist(), strict=True))
+        assert ((x0 <= block.columns) & (block.columns < x1) & (y0 <= block.rows) & (block.rows < y1)).all()
     step = pass_.stride
-    expected = {(x, y) for x in range(tile.x0, tile.x1, step) for y in range(tile.y0, tile.y1, step)}
-    assert set(seen) == expected
-    assert set(seen.values()) == {1}
+    assert seen == {(x, y): 1 for x in range(tile.x0, tile.x1, step) for y in range(tile.y0, tile.y1, step)}

@@ -1,26 +1,27 @@
-"""Where the samples of either half lie: well spread each by itself, and the halves unknown to each other."""
+"""Two independent halves of samples, each well spread by itself."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import camera, lamp, scene
-from renderer.halves import HALVES, SequenceEmitter, in_sequence, places
+from renderer.halves import SequenceEmitter, in_sequence, places
 from renderer.lights import emitters
 from schemas.lights import ParallelogramLight
 from schemas.quality import LightSampling, TargetQuality
+from tests.documents import camera, lamp, scene
 
 Numbers = NDArray[np.float64]
 LIGHT = ParallelogramLight.model_validate(lamp([1, 2, 3], [2, 0, 1], [0, 3, 1]))
+PIXELS = 4000
 
 
-def in_pixel(pixel: int, half: int, first: int, last: int, seed: int = 3) -> Numbers:
-    """Places (2, n) of the samples first..last of a half."""
-    samples = np.arange(first, last) * HALVES + half
-    return np.array(places(seed, np.full(samples.size, pixel), samples))
+def numbers(first: int, last: int, half: int) -> NDArray[np.int64]:
+    """Samples of a half: the halves take turns."""
+    return 2 * np.arange(first, last) + half
 
 
 def emitter(number: int = 0, count: int = 4, seed: int = 3) -> SequenceEmitter:
@@ -28,13 +29,10 @@ def emitter(number: int = 0, count: int = 4, seed: int = 3) -> SequenceEmitter:
     return in_sequence(emitters.build_rectangle(number, LIGHT, sampling, seed))
 
 
-def on_light(light: SequenceEmitter, pixel: int, half: int, samples: int, path: int = 0) -> Numbers:
-    """Light points (2, samples * count) of a half's first samples, those of a sample together."""
-    numbers = np.arange(samples) * HALVES + half
-    pixels, paths = np.full(samples, pixel), np.full(samples, path, np.uint64)
-    points = light.points(pixels, numbers, paths, np.dtype(np.float64))
-    u, v = points.places(np.arange(samples))
-    return np.array([u.T.ravel(), v.T.ravel()]) + 0.5
+def on_light(light: SequenceEmitter, pixels: Numbers, samples: Numbers) -> Numbers:
+    """Light points (2, count, samples)."""
+    points = light.points(pixels, samples, np.zeros(samples.size, np.uint64), np.dtype(np.float64))
+    return np.array(points.places(np.arange(samples.size)))
 
 
 def is_net(points: Numbers) -> bool:
@@ -51,37 +49,32 @@ def is_net(points: Numbers) -> bool:
 @pytest.mark.parametrize("half", [0, 1])
 @pytest.mark.parametrize("pixel", [0, 1, 262143])
 @pytest.mark.parametrize("power", range(9))
-def test_first_samples_are_a_net(half: int, pixel: int, power: int) -> None:
-    assert is_net(in_pixel(pixel, half, 0, 1 << power))
+def test_half_is_a_net_in_the_pixel(half: int, pixel: int, power: int) -> None:
+    """Its first samples, and as many that the next pass adds."""
+    size = 1 << power
+    for first in (0, size):
+        samples = numbers(first, first + size, half)
+        assert is_net(np.array(places(3, np.full(size, pixel), samples)))
 
 
 @pytest.mark.parametrize("half", [0, 1])
 @pytest.mark.parametrize("count", [2, 4, 16])
-@pytest.mark.parametrize("power", range(7))
-def test_light_points_are_a_net(half: int, count: int, power: int) -> None:
-    """All of them together, and those of each sample by themselves."""
-    points = on_light(emitter(count=count), 5, half, 1 << power)
-    assert is_net(points)
-    for sample in range(1 << power):
-        assert is_net(points[:, sample * count : (sample + 1) * count])
+@pytest.mark.parametrize("power", range(5))
+def test_half_is_a_net_on_the_light(half: int, count: int, power: int) -> None:
+    """All points together, and those of each sample by themselves."""
+    size = 1 << power
+    points = on_light(emitter(count=count), np.full(size, 5), numbers(0, size, half)) + 0.5
+    assert is_net(points.transpose(0, 2, 1).reshape(2, -1))
+    assert all(is_net(points[..., sample]) for sample in range(size))
 
 
-@pytest.mark.parametrize("path", [0, 12345678901234567890])
-def test_light_points_never_repeat(path: int) -> None:
-    points = np.concatenate([on_light(emitter(), 5, half, 256, path) for half in (0, 1)], axis=1)
-    assert np.unique(points, axis=1).shape[1] == 2 * 256 * 4
-
-
-def test_sample_is_free_of_its_batch() -> None:
+def test_sample_does_not_depend_on_its_neighbours() -> None:
     pixels, samples = np.random.default_rng(1).integers(0, 1000, (2, 50))
-    together = np.array(places(3, pixels, samples))
-    light, paths = emitter(), np.zeros(50, np.uint64)
-    points = light.points(pixels, samples, paths, np.dtype(np.float64)).places(np.arange(50))
+    together, points = np.array(places(3, pixels, samples)), on_light(emitter(), pixels, samples)
     for i in (0, 7, 49):
         one = np.s_[i : i + 1]
         assert (np.array(places(3, pixels[one], samples[one])) == together[:, one]).all()
-        alone = light.points(pixels[one], samples[one], paths[one], np.dtype(np.float64))
-        assert (np.array(alone.places(np.arange(1))) == np.array(points)[:, :, one]).all()
+        assert (on_light(emitter(), pixels[one], samples[one]) == points[..., one]).all()
 
 
 def correlation(a: Numbers, b: Numbers) -> float:
@@ -90,26 +83,20 @@ def correlation(a: Numbers, b: Numbers) -> float:
     return float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum())) * math.sqrt(a.size)
 
 
-PIXELS = 4000
-
-
 def per_pixel(seed: int = 3) -> dict[str, Numbers]:
     """First places of both halves of many pixels, in the pixel and on two lights, a coordinate each."""
-    pixels, paths = np.arange(PIXELS), np.zeros(PIXELS, np.uint64)
-    found = {}
+    pixels, found = np.arange(PIXELS), {}
     for half in (0, 1):
         samples = np.full(PIXELS, half)
         for axis, place in enumerate(places(seed, pixels, samples)):
             found[f"pixel {half} {axis}"] = place
         for number in (0, 1):
-            light = emitter(number, seed=seed)
-            points = light.points(pixels, samples, paths, np.dtype(np.float64)).places(np.arange(PIXELS))
-            for axis, place in enumerate(points):
-                found[f"light {number} {half} {axis}"] = place[0]
+            for axis, point in enumerate(on_light(emitter(number, seed=seed), pixels, samples)):
+                found[f"light {number} {half} {axis}"] = point[0]
     return found
 
 
-def test_halves_are_uncorrelated() -> None:
+def test_halves_lights_and_seeds_are_independent() -> None:
     """66 pairs within a seed and 12 between two: one in 20,000 such tests has one beyond 5 deviations."""
     known, other = per_pixel(), per_pixel(seed=4)
     names = list(known)
@@ -119,43 +106,30 @@ def test_halves_are_uncorrelated() -> None:
         assert abs(correlation(known[a], other[a])) < 5, a
 
 
-@pytest.mark.parametrize("samples", [2, 4, 16])
-def test_means_of_halves_are_independent(samples: int) -> None:
-    """Of an edge, a product and a wave, over many pixels: their errors correlate within 5 deviations."""
-    pixels = np.arange(PIXELS).repeat(samples)
-
-    def errors(half: int) -> list[Numbers]:
-        numbers = np.tile(np.arange(samples), PIXELS) * HALVES + half
-        x, y = places(3, pixels, numbers)
-        values = (x + 0.3 * y < 0.55) / 1.0, x * y, np.sin(9 * x + 5 * y)
-        return [value.reshape(PIXELS, samples).mean(axis=1) for value in values]
-
-    for a, b in zip(errors(0), errors(1), strict=True):
-        assert abs(correlation(a, b)) < 5
-
-
-@pytest.mark.parametrize("samples", [2, 4, 16])
-def test_halves_of_a_lens_are_independent(samples: int) -> None:
+def lens_places(pixels: Numbers, samples: Numbers) -> tuple[Numbers, Numbers]:
     document = scene(camera=camera(lens_radius=0.5))
     lens = renderer.compile_scene(document, TargetQuality(mode="target", error=0.01)).camera
-    pixels = np.arange(PIXELS).repeat(samples)
+    x, y = lens.places(pixels, samples)  # type: ignore[attr-defined]
+    return x, y
 
-    def errors(half: int) -> list[Numbers]:
-        numbers = np.tile(np.arange(samples), PIXELS) * HALVES + half
-        a, b = lens.places(pixels, numbers)  # type: ignore[attr-defined]
-        values = (a + 0.3 * b < 0.2) / 1.0, a * b, np.sin(3 * a + b)
+
+@pytest.mark.parametrize("samples", [2, 4, 16])
+@pytest.mark.parametrize("place", [lambda *each: places(3, *each), lens_places], ids=["pixel", "lens"])
+def test_halves_have_independent_means(place: Callable[..., tuple[Numbers, Numbers]], samples: int) -> None:
+    """Of an edge, a product and a wave, over many pixels: their errors correlate within 5 deviations."""
+
+    def means(half: int) -> list[Numbers]:
+        x, y = place(np.arange(PIXELS).repeat(samples), np.tile(numbers(0, samples, half), PIXELS))
+        values = (x + 0.3 * y < 0.45) / 1.0, x * y, np.sin(9 * x + 5 * y)
         return [value.reshape(PIXELS, samples).mean(axis=1) for value in values]
 
-    for a, b in zip(errors(0), errors(1), strict=True):
+    for a, b in zip(means(0), means(1), strict=True):
         assert abs(correlation(a, b)) < 5
 
 
-def test_pixel_and_light_are_uncorrelated() -> None:
-    """Over the samples of a half, not only between pixels: 16 samples of 1000 pixels, within 5 deviations."""
-    pixels, samples = np.arange(1000).repeat(16), np.tile(np.arange(16) * HALVES, 1000)
-    paths = np.zeros(16000, np.uint64)
-    x, y = places(3, pixels, samples)
-    u, v = emitter(count=2).points(pixels, samples, paths, np.dtype(np.float64)).places(np.arange(16000))
-    for place in (x, y):
-        for point in (*u, *v):
+def test_pixel_and_light_places_are_independent() -> None:
+    """Over the samples of a half, not only between pixels: 16 samples of 1000 pixels."""
+    pixels, samples = np.arange(1000).repeat(16), np.tile(numbers(0, 16, 0), 1000)
+    for point in on_light(emitter(count=2), pixels, samples).reshape(4, -1):
+        for place in places(3, pixels, samples):
             assert abs(correlation(place, point)) < 5

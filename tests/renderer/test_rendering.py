@@ -1,4 +1,4 @@
-"""A whole picture: its report, and how a failure is reported."""
+"""A whole picture: its report, its counts and its failures."""
 
 from typing import Any
 
@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import phong, rectangle, sampled, scene, triangle
-from renderer import rendering
 from renderer.interaction import Rays
+from tests.documents import Json, phong, rectangle, sampled, scene, sphere, sun, triangle
 from tests.pictures import pictures
-from tests.pictures.parts import SINGLE, image_of, plan_of
+from tests.pictures.parts import SINGLE, Files, image_of, plan_of, png
 
 SMALL = pictures.of_room()
 
 
-def test_report() -> None:
+def test_report_counts_rays_and_seconds() -> None:
     result = renderer.render(plan_of(SMALL))
     report = result.report
     assert (report["width"], report["height"]) == (24, 16)
@@ -38,7 +37,7 @@ def test_triangles_without_area_are_counted() -> None:
 
 @pytest.mark.parametrize("height", [1e-13, 1e-300])
 @pytest.mark.parametrize("kind", ["triangle", "mesh"])
-def test_exact_triangles_are_counted(kind: str, height: float) -> None:
+def test_triangles_as_thin_as_rounding_are_kept(kind: str, height: float) -> None:
     thin, plain = [[0, 0, 0], [1, 0, 0], [0.5, height, 0]], [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
     if kind == "mesh":
         mesh = {"type": "mesh", "vertices": thin + plain[2:], "triangles": [[0, 1, 2], [0, 1, 3]]}
@@ -49,7 +48,7 @@ def test_exact_triangles_are_counted(kind: str, height: float) -> None:
     assert numerics == {"non_finite": 0, "clamped": 0, "degenerate_dropped": 0, "retried": 1}
 
 
-def test_bad_pixels_are_counted() -> None:
+def test_pixels_beyond_float32_are_counted() -> None:
     """An edge through the picture: the mean of a bright pass and black ones is within float32 again."""
     edge, settings = (
         rectangle([-9, -9, 0], [9, 0, 0], [2, 18, 0]),
@@ -63,7 +62,15 @@ def test_bad_pixels_are_counted() -> None:
     assert result.report["numerics"]["clamped"] == np.count_nonzero(shown)
 
 
-def test_quality_of_render() -> None:
+def test_results_are_described_in_one_line() -> None:
+    loaded = renderer.load_scene({**SMALL, "name": "hall"})
+    plan = renderer.compile_scene(loaded, layers=["depth"])
+    for each, words in ((loaded, ["hall"]), (plan, ["hall"]), (renderer.render(plan), ["24 x 16", "depth"])):
+        assert len(repr(each)) < 100
+        assert all(word in repr(each) for word in words)
+
+
+def test_quality_given_to_render_replaces_the_plans() -> None:
     plan = plan_of(SMALL)
     again = plan_of(SMALL, SINGLE.model_copy(update={"precision": "double"}))
     changed = renderer.render(plan, again.quality).image
@@ -82,7 +89,7 @@ class Broken:
 
 
 @pytest.mark.parametrize("error", [ArithmeticError("overflow"), MemoryError("too much"), ValueError("wrong")])
-def test_failed_tile_is_named(error: Exception) -> None:
+def test_tile_that_fails_is_named_with_its_seed(error: Exception) -> None:
     plan: Any = plan_of({**SMALL, "sampling": {**SMALL["sampling"], "seed": 12}})
     object.__setattr__(plan, "intersectors", (Broken(error),))
     with pytest.raises(renderer.RenderError) as caught:
@@ -92,7 +99,7 @@ def test_failed_tile_is_named(error: Exception) -> None:
         assert part in message
 
 
-def test_callback_that_raises() -> None:
+def test_render_stops_when_on_tile_raises() -> None:
     class EnoughError(Exception):
         pass
 
@@ -103,15 +110,61 @@ def test_callback_that_raises() -> None:
         renderer.render(plan_of(SMALL), on_tile=stop)
 
 
-@pytest.mark.slow
-def test_dead_worker_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first task that reaches a worker ends its process."""
-    monkeypatch.setattr(rendering, "_attempt", _die)
-    with pytest.raises(renderer.RenderError, match="worker process died"):
-        renderer.render(plan_of(SMALL), workers=2, tile_size=8)
+WALL = rectangle([-9, -9, 0], [18, 0, 0], [0, 18, 0])
 
 
-def _die(*_: object) -> None:
-    import os
+LEFT, RIGHT = (rectangle([x, -9, 0], [9, 0, 0], [0, 18, 0]) for x in (-9, 0))
 
-    os._exit(1)
+
+BEHIND = rectangle([-900, -900, 50], [1800, 0, 0], [0, 1800, 0], material="painted")
+
+
+BUMPY = {"bump_map": "bumps", "bump_height": 0.1}
+
+
+PAINTED = {"painted": phong(color_texture="board")}
+
+
+@pytest.mark.parametrize(
+    ("shapes", "materials", "changes", "points", "lookups"),
+    [
+        ([sphere([0, 0, 90], 1)], {}, {}, 0, 0),
+        ([WALL], {}, {}, 4, 0),
+        ([WALL], {}, {"sampling": sampled(9)}, 9, 0),
+        ([LEFT], {}, {}, 2, 0),
+        ([WALL], {"plain": phong(color_texture="board")}, {}, 4, 4),
+        ([WALL], {"plain": phong(normal_map="picture")}, {}, 4, 4),
+        ([WALL], {"plain": phong(**BUMPY)}, {}, 4, 16),
+        ([WALL], {"plain": phong(**BUMPY | {"bump_height": 0.0})}, {}, 4, 0),
+        ([WALL], {"plain": phong(color_texture="board", normal_map="picture", **BUMPY)}, {}, 4, 24),
+        ([LEFT, RIGHT | {"material": "painted"}], PAINTED, {}, 4, 2),
+        ([WALL, BEHIND], {"plain": phong(mirror=0.5), **PAINTED}, {}, 8, 4),
+        ([WALL], {"plain": phong(color_texture="board")}, {"layers": ("albedo",)}, 5, 5),
+        ([WALL], {"plain": phong(color_texture="board")}, {"layers": ("samples",)}, 4, 4),
+    ],
+    ids=["miss", "wall", "9 samples", "half", "color", "normals", "bumps", "flat bumps", "all three",
+         "two materials", "mirror", "albedo", "samples"],
+)  # fmt: skip
+def test_shading_points_and_lookups_are_counted_exactly(
+    shapes: list[Json], materials: Json, changes: Json, points: int, lookups: int
+) -> None:
+    """Counts per pixel; a slope of a bump map takes four look-ups."""
+    textures = {
+        "picture": {"type": "image", "asset": "grey.png", "filter": "mipmap"},
+        "board": {"type": "checker"},
+        "bumps": {"type": "image", "asset": "grey.png", "encoding": "linear"},
+    }
+    document = scene(
+        *shapes,
+        camera={"position": [0, 0, 5], "look_at": [0, 0, 0], "width": 8, "height": 6, "vertical_fov": 30},
+        lights=[sun([0, 0, -1])],
+        textures=textures,
+        materials={"plain": phong()} | materials,
+        sampling=changes.get("sampling", sampled(4)),
+    )
+    files = Files({"grey.png": png(np.full((4, 4, 3), 200, dtype=np.uint8))})
+    plan = renderer.compile_scene(
+        renderer.load_scene(document, assets=files), layers=changes.get("layers", ())
+    )
+    work = renderer.render(plan, tile_size=5).report["work"]
+    assert work == {"shading_points": points * 48, "texture_lookups": lookups * 48}

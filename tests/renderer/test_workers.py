@@ -1,4 +1,4 @@
-"""Worker processes: every task is done once, and no death or error of one makes the others wait."""
+"""Worker processes of a render: results, errors and deaths."""
 
 import multiprocessing
 import os
@@ -17,12 +17,11 @@ from renderer.workers import Workers
 from tests.pictures import pictures
 
 pytestmark = pytest.mark.slow  # each starts processes
-
 LARGE = 1 << 23
 """Bytes: many times what a pipe takes at once, so that a worker is caught in the middle of an answer."""
 
 
-def test_tasks_are_done_once() -> None:
+def test_tasks_are_done_once_each() -> None:
     with Workers(3, _squared) as crew:
         assert sorted(crew.each(range(20))) == [(n, n * n) for n in range(20)]
         assert sorted(crew.each(range(5))) == [(n, n * n) for n in range(5)]
@@ -38,13 +37,13 @@ def test_error_comes_back_with_its_place() -> None:
 
 
 @pytest.mark.parametrize("bytes_before", [0, 1, LARGE // 2])
-def test_worker_dies_amid_an_answer(bytes_before: int) -> None:
+def test_worker_that_dies_in_an_answer_is_reported(bytes_before: int) -> None:
     """Its answer is cut off after so many bytes, of which this process has read all it could."""
     with Workers(2, partial(_half_an_answer, bytes_before)) as crew, pytest.raises(RenderError, match="died"):
         list(crew.each([0, 1]))
 
 
-def test_killed_workers_are_reported() -> None:
+def test_workers_killed_with_unread_answers_are_reported() -> None:
     with Workers(2, _zeros) as crew:
         answers = crew.each([LARGE] * 8)
         next(answers)
@@ -56,7 +55,7 @@ def test_killed_workers_are_reported() -> None:
             list(answers)
 
 
-def test_end_waits_for_no_answers() -> None:
+def test_end_does_not_wait_for_unwanted_answers() -> None:
     with Workers(2, _zeros) as crew:
         next(crew.each([LARGE] * 100))
     assert not multiprocessing.active_children()
@@ -75,7 +74,7 @@ if __name__ == "__main__":
 """
 
 
-def test_workers_ignore_terminal_signals(tmp_path: Path) -> None:
+def test_workers_ignore_signals_of_the_terminal(tmp_path: Path) -> None:
     """In a process that has started none before: what is started beside the first lets signals through."""
     script = tmp_path / "heard.py"
     script.write_text(HEARD)
@@ -92,7 +91,7 @@ renderer.render(renderer.compile_scene({"version": 1, "camera": camera}), worker
 """
 
 
-def test_script_without_main_guard(tmp_path: Path) -> None:
+def test_script_without_main_guard_is_told_once(tmp_path: Path) -> None:
     script = tmp_path / "unguarded.py"
     script.write_text(UNGUARDED)
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}

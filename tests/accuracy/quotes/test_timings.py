@@ -1,73 +1,129 @@
-"""CPU seconds from blocks."""
+"""CPU seconds from blocks, the places that are timed, and the time that is left for them."""
 
 from __future__ import annotations
 
+import time
+from functools import partial
+
+import numpy as np
 import pytest
 
 import renderer
-from accuracy.quotes.deadlines import Deadline
+from accuracy.quotes.deadlines import Deadline, within
+from accuracy.quotes.places import cells, scattered, spread
+from accuracy.quotes.prices import price
 from accuracy.quotes.settings import compiled, sobol_ladder
 from accuracy.quotes.timings import Stopwatch, Timing
 from renderer.math.intervals import Interval
 from renderer.scenes import LoadedScene
+from schemas.quality import Antialiasing, FixedQuality, TargetQuality
+from schemas.tiles import Tile
 
-HOUR = Deadline.after(3600.0)
-NOW = Deadline.after(-1.0)
+HOUR, OVER = Deadline.after(3600.0), Deadline.after(-1.0)
+
+
+def busy(seconds: float) -> None:
+    end = time.thread_time() + seconds
+    while time.thread_time() < end:
+        pass
+
+
+def test_units_begin_while_there_is_time() -> None:
+    assert list(within(HOUR, [partial(int, number) for number in (3, 1, 2)])) == [3, 1, 2]
+    assert list(within(OVER, [partial(int, 1)])) == []
+    assert list(within(HOUR, [partial(int, 1)], first=7200.0)) == []
+    # After the first unit less than its own time is left, however slow the machine is.
+    begun: list[float] = []
+    units = [lambda each=each: begun.append(each) or busy(each) for each in (0.1, 0.0)]
+    list(within(Deadline.after(0.15), units))
+    assert begun == [0.1]
+
+
+def test_deadline_counts_cpu_seconds_alone() -> None:
+    """Waiting takes none of it, up to a limit by the clock."""
+    deadline = Deadline.after(10.0)
+    time.sleep(0.2)
+    assert deadline.left > 9.9
+    busy(0.2)
+    assert deadline.left <= 9.8
+    assert Deadline(end=time.thread_time() + 3600, latest=time.monotonic()).left <= 0
+    assert OVER.part(0.5).left <= 0
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(1, 1), (8, 8), (5, 3), (1, 7), (16, 16)])
+def test_cells_come_once_and_spread_evenly(columns: int, rows: int) -> None:
+    """Of the first 4**n cells of a square one is in each coarse square, at the same place in it."""
+    order = spread(columns, rows, seed=3)
+    assert sorted(order) == [(x, y) for x in range(columns) for y in range(rows)]
+    for coarse in (2, 4, 8) if columns == 16 else ():
+        first = order[: coarse * coarse]
+        assert len({(x % (16 // coarse), y % (16 // coarse)) for x, y in first}) == 1
+    hits = np.zeros((130, 100), dtype=int)
+    for cell in cells(100, 130, 32, seed=columns):
+        hits[cell.y0 : cell.y1, cell.x0 : cell.x1] += 1
+    assert (hits == 1).all()
+
+
+@pytest.mark.parametrize("tile", [Tile(0, 64, 32, 128, 96), Tile(3, 0, 0, 9, 6), Tile(1, 5, 5, 6, 6)])
+def test_pixels_are_scattered_one_in_each_square_of_four(tile: Tile) -> None:
+    block = scattered(tile, seed=2)
+    x, y = block.columns - tile.x0, block.rows - tile.y0
+    squares = set(zip((x // 4).tolist(), (y // 4).tolist(), strict=True))
+    assert len(squares) == x.size == -(-tile.width // 4) * -(-tile.height // 4)
+    assert ((x >= 0) & (x < tile.width) & (y >= 0) & (y < tile.height)).all()
+    assert block.bounds == (tile.x0, tile.y0, tile.x1, tile.y1)
+    assert scattered(tile, seed=2).columns.tolist() == block.columns.tolist()
 
 
 @pytest.fixture
 def watch(ball_scene: LoadedScene) -> Stopwatch:
-    other = compiled(ball_scene, sobol_ladder("single").quality(16))
-    return Stopwatch([renderer.compile_scene(ball_scene), other])
+    return Stopwatch(
+        [renderer.compile_scene(ball_scene), compiled(ball_scene, sobol_ladder("single").quality(16))]
+    )
 
 
-def test_all_blocks_are_timed_where_there_is_time(watch: Stopwatch) -> None:
+def test_blocks_are_timed_while_there_is_time(watch: Stopwatch, ball_scene: LoadedScene) -> None:
+    watch.run(OVER, OVER)
+    assert watch.timing(0) is watch.timing(1) is watch.timing(2) is None
     watch.run(HOUR, HOUR)
     assert sum(pixels for _, pixels in watch.firsts) == 48 * 40
-    for number in (0, 1):
-        timing = watch.timing(number)
-        assert timing is not None
-        assert 0 < timing.later.low <= timing.later.estimate <= timing.later.high
-    first = watch.timing(0)
-    assert first is not None
-    assert first.first.low == first.first.high == pytest.approx(sum(seconds for seconds, _ in watch.firsts))
-
-
-def test_nothing_is_estimated_of_what_was_not_timed(watch: Stopwatch) -> None:
-    watch.run(NOW, NOW)
-    assert watch.timing(0) is watch.timing(1) is watch.timing(2) is None
-
-
-def test_costs_are_those_of_the_picture_though_cells_at_its_edges_are_smaller(watch: Stopwatch) -> None:
-    watch.firsts = [(4.0, 400), (1.0, 100)]
-    watch.pairs[0] = [(0.01, 0.01, 0.02)]
-    timing = watch.timing(0)
+    found = [watch.timing(number) for number in (0, 1)]
+    assert all(
+        each is not None and 0 < each.later.low <= each.later.estimate <= each.later.high for each in found
+    )
+    assert found[0] is not None
+    whole = pytest.approx(sum(seconds for seconds, _ in watch.firsts))
+    assert found[0].first.low == found[0].first.high == whole
+    single = Stopwatch([compiled(ball_scene, sobol_ladder("single").quality(1))])
+    single.run(HOUR, HOUR)
+    timing = single.timing(0)
     assert timing is not None
-    assert timing.first.estimate == pytest.approx(0.01 * 48 * 40)
-    assert timing.later.estimate == pytest.approx(0.02 * 48 * 40)
+    assert timing.later.estimate == timing.first.estimate
 
 
-def test_until_one_is_timed_later_samples_cost_what_the_first_one_does(watch: Stopwatch) -> None:
-    watch.firsts = [(2.0, 48 * 40)]
-    timing = watch.timing(0)
+@pytest.mark.parametrize(
+    ("firsts", "number", "pair", "first", "later"),
+    [
+        ([(4.0, 400), (1.0, 100)], 0, (0.01, 0.01, 0.02), 0.01, 0.02),
+        ([(2.0, 48 * 40)], 0, None, 2 / 48 / 40, 2 / 48 / 40),
+        ([(1.0, 100), (3.0, 100)], 1, (0.01, 0.005, 0.0025), 0.01, 0.005),
+    ],
+    ids=["cells at edges are smaller", "later samples as the first", "second ladder relative to the first"],
+)
+def test_seconds_of_blocks_give_those_of_the_picture(
+    watch: Stopwatch, firsts: list[tuple[float, int]], number: int, pair: tuple[float, float, float] | None,
+    first: float, later: float,
+) -> None:  # fmt: skip
+    watch.firsts = firsts
+    watch.pairs[number] = [pair] if pair else []
+    timing = watch.timing(number)
     assert timing is not None
-    assert timing.first == Interval(2.0, 2.0, 2.0)
-    assert timing.later.estimate == 2.0
-    assert timing.later.low < 2.0 < timing.later.high
-    assert watch.timing(1) is None
+    assert timing.first.estimate == pytest.approx(first * 48 * 40)
+    assert timing.later.estimate == pytest.approx(later * 48 * 40)
+    assert pair is not None or timing.later.low < timing.later.estimate < timing.later.high
 
 
-def test_a_second_ladder_is_timed_relative_to_the_first(watch: Stopwatch) -> None:
-    # Its blocks cost half as much where both were timed, and cheap ones were there.
-    watch.firsts = [(1.0, 100), (3.0, 100)]
-    watch.pairs[1] = [(0.01, 0.005, 0.0025)]
-    timing = watch.timing(1)
-    assert timing is not None
-    assert timing.first.estimate == pytest.approx(0.02 * 48 * 40 / 2)
-    assert timing.later.estimate == pytest.approx(0.02 * 48 * 40 / 4)
-
-
-def test_each_further_sample_costs_the_same() -> None:
+def test_further_samples_cost_the_same() -> None:
     timing = Timing(Interval(3.0, 2.0, 5.0), Interval(2.0, 1.0, 3.0))
     assert [timing.cpu_seconds(count).estimate for count in (1, 4, 16)] == [3.0, 9.0, 33.0]
     one = timing.cpu_seconds(1)
@@ -75,10 +131,20 @@ def test_each_further_sample_costs_the_same() -> None:
     assert one.high > 5.0
 
 
-def test_pictures_of_one_sample_are_timed(ball_scene: LoadedScene) -> None:
-    plan = compiled(ball_scene, sobol_ladder("single").quality(1))
-    watch = Stopwatch([plan])
-    watch.run(HOUR, HOUR)
-    timing = watch.timing(0)
-    assert timing is not None
-    assert timing.later.estimate == timing.first.estimate
+def test_price_without_a_pilot_is_that_of_the_samples(ball_scene: LoadedScene) -> None:
+    """An error of a step of 8 bits costs four samples; a limit bounds what all workers do in it."""
+    fixed = FixedQuality(mode="fixed", antialiasing=Antialiasing(pattern="random", samples=5))
+    plan = renderer.compile_scene(ball_scene, fixed)
+    assert price(plan, 7) == plan.describe().cost
+    step = renderer.compile_scene(ball_scene, TargetQuality(error=1 / 255))
+    assert price(step, 1).camera_rays == 4 * 48 * 40
+
+    def cost(error: float, limit: float | None = None, workers: int = 1) -> float:
+        quality = TargetQuality(mode="target", error=error, time_limit=limit)
+        return price(renderer.compile_scene(ball_scene, quality), workers).cpu_seconds
+
+    assert cost(0.5 / 255) == pytest.approx(2 * cost(1 / 255))
+    assert cost(1.0) == cost(0.5) > 0
+    free = cost(1e-5)
+    assert cost(1e-5, free / 4, workers=2) == pytest.approx(free / 2)
+    assert cost(1e-5, free, workers=2) == free

@@ -31,19 +31,18 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Found:
 class Reader(HTMLParser):
     """Collects what a page loads, what it shows as text, and elements left open."""
 
-    VOID = frozenset({"meta", "img"})
-
-    def __init__(self) -> None:
+    def __init__(self, page: bytes) -> None:
         super().__init__()
         self.loads: list[str] = []
         self.tags: list[str] = []
         self.open: list[str] = []
         self.text = ""
+        self.feed(page.decode())
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append(tag)
         self.loads += [value or "" for name, value in attrs if name in {"src", "href", "srcset", "data"}]
-        if tag not in self.VOID:
+        if tag not in {"meta", "img"}:
             self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
@@ -53,93 +52,65 @@ class Reader(HTMLParser):
         self.text += data
 
 
-@pytest.fixture(scope="module")
-def read(found: Found) -> Reader:
-    """The page, read."""
-    reader = Reader()
-    reader.feed(found[1]["report.html"].decode())
-    return reader
-
-
-def test_the_page_loads_nothing_from_anywhere(read: Reader) -> None:
+def test_page_loads_nothing_and_escapes_names(found: Found) -> None:
+    read = Reader(found[1]["report.html"])
     assert read.loads
-    assert [one for one in read.loads if not one.startswith(("data:image/png;base64,", "#"))] == []
-    assert not {"script", "link", "iframe", "object"} & set(read.tags)
+    assert all(one.startswith(("data:image/png;base64,", "#")) for one in read.loads)
+    assert not {"script", "link", "iframe", "object", "b"} & set(read.tags)
     assert read.open == []
-
-
-def test_names_of_a_scene_are_shown_and_not_obeyed(read: Reader, found: Found) -> None:
     assert SCENE["name"] in read.text
-    assert "b" not in read.tags
     assert r"small & \<b\>bold\</b\>" in found[1]["report.md"].decode()
+    table = Table(("a",), [("<img src=x>|`",)])
+    assert "&lt;img src=x&gt;|`" in pages.html("title", [table])
+    assert r"\<img src=x\>\|\`" in pages.markdown([table])
 
 
-def test_the_report_begins_with_the_answers(found: Found) -> None:
+def test_report_begins_with_the_answers(found: Found) -> None:
     results, files = found
     for name in ("report.md", "report.html"):
         text = files[name].decode()
         places = [text.index(row["question"]) for row in results["answers"]]
         assert places == sorted(places)
         assert max(places) < text.index("Error against seconds")
-
-
-def test_no_curve_is_drawn_without_the_error_of_its_reference(found: Found) -> None:
-    results, files = found
-    drawn = [content.decode() for name, content in files.items() if name.endswith(".svg")]
-    assert len(drawn) == 4
-    label = f"error of the reference itself, {report.error(results['reference']['rmse_255'])}"
-    assert [svg for svg in drawn if label not in svg] == []
-
-
-def test_plots_are_whole_documents_and_the_same_for_the_same_results(found: Found) -> None:
-    results, files = found
-    svg = figures.error_against(results, seconds, "seconds")
-    assert svg.encode() == files["images/seconds.svg"]
-    ElementTree.fromstring(svg)  # noqa: S314 - we drew it ourselves
-    assert svg != figures.error_against(results, rays, "rays")
-
-
-def test_every_image_of_the_text_report_is_there(found: Found) -> None:
-    _, files = found
-    named = re.findall(r"\]\(([^)]+)\)", files["report.md"].decode())
-    assert len(named) > 10
-    assert set(named) == {name for name in files if name.startswith("images/")}
-
-
-def test_results_are_json_that_comes_back(found: Found) -> None:
-    results, files = found
-    assert json.loads(files["results.json"]) == results
-
-
-def test_settings_that_are_beaten_are_grey(found: Found, read: Reader) -> None:
-    results, files = found
     beaten = sum(not row["front"] for row in results["settings"])
     assert beaten
     assert files["report.html"].decode().count('<tr class="grey">') == beaten
 
 
-def test_a_report_of_no_runs_says_so(tmp_path: Path) -> None:
-    study = Study(scene(), tmp_path, TINY, budget=1e-9)
+def test_report_has_its_results_and_images(found: Found) -> None:
+    results, files = found
+    assert json.loads(files["results.json"]) == results
+    named = re.findall(r"\]\(([^)]+)\)", files["report.md"].decode())
+    assert len(named) > 10
+    assert set(named) == {name for name in files if name.startswith("images/")}
+
+
+def test_plots_are_whole_and_reproducible(found: Found) -> None:
+    """Each draws the error of the reference itself."""
+    results, files = found
+    label = f"error of the reference itself, {report.error(results['reference']['rmse_255'])}"
+    drawn = [content.decode() for name, content in files.items() if name.endswith(".svg")]
+    assert len(drawn) == 4
+    for svg in drawn:
+        ElementTree.fromstring(svg)  # noqa: S314 - we drew it ourselves
+        assert label in svg
+    again = figures.error_against(results, seconds, "seconds")
+    assert again.encode() == files["images/seconds.svg"]
+    assert again != figures.error_against(results, rays, "rays")
+
+
+def test_report_may_have_no_runs_or_no_errors(tmp_path: Path) -> None:
+    study = Study(scene(), tmp_path / "a", TINY, budget=1e-9)
     results = report.answered(study.run(lambda _: None))
     assert "images/front.svg" in report.files(study, results)
     assert results["effects"] == []
     assert all(row["answer"] for row in results["answers"])
-
-
-def test_a_scene_without_anything_has_a_report_too(tmp_path: Path) -> None:
-    """Nothing in it has an error: no curve has a point, and the reference is exact."""
-    study = Study(scene(shapes=[], lights=[]), tmp_path, TINY)
+    # Without anything in the scene no curve has a point, and the reference is exact.
+    study = Study(scene(shapes=[], lights=[]), tmp_path / "b", TINY)
     results = report.answered(study.run(lambda _: None))
     assert results["reference"]["rmse_255"] == 0
     assert not any(row["resolved"] for row in results["settings"])
-    svg = report.files(study, results)["images/seconds.svg"].decode()
-    assert "error of the reference itself, 0/255" in svg
-
-
-def test_what_a_stranger_wrote_is_no_markup_in_a_table() -> None:
-    table = Table(("a",), [("<img src=x>|`",)])
-    assert "&lt;img src=x&gt;|`" in pages.html("title", [table])
-    assert r"\<img src=x\>\|\`" in pages.markdown([table])
+    assert b"0/255" in report.files(study, results)["images/seconds.svg"]
 
 
 def test_pictures_that_do_not_fill_a_line_leave_cells_empty() -> None:
@@ -149,19 +120,17 @@ def test_pictures_that_do_not_fill_a_line_leave_cells_empty() -> None:
     assert "| ![3](images/3.png) |  |  |" in lines
 
 
-def setting(name: str, method: str, spent: float, off: float) -> dict[str, Any]:
+def setting(name: str, spent: float, off: float) -> dict[str, Any]:
     values = {"cpu_seconds": spent, "rmse_255": off}
     intervals = {key: {"estimate": value, "low": value, "high": value} for key, value in values.items()}
-    return {"name": name, "method": method, "resolved": True, "rays": 1, **intervals}
+    return {"name": name, "method": "sobol", "resolved": True, "rays": 1, **intervals}
 
 
 MADE: dict[str, Any] = {
-    "width": 100,
-    "height": 100,
-    "own_width": 200,
-    "own_height": 200,
+    **dict.fromkeys(("width", "height"), 100),
+    **dict.fromkeys(("own_width", "own_height"), 200),
     "size": {"ratio": 4.0},
-    "settings": [setting("sobol 4 x 4", "sobol", 1.0, 3.0), setting("sobol 16 x 4", "sobol", 4.0, 0.75)],
+    "settings": [setting("sobol 4 x 4", 1.0, 3.0), setting("sobol 16 x 4", 4.0, 0.75)],
     "methods": [{"method": "sobol", "order": {"estimate": -1.0, "low": -1.5, "high": -0.5}}],
     "equal_error": [
         {"rmse_255": 4.0, "cpu_seconds": {"sobol": 1.0, "random": 2.0}},
@@ -178,68 +147,33 @@ MADE: dict[str, Any] = {
         {"name": "sobol 4 x 4", "ratio": {"estimate": 1.5}, "difference_255": 0.01, "rmse_255": 3.0}
     ],
 }  # fmt: skip
+CLOSE = setting("sobol 4 x 4", 1.0, 2.1) | {"rmse_255": {"estimate": 2.1, "low": 1.9, "high": 2.3}}
+TURNS = [
+    {"rmse_255": level, "cpu_seconds": {"uniform": uniform, "rotated": 2.0}}
+    for level, uniform in ((16.0, 1.0), (8.0, 1.5), (4.0, 3.0), (2.0, 1.0))
+]
 
 
-def answer(number: int, **members: Any) -> str:
-    return answers.answers(MADE | members)[number]["answer"]
-
-
-def test_the_seconds_for_an_error_are_those_of_the_cheapest_setting_that_keeps_it() -> None:
-    first, second, third, last = answer(0).removesuffix(".").split(". ")
-    assert first.startswith("4/255: 1.0 s")
-    assert first.endswith("sobol 4 x 4")
-    assert second.startswith("2/255: 4.0 s")
-    assert second.endswith("sobol 16 x 4")
-    assert third.startswith("1/255: 4.0 s")
-    assert "0.75/255" in last
-
-
-def test_an_error_that_is_reached_within_an_interval_is_reached() -> None:
-    row = setting("sobol 4 x 4", "sobol", 1.0, 2.1) | {"rmse_255": {"estimate": 2.1, "low": 1.9, "high": 2.3}}
-    assert "2/255: 1.0 s with" in answer(0, settings=[row])
-
-
-def test_the_pattern_is_the_quickest_at_the_smallest_error_that_most_reach() -> None:
-    best, costs = answer(1).split(". ")
-    assert re.findall(r"(\w+) for errors down to ([\d.]+)/255", best) == [("sobol", "2")]
-    assert re.findall(r"(\w+) takes ([\d.]+)", costs) == [("sobol", "1.5"), ("random", "4.0")]
-
-
-def test_a_pattern_may_be_the_quickest_for_large_and_for_small_errors() -> None:
-    table = [
-        {"rmse_255": level, "cpu_seconds": {"uniform": uniform, "rotated": 2.0}}
-        for level, uniform in ((16.0, 1.0), (8.0, 1.5), (4.0, 3.0), (2.0, 1.0))
-    ]
-    best = re.findall(r"(\w+) for errors down to ([\d.]+)/255", answer(1, equal_error=table))
-    assert best == [("uniform", "8"), ("rotated", "4"), ("uniform", "2")]
-
-
-def test_the_most_expensive_effect_comes_with_its_origin() -> None:
-    cost, change = answer(2).split(". ")
-    assert cost.startswith("mirror: 2.0 s, 25%")
-    assert cost.endswith("/a /a /a and 1 more")
-    assert change.endswith("12/255.")
-
-
-@pytest.mark.parametrize(("difference", "verdict"), [(0.01, "No"), (0.31, "Perhaps")])
-def test_double_precision_is_worth_it_where_it_changes_the_picture(difference: float, verdict: str) -> None:
-    row = MADE["precision"][0] | {"difference_255": difference}
-    assert answer(3, precision=[row]).startswith(verdict)
-
-
-def test_the_error_after_ten_seconds_continues_with_the_fitted_order() -> None:
-    """From 4 s to 10 s by the power -1: 0.75 / 2.5; at a quarter of the size 2.5 s are between the two."""
-    assert "0.30/255 (0.19 to 0.47)" in answer(4)
-    assert "as 2.5 s here: about 1.2/255" in answer(4)
-
-
-@pytest.mark.parametrize("order", [None, {"estimate": -1.0, "low": -2.0, "high": 0.1}])
-def test_an_error_that_may_not_fall_is_not_extrapolated(order: Any) -> None:
-    assert answer(4, methods=[{"method": "sobol", "order": order}]).startswith("less than 0.75/255,")
-
-
-def test_what_was_not_tried_is_not_answered() -> None:
-    empty = {"settings": [], "equal_error": [], "effects": [], "precision": []}
-    assert answer(0, **empty).startswith("No setting")
-    assert "tried" in answer(1, **empty)
-    assert "not tried" in answer(3, **empty)
+@pytest.mark.parametrize(
+    ("number", "members", "said"),
+    [
+        # The cheapest setting that keeps an error, also within its interval.
+        (0, {}, ["4/255: 1.0 s", "2/255: 4.0 s", "1/255: 4.0 s", "0.75/255"]),
+        (0, {"settings": [CLOSE]}, ["2/255: 1.0 s"]),
+        # The quickest pattern at the smallest error that most reach; it may change with the error.
+        (1, {}, ["sobol", "2/255", "sobol takes 1.5", "random takes 4.0"]),
+        (1, {"equal_error": TURNS}, ["uniform", "8/255", "rotated", "4/255", "uniform", "2/255"]),
+        (2, {}, ["mirror: 2.0 s, 25%", "/a /a /a and 1 more", "12/255"]),
+        (3, {}, ["No"]),
+        (3, {"precision": [MADE["precision"][0] | {"difference_255": 0.31}]}, ["Perhaps"]),
+        # From 4 s to 10 s by the power -1: 0.75 / 2.5; at a quarter of the size 2.5 s are between the two.
+        (4, {}, ["0.30/255 (0.19 to 0.47)", "2.5 s", "1.2/255"]),
+        (4, {"methods": [{"method": "sobol", "order": None}]}, ["less than 0.75/255"]),
+        (0, {"settings": []}, ["No setting"]),
+        (1, {"equal_error": []}, ["tried"]),
+        (3, {"precision": []}, ["not tried"]),
+    ],
+)
+def test_answers_follow_from_the_numbers(number: int, members: Any, said: list[str]) -> None:
+    text = answers.answers(MADE | members)[number]["answer"]
+    assert re.search(".*".join(map(re.escape, said)), text), text

@@ -22,26 +22,21 @@ def run(mse: float, by_reference: float, by_pixels: float = 0.0) -> dict[str, fl
     return {"mse": mse, "by_reference": by_reference, "by_pixels": by_pixels}
 
 
-def test_one_run_has_the_interval_that_its_pixels_bound() -> None:
-    error = error_of([run(5.0, 9.0, 0.5)])
-    assert (error.estimate, error.high) == pytest.approx((5.0, 5.0 + TWO_SIDED * 0.5), rel=1e-6)
-
-
-def test_two_runs_have_the_interval_of_the_mean_of_what_their_pixels_bound() -> None:
-    error = error_of([run(4.0, 9.0, 3.0), run(6.0, 9.0, 4.0)])
-    assert (error.estimate, error.low) == pytest.approx((5.0, 5.0 - TWO_SIDED * 2.5), rel=1e-6)
-
-
-def test_three_runs_have_the_interval_of_their_spread() -> None:
-    """1, 2, 3: standard deviation 1, and 4.303 of Student's t with two degrees of freedom."""
-    error = error_of([run(value, 0.0) for value in (1.0, 2.0, 3.0)])
-    assert (error.estimate, error.high) == pytest.approx((2.0, 2.0 + 4.302653 / math.sqrt(3)), rel=1e-6)
-
-
-def test_runs_that_agree_leave_open_what_the_reference_does_not_know() -> None:
-    """All are judged by the same reference: more of them know no more of it."""
-    error = error_of([run(2.0, 0.25)] * 5)
-    assert error.low == pytest.approx(2.0 - TWO_SIDED * 0.25, rel=1e-6)
+@pytest.mark.parametrize(
+    ("runs", "estimate", "half"),
+    [
+        ([run(5.0, 9.0, 0.5)], 5.0, TWO_SIDED * 0.5),
+        ([run(4.0, 9.0, 3.0), run(6.0, 9.0, 4.0)], 5.0, TWO_SIDED * 2.5),
+        # 1, 2, 3: standard deviation 1, and 4.303 of Student's t with two degrees of freedom.
+        ([run(value, 0.0) for value in (1.0, 2.0, 3.0)], 2.0, 4.302653 / math.sqrt(3)),
+        # All are judged by one reference: more runs know no more of it.
+        ([run(2.0, 0.25)] * 5, 2.0, TWO_SIDED * 0.25),
+    ],
+    ids=["one run", "two runs", "three runs", "one reference"],
+)
+def test_interval_of_an_error(runs: list[dict[str, float]], estimate: float, half: float) -> None:
+    error = error_of(runs)
+    assert (error.estimate, error.high) == pytest.approx((estimate, estimate + half), rel=1e-6)
 
 
 SPENT = {
@@ -66,7 +61,7 @@ def runs(tmp_path: Path) -> tuple[list[Task], Journal]:
     return tasks, journal
 
 
-def test_an_effect_costs_the_seconds_that_go_with_it(runs: tuple[list[Task], Journal]) -> None:
+def test_effect_costs_the_seconds_it_adds(runs: tuple[list[Task], Journal]) -> None:
     rows = results.effects(*runs)
     found = {row["effect"]: row["cpu_seconds"]["estimate"] for row in rows}
     assert found == pytest.approx({"light 0": 6.0, "highlights": 1.0, "antialiasing": -1.0})
@@ -75,7 +70,7 @@ def test_an_effect_costs_the_seconds_that_go_with_it(runs: tuple[list[Task], Jou
     assert {row["difference_255"] for row in rows} == {1.5}
 
 
-def test_double_precision_is_compared_with_single_seed_by_seed(runs: tuple[list[Task], Journal]) -> None:
+def test_precision_and_size_are_compared_seed_by_seed(runs: tuple[list[Task], Journal]) -> None:
     settings: list[dict[str, Any]] = [
         {"name": task.name, "rmse_255": {"estimate": 7.0}} for task in runs[0] if task.part == "setting"
     ]
@@ -84,15 +79,12 @@ def test_double_precision_is_compared_with_single_seed_by_seed(runs: tuple[list[
     for row in rows:
         assert (row["ratio"]["low"], row["ratio"]["high"]) == pytest.approx((3.02 / 2.02, 3.01 / 2.01))
         assert (row["runs"], row["rmse_255"], row["difference_255"]) == (2, 7.0, 1.5)
-
-
-def test_the_own_size_is_compared_with_the_same_setting(runs: tuple[list[Task], Journal]) -> None:
     size = results.size(*runs)
     assert size is not None
     assert (size["name"], size["ratio"]) == ("sobol 4 x 1", pytest.approx(8.015 / 2.015))
 
 
-def test_what_was_not_rendered_is_not_compared(runs: tuple[list[Task], Journal]) -> None:
+def test_runs_that_are_missing_are_not_compared(runs: tuple[list[Task], Journal]) -> None:
     _, journal = runs
     assert results.effects([], journal) == results.precision([], journal, []) == []
     assert results.size([], journal) is None

@@ -19,6 +19,8 @@ from accuracy.variations import seeded
 from renderer import compile_scene, render
 from tests.accuracy.study.scenes import TINY, scene
 
+Finished = tuple[Path, dict[str, Any]]
+
 
 def lines(folder: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in (folder / JOURNAL).read_text().splitlines()]
@@ -49,7 +51,7 @@ def killed_after(runs: int, folder: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """A folder with a whole study, and what it gave."""
     folder = tmp_path_factory.mktemp("study")
     return folder, Study(scene(), folder, TINY).run(silent)
@@ -62,29 +64,24 @@ def without_times(document: Mapping[str, Any]) -> list[Any]:
     return [rows, effects, document["reference"]["rmse_255"]]
 
 
-def test_everything_that_was_planned_is_done(finished: tuple[Path, dict[str, Any]]) -> None:
-    _, document = finished
+def test_study_does_everything_that_was_planned(finished: Finished) -> None:
+    folder, document = finished
     assert document["runs"]["done"] == document["runs"]["planned"]
     assert {row["runs"] for row in document["settings"]} == {TINY.seeds}
-    assert len(document["effects"]) == 3
-    assert len(document["precision"]) == 2
+    assert (len(document["effects"]), len(document["precision"])) == (3, 2)
     assert document["size"]["ratio"] > 0
-
-
-def test_a_finished_study_renders_nothing_again(finished: tuple[Path, dict[str, Any]]) -> None:
-    folder, document = finished
     before = lines(folder)
     again = Study(scene(), folder, TINY)
-    assert again.forecast().seconds == 0
-    assert again.forecast().share == 1
+    assert (again.forecast().seconds, again.forecast().share) == (0, 1)
     assert without_times(again.run(silent)) == without_times(document)
     assert lines(folder) == before
+    # Another scene in the same folder is studied anew.
+    assert Study(scene(ambient=[1, 1, 0.5]), folder, TINY).forecast().done == 0
+    assert Study(scene(name="renamed"), folder, TINY).forecast().done > 0
 
 
-@pytest.mark.parametrize("runs", [0, 1, 2, 20])
-def test_a_killed_study_continues_and_renders_nothing_twice(
-    tmp_path: Path, finished: tuple[Path, dict[str, Any]], runs: int
-) -> None:
+@pytest.mark.parametrize("runs", [0, 2, 20])
+def test_study_that_was_killed_renders_nothing_twice(tmp_path: Path, finished: Finished, runs: int) -> None:
     killed_after(runs, tmp_path)
     begun = lines(tmp_path) if runs else []
     assert len(begun) == runs
@@ -96,69 +93,23 @@ def test_a_killed_study_continues_and_renders_nothing_twice(
     assert without_times(document) == without_times(finished[1])
 
 
-def test_another_scene_in_the_same_folder_is_studied_anew(finished: tuple[Path, dict[str, Any]]) -> None:
-    folder, _ = finished
-    assert Study(scene(ambient=[1, 1, 0.5]), folder, TINY).forecast().done == 0
-    assert Study(scene(name="renamed"), folder, TINY).forecast().done > 0
-
-
-def test_a_kept_picture_that_is_gone_is_rendered_again(tmp_path: Path) -> None:
+def test_picture_that_is_gone_is_rendered_again(tmp_path: Path) -> None:
     killed_after(2, tmp_path)
     next((tmp_path / "pictures").glob("*.npy")).unlink()
     killed_after(3, tmp_path)
     keys = [line["key"] for line in lines(tmp_path)]
-    assert len(keys) == 4
-    assert len(set(keys)) == 3
+    assert (len(keys), len(set(keys))) == (4, 3)
 
 
-def test_the_forecast_counts_what_is_done_and_comes_to_nothing(tmp_path: Path) -> None:
+def test_forecast_counts_runs_and_ends_at_nothing(tmp_path: Path) -> None:
+    """Settings of more seeds have intervals around their means."""
     seen: list[Forecast] = []
-    Study(scene(), tmp_path, TINY).run(seen.append)
+    document = Study(scene(), tmp_path, replace(TINY, seeds=3, errors_255=())).run(seen.append)
     counted = [one for one in seen if one.done < one.runs]
     assert [one.done for one in counted] == list(range(counted[0].runs))
     assert all(0 < one.share <= 1 for one in counted[1:])
     assert counted[0].share == 0
     assert counted[0].seconds > 0
-
-
-def test_without_any_time_there_is_the_coarsest_reference_and_nothing_else(tmp_path: Path) -> None:
-    study = Study(scene(), tmp_path, TINY, budget=1e-9)
-    assert study.references[0].key == study.program.references(TINY.references[-1])[0].key
-    document = study.run(silent)
-    assert document["runs"]["done"] == 2
-    assert document["settings"] == document["pictures"] == []
-    assert report.answered(document)["answers"]
-
-
-def test_a_study_that_is_given_more_time_keeps_its_reference(tmp_path: Path) -> None:
-    short = Study(scene(), tmp_path, TINY, budget=1e-9)
-    short.run(silent)
-    longer = Study(scene(), tmp_path, TINY)
-    assert longer.references[0].key == short.references[0].key
-    assert longer.forecast().done == 2
-
-
-def test_a_study_with_time_enough_has_the_best_reference(tmp_path: Path) -> None:
-    study = Study(scene(), tmp_path, TINY, budget=1e6)
-    assert study.references[0].key == study.program.references(TINY.references[0])[0].key
-
-
-def test_the_difference_of_an_effect_is_that_of_the_two_pictures(
-    finished: tuple[Path, dict[str, Any]],
-) -> None:
-    """The scene's own samples are few enough to be the study's."""
-    _, document = finished
-    row = next(row for row in document["effects"] if row["effect"] == "light 0")
-    program = Study(scene(), finished[0], TINY).program
-    whole = program.subject.scene.document
-    dark = whole.model_copy(update={"lights": ()})
-    images = [render(compile_scene(one)).image for one in (whole, dark)]
-    assert row["difference_255"] == pytest.approx(255 * rms_difference(*images), rel=1e-12)
-
-
-def test_settings_of_more_seeds_have_intervals_around_their_means(tmp_path: Path) -> None:
-    scale = replace(TINY, seeds=3, errors_255=())
-    document = Study(scene(), tmp_path, scale).run(silent)
     rows = {row["name"]: row["rmse_255"] for row in document["settings"]}
     noisy, plain = rows["random 4 x 1"], rows["uniform 4 x 1"]
     assert noisy["low"] < noisy["estimate"] < noisy["high"]
@@ -166,12 +117,36 @@ def test_settings_of_more_seeds_have_intervals_around_their_means(tmp_path: Path
     assert plain["high"] - plain["low"] < noisy["high"] - noisy["low"]
 
 
-def test_a_picture_of_the_study_is_found_by_its_key(finished: tuple[Path, dict[str, Any]]) -> None:
+def test_reference_is_as_good_as_the_time_allows(tmp_path: Path) -> None:
+    """Without any time there is the coarsest and nothing else; a study that goes on keeps it."""
+    short = Study(scene(), tmp_path, TINY, budget=1e-9)
+    coarsest, best = (short.program.references(TINY.references[i])[0].key for i in (-1, 0))
+    assert short.references[0].key == coarsest
+    document = short.run(silent)
+    assert document["runs"]["done"] == 2
+    assert document["settings"] == document["pictures"] == []
+    assert report.answered(document)["answers"]
+    longer = Study(scene(), tmp_path, TINY)
+    assert (longer.references[0].key, longer.forecast().done) == (coarsest, 2)
+    assert Study(scene(), tmp_path / "new", TINY, budget=1e6).references[0].key == best
+
+
+def test_difference_of_an_effect_is_that_of_two_pictures(finished: Finished) -> None:
+    """The scene's own samples are few enough to be the study's."""
+    folder, document = finished
+    row = next(row for row in document["effects"] if row["effect"] == "light 0")
+    whole = Study(scene(), folder, TINY).program.subject.scene.document
+    dark = whole.model_copy(update={"lights": ()})
+    images = [render(compile_scene(one)).image for one in (whole, dark)]
+    assert row["difference_255"] == pytest.approx(255 * rms_difference(*images), rel=1e-12)
+
+
+def test_picture_is_found_by_its_key(finished: Finished) -> None:
     folder, document = finished
     study = Study(scene(), folder, TINY)
     row = next(row for row in document["pictures"] if row["name"].startswith("rotated"))
     samples, points = (int(count) for count in row["name"].split()[1::2])
-    setting = next(
+    (setting,) = (
         known.quality
         for known in study.program.settings
         if (known.method, known.samples, known.points) == ("rotated", samples, points)

@@ -1,0 +1,112 @@
+"""Checkerboards, images and tables of texels at points."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from renderer.textures import checker, image
+from renderer.textures.heights import Heights
+from renderer.textures.texels import slopes, table
+from schemas.textures import CheckerTexture, ImageTexture
+from tests.pictures.parts import Files, png
+
+EVEN, ODD = (0.9, 0.8, 0.7), (0.1, 0.2, 0.3)
+WRAPS = ["clamp", "repeat", "mirror"]
+
+
+@pytest.mark.parametrize("repeat", [(8, 8), (2, 64), (0.5, 1), (7.3, 4.1), (1e15, 3)])
+def test_checker_fields_alternate(repeat: tuple[float, float]) -> None:
+    """Just below 0 is another field, and far away a field is still one of the two."""
+    document = {"type": "checker", "even": EVEN, "odd": ODD, "repeat": repeat}
+    source = checker.build(CheckerTexture.model_validate(document), Files())
+    places = [*np.random.default_rng(1).uniform(-5, 5, (300, 2)), (0.0, 0.0), (-0.0, 1 / 8), (1 / 8, 1 / 8)]
+    places += [(-1e-17, 0.0), (-1e-300, -1e-17), (1 - 2.0**-53, 0.99), (-1e15, 1e15)]
+    for u, v in places:
+        color = tuple(source.at(np.array([[u], [v]]))[:, 0])
+        fields = math.floor(u * repeat[0]) + math.floor(v * repeat[1])
+        assert color == (EVEN if fields % 2 == 0 else ODD), (u, v)
+
+
+def texture(codes: Any, **changes: Any) -> image.ImageTexture:
+    document = {"type": "image", "asset": "a.png", "encoding": "linear", **changes}
+    array = np.asarray(codes, dtype=np.uint8)
+    if array.ndim == 2:
+        array = np.repeat(array[:, :, None], 3, axis=2)
+    return image.build(ImageTexture.model_validate(document), Files({"a.png": png(array)}))
+
+
+def value(source: image.ImageTexture, u: float, v: float = 0.5) -> float:
+    found = source.at(np.array([[u], [v]]))
+    assert found.shape == (3, 1)
+    return float(found[0, 0]) * 255
+
+
+@pytest.mark.parametrize("wrap", WRAPS)
+@pytest.mark.parametrize("filter_", ["nearest", "bilinear"])
+def test_texel_has_its_value_at_its_centre(filter_: str, wrap: str) -> None:
+    """Row 0 of the file is on the side v = 1."""
+    codes = np.arange(0, 240, 16).reshape(3, 5)
+    source = texture(codes, filter=filter_, wrap=wrap)
+    for (row, column), code in np.ndenumerate(codes):
+        assert value(source, (column + 0.5) / 5, 1 - (row + 0.5) / 3) == pytest.approx(code, abs=1e-4)
+
+
+def test_image_is_filtered_in_linear_light() -> None:
+    source = texture([[0, 255]], encoding="srgb", filter="bilinear")
+    assert value(source, 0.5) == pytest.approx(127.5, abs=1e-4)
+    assert value(source, 0.25) == 0
+    linear = ((100 / 255 + 0.055) / 1.055) ** 2.4
+    assert value(texture([[100, 100]], encoding="srgb"), 0.5) / 255 == pytest.approx(linear, rel=1e-6)
+
+
+def test_image_lookups_are_independent() -> None:
+    source = texture(np.random.default_rng(2).integers(0, 256, (6, 5, 3)), filter="bilinear", wrap="mirror")
+    coordinates = np.random.default_rng(3).uniform(-3, 4, (2, 500))
+    together = source.at(coordinates)
+    for i in range(0, 500, 71):
+        assert (source.at(coordinates[:, i : i + 1])[:, 0] == together[:, i]).all()
+
+
+RNG = np.random.default_rng(7)
+TEXELS = RNG.random((9, 14, 3)).astype(np.float32)
+COORDINATES = RNG.uniform(-1.5, 2.5, (2, 300))
+FOOTPRINTS = RNG.uniform(-0.6, 0.6, (2, 2, 300))
+OFFSETS = RNG.uniform(-0.5, 0.5, (2, 11, 1)).astype(np.float32)
+PLACES = COORDINATES[:, None] + np.einsum("csn,sk->ckn", FOOTPRINTS, OFFSETS[:, :, 0].astype(np.float64))
+"""Texture coordinates (2, K, n) of all offsets in all footprints."""
+ROUNDED = 4 * 16 * 2.0**-24
+"""A place is rounded to float32 at up to 16 texels from the centre, and texels differ by 1 at most."""
+
+
+@pytest.mark.parametrize("wrap", WRAPS)
+@pytest.mark.parametrize("filter_", ["bilinear", "nearest"])
+def test_table_has_the_values_of_the_texture(filter_: str, wrap: str) -> None:
+    found = table(TEXELS, wrap, nearest=filter_ == "nearest")
+    values = np.stack(found.at(found.centers(COORDINATES, FOOTPRINTS), OFFSETS, 3))
+    expected = image.ImageTexture(TEXELS, filter_, wrap).at(PLACES.reshape(2, -1)).reshape(3, 11, 300)
+    if filter_ == "bilinear":
+        assert np.abs(values - expected).max() <= ROUNDED
+        return
+    texels = PLACES * np.array([14, 9])[:, None, None]
+    inside = (np.abs(texels - np.rint(texels)) > 1e-4).all(axis=0)
+    assert inside.mean() > 0.99
+    assert (values[:, inside] == expected[:, inside]).all()
+
+
+@pytest.mark.parametrize("wrap", ["clamp", "repeat"])
+def test_table_of_slopes_has_differences_of_texels(wrap: str) -> None:
+    heights = Heights(image.ImageTexture(TEXELS, "bilinear", wrap), 0.3)
+    expected = heights.slopes(PLACES.reshape(2, -1))
+    tables = slopes(0.3 * TEXELS.astype(np.float64).mean(axis=2), wrap)
+    for found, slope in zip(tables, expected, strict=True):
+        (values,) = found.at(found.centers(COORDINATES, FOOTPRINTS), OFFSETS, 1)
+        assert np.abs(values - slope.reshape(11, 300)).max() <= 14 * ROUNDED
+
+
+def test_table_shrinks_footprints_that_reach_too_far() -> None:
+    """To 16 texels on either side."""
+    found = table(TEXELS, "repeat", nearest=False)
+    sides = found.centers(COORDINATES, 1e6 * FOOTPRINTS).sides
+    assert np.abs(sides).sum(axis=1).max() / 2 <= 16 * (1 + 2.0**-20)
