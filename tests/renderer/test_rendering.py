@@ -28,13 +28,6 @@ def test_report_counts_rays_and_seconds() -> None:
     assert (result.image.dtype, result.image.shape) == (np.float32, (16, 24, 3))
 
 
-def test_triangles_without_area_are_counted() -> None:
-    lines = [triangle([0, 0, 0], [1, 1, 1], [2, 2, 2]), triangle([1, 2, 3], [1, 2, 3], [4, 5, 6])]
-    result = renderer.render(plan_of(scene(*lines, rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0]))))
-    numerics = result.report["numerics"]
-    assert (numerics["degenerate_dropped"], numerics["retried"]) == (2, 2)
-
-
 @pytest.mark.parametrize("height", [1e-13, 1e-300])
 @pytest.mark.parametrize("kind", ["triangle", "mesh"])
 def test_triangles_as_thin_as_rounding_are_kept(kind: str, height: float) -> None:
@@ -111,17 +104,9 @@ def test_render_stops_when_on_tile_raises() -> None:
 
 
 WALL = rectangle([-9, -9, 0], [18, 0, 0], [0, 18, 0])
-
-
 LEFT, RIGHT = (rectangle([x, -9, 0], [9, 0, 0], [0, 18, 0]) for x in (-9, 0))
-
-
 BEHIND = rectangle([-900, -900, 50], [1800, 0, 0], [0, 1800, 0], material="painted")
-
-
 BUMPY = {"bump_map": "bumps", "bump_height": 0.1}
-
-
 PAINTED = {"painted": phong(color_texture="board")}
 
 

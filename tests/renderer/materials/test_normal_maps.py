@@ -24,8 +24,6 @@ from tests.documents import (
 from tests.pictures.parts import DOUBLE, plan_of, png, samples_of
 
 Vector = NDArray[np.float64]
-
-
 Field = Callable[[float, float], Vector]
 """The place of texture coordinates (u, v)."""
 TEXEL = np.array([190, 150, 235], dtype=np.uint8)

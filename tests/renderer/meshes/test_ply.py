@@ -20,8 +20,6 @@ CODES = {"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "ui
     "float64": "d",
 }
 FORMS = ("ascii", "binary_little_endian", "binary_big_endian")
-
-
 Element = tuple[str, list[str], list[list[Any]]]
 """Name, properties as in a header, and rows of which a list is a list."""
 

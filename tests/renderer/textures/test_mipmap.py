@@ -13,8 +13,8 @@ from renderer.textures.checker import mean_square_wave
 from renderer.textures.image import ImageTexture
 from renderer.textures.mipmap import halved, pyramid
 from schemas import textures as language
-from schemas.limits import Limits
 from schemas.textures import CheckerTexture
+from tests.pictures.parts import Files
 
 
 def square_wave_mean(center: Fraction, width: Fraction) -> Fraction:
@@ -54,32 +54,20 @@ def board(**changes: object) -> checker.CheckerTexture | checker.BoxCheckerTextu
 
 
 def test_box_checker_is_the_mean_of_its_box() -> None:
+    """Against exact means along either axis; without footprints it is the point."""
     rng = np.random.default_rng(2)
-    coordinates = rng.uniform(-1, 2, (2, 30))
-    footprints = rng.uniform(-0.3, 0.3, (2, 2, 30))
-    found = board().at(coordinates, footprints)
-    n = 400
-    places = (np.arange(n) + 0.5) / n - 0.5
+    coordinates, footprints = rng.uniform(-1, 2, (2, 30)), rng.uniform(-0.3, 0.3, (2, 2, 30))
     widths = np.abs(footprints).sum(axis=1)
-    for k in range(30):
-        u, v = coordinates[0, k] + widths[0, k] * places, coordinates[1, k] + widths[1, k] * places
-        odd = (np.floor(u * 4)[:, None] + np.floor(v * 6)[None, :]) % 2 == 1
-        share = odd.mean()
-        expected = np.array([0.9, 0.5, 0.25]) * (1 - share) + np.array([0.1, 0.4, 0.75]) * share
-        # Each field's edge is found to within one of the n rows or columns, of which a box crosses few.
-        assert found[:, k] == pytest.approx(expected, abs=0.8 * 2 * 5 / n)
-
-
-def test_box_checker_of_one_colour_is_exact() -> None:
-    color = (0.3, 0.1, 0.7)
-    rng = np.random.default_rng(3)
-    found = board(even=color, odd=color).at(rng.uniform(-9, 9, (2, 99)), rng.uniform(-2, 2, (2, 2, 99)))
-    assert np.array_equal(found, np.array(color)[:, None].repeat(99, axis=1))
-
-
-def test_filter_without_footprints_takes_the_point() -> None:
-    coordinates = np.random.default_rng(4).uniform(-1, 2, (2, 50))
+    waves = [
+        [float(square_wave_mean(Fraction(c * n), Fraction(w * n))) for c, w in zip(*each, strict=True)]
+        for *each, n in zip(coordinates, widths, (4, 6), strict=True)
+    ]
+    even = (1 + np.prod(waves, axis=0)) / 2
+    expected = np.multiply.outer([0.9, 0.5, 0.25], even) + np.multiply.outer([0.1, 0.4, 0.75], 1 - even)
+    np.testing.assert_allclose(board().at(coordinates, footprints), expected, atol=1e-12)
     assert np.array_equal(board().at(coordinates), board(filter="none").at(coordinates))
+    plain = board(even=(0.3, 0.1, 0.7), odd=(0.3, 0.1, 0.7)).at(coordinates, footprints)
+    assert np.array_equal(plain, np.array([0.3, 0.1, 0.7])[:, None].repeat(30, axis=1))
 
 
 SIZES = [(1, 1), (1, 5), (2, 2), (3, 7), (13, 8), (17, 1)]
@@ -121,14 +109,6 @@ def test_mipmap_ends_at_the_mean_of_the_image(height: int, width: int) -> None:
     assert levels[-1].texels[0, 0] == pytest.approx(texels.mean(axis=(0, 1)), rel=1e-6)
 
 
-def stairs() -> tuple[np.ndarray, object]:
-    """A pyramid over 16 x 16 texels whose level k has the value k everywhere."""
-    texture = pyramid(image(np.zeros((16, 16, 3))))
-    for number, level in enumerate(texture.levels):
-        level.texels[...] = number
-    return np.full((2, 1), 0.4), texture
-
-
 @pytest.mark.parametrize(
     ("across", "along", "level"),
     [
@@ -146,9 +126,11 @@ def stairs() -> tuple[np.ndarray, object]:
 def test_mipmap_level_follows_the_longer_side(
     across: tuple[float, float], along: tuple[float, float], level: float
 ) -> None:
-    place, texture = stairs()
-    footprints = np.array([across, along]).T[:, :, None]
-    assert texture.at(place, footprints)[:, 0] == pytest.approx([level] * 3, abs=1e-12)  # type: ignore[attr-defined]
+    texture = pyramid(image(np.zeros((16, 16, 3))))
+    for number, each in enumerate(texture.levels):
+        each.texels[...] = number
+    found = texture.at(np.full((2, 1), 0.4), np.array([across, along]).T[:, :, None])
+    assert found[:, 0] == pytest.approx([level] * 3, abs=1e-12)
 
 
 def test_mipmap_below_one_texel_is_bilinear() -> None:
@@ -156,18 +138,6 @@ def test_mipmap_below_one_texel_is_bilinear() -> None:
     coordinates = np.random.default_rng(8).uniform(-2, 3, (2, 100))
     footprints = np.full((2, 2, 100), 1 / 16)
     assert np.array_equal(pyramid(base).at(coordinates, footprints), base.at(coordinates))
-
-
-class OneFile:
-    """A source with one file of any name."""
-
-    limits = Limits()
-
-    def __init__(self, content: bytes) -> None:
-        self._content = content
-
-    def read(self, name: str) -> bytes:
-        return self._content
 
 
 # With bands as large as they are; a texture of twice the side takes four times the memory.
@@ -179,7 +149,7 @@ def test_texture_takes_little_more_memory_than_its_texels(filter_: str, most: in
     texture = language.ImageTexture.model_validate({"type": "image", "asset": "a", "filter": filter_})
     tracemalloc.start()
     try:
-        built = mipmap.build(texture, OneFile(file.getvalue()))
+        built = mipmap.build(texture, Files({"a": file.getvalue()}))
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -43,16 +43,6 @@ def value(source: image.ImageTexture, u: float, v: float = 0.5) -> float:
     return float(found[0, 0]) * 255
 
 
-@pytest.mark.parametrize("wrap", WRAPS)
-@pytest.mark.parametrize("filter_", ["nearest", "bilinear"])
-def test_texel_has_its_value_at_its_centre(filter_: str, wrap: str) -> None:
-    """Row 0 of the file is on the side v = 1."""
-    codes = np.arange(0, 240, 16).reshape(3, 5)
-    source = texture(codes, filter=filter_, wrap=wrap)
-    for (row, column), code in np.ndenumerate(codes):
-        assert value(source, (column + 0.5) / 5, 1 - (row + 0.5) / 3) == pytest.approx(code, abs=1e-4)
-
-
 def test_image_is_filtered_in_linear_light() -> None:
     source = texture([[0, 255]], encoding="srgb", filter="bilinear")
     assert value(source, 0.5) == pytest.approx(127.5, abs=1e-4)
