@@ -7,23 +7,20 @@ import os
 import signal
 from pathlib import Path
 
-import httpx2
 import numpy as np
 import pytest
-from sqlalchemy import select, text
+from sqlalchemy import select
 
 import renderer
 from renderer import tiling
-from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow
 from service.storage.tiles import StoredTile, final_prefix
 from service.workers.tasks import ComposeDone, ComposeTask, TileDone, TileTask
 from tests.postgres_server import PostgresServer
-from tests.service.conftest import Start
 from tests.service.failover import client_of, leads, pair
 from tests.service.faulty import GATE
 from tests.service.processes import workers_of
-from tests.service.support import TIMEOUT, finish, image, scene, submit, until
+from tests.service.support import finish, image, scene, submit, until
 from tests.service.workers.bench import Bench
 
 LAYERS = ("depth",)
@@ -70,27 +67,6 @@ def test_worker_that_wakes_late_replaces_nothing(tmp_path: Path) -> None:
     finally:
         former.engine.close()
         following.engine.close()
-
-
-def test_pictures_of_version_0_1_are_found(start: Start) -> None:
-    """Their rows have no prefix, and their files none either."""
-    server = start(workers=1)
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
-        job = submit(client, scene(32, 32, samples=1), layers=["depth"])
-        finish(client, job)
-        names = ("image.npy", "image.png", "layers/depth.npy")
-        before = [client.get(f"/v1/jobs/{job}/{name}").content for name in names]
-        folder = server.data / "jobs" / job
-        for path in folder.glob("1-*"):
-            path.rename(folder / path.name.removeprefix("1-"))
-        database = Database(f"sqlite:///{server.data / 'penumbra.sqlite'}")
-        with database.writing() as session:
-            session.execute(text("UPDATE renders SET final_prefix = ''"))
-        database.close()
-        assert [client.get(f"/v1/jobs/{job}/{name}").content for name in names] == before
-        (folder / "image.png").unlink()
-        assert client.get(f"/v1/jobs/{job}/image.png").content == before[1]
-        assert (folder / "image.png").exists()
 
 
 @pytest.mark.slow

@@ -218,7 +218,8 @@ def test_client_pins_and_prunes(keeping: tuple[RunningServer, dict[str, str]], u
 
 @BOTH
 def test_many_jobs_go_though_some_are_damaged(database: Database, tmp_path: Path) -> None:
-    """So many go in several transactions, and in a dry run in one."""
+    """So many go in several transactions, and in a dry run in one. PostgreSQL stores no such damage."""
+    damaged = set() if database.shared else {"job-104", "job-207"}
     days, assets = [1] * 2 + [15] * 103 + [40] * 103, 120
     size = {"media_type": "image/png", "width": 1, "height": 1}
     with database.writing() as session:
@@ -244,19 +245,18 @@ def test_many_jobs_go_though_some_are_damaged(database: Database, tmp_path: Path
         for number in range(assets):
             session.add(AssetRow(sha256=f"{number:064x}", bytes=2, created_at=ended, used_at=ended, **size))
         session.flush()
-        damaged = {"sqlite": "{", "postgresql": "[]"}[session.connection().dialect.name]
-        statement = text("UPDATE jobs SET quality = :value WHERE id IN ('job-104', 'job-207')")
-        session.execute(statement, {"value": damaged})
+        if damaged:
+            session.execute(text("UPDATE jobs SET quality = '{' WHERE id IN ('job-104', 'job-207')"))
     rules = Rules(keep_seconds=10 * 86400.0, keep_asset_seconds=86400.0)
     objects = Folder(tmp_path / "objects")
     store, kept = TileStore(objects), AssetStore(objects.within("assets"), Limits())
     thread = RetentionThread(database, store, kept, rules, Reserve(tmp_path, database))
     once, often = thread.predict(rules), thread.prune(rules)
     for swept in (once, often):
-        assert set(swept.expired) == {f"job-{number}" for number in range(2, 104)}
-        assert set(swept.forgotten) == {f"job-{number}" for number in range(105, 207)}
+        assert set(swept.expired) == {f"job-{number}" for number in range(2, 105)} - damaged
+        assert set(swept.forgotten) == {f"job-{number}" for number in range(105, 208)} - damaged
     assert (once.pictures, once.assets, once.bytes) == (often.pictures, often.assets, often.bytes)
-    assert often.bytes == 204 + 2 * assets
+    assert often.bytes == 206 - len(damaged) + 2 * assets
 
 
 @pytest.mark.slow
