@@ -202,6 +202,7 @@ def test_lights_are_sampled_as_in_the_picture() -> None:
     assert [plan.lightings[0].emitter.count for plan in plans] == [16, 2, 64]
 
 
+@pytest.mark.slow
 def test_tree_of_thousands_of_rays_is_reported_in_part() -> None:
     """Each of six walls splits a ray in two: 2^12 paths, if none leaves the glass."""
     glass = {"plain": phong([0, 0, 0], ambient=0, diffuse=0, transmission=1, ior=4, max_depth=12)}

@@ -99,6 +99,7 @@ def test_plots_are_whole_and_reproducible(found: Found) -> None:
     assert again != figures.error_against(results, rays, "rays")
 
 
+@pytest.mark.slow
 def test_report_may_have_no_runs_or_no_errors(tmp_path: Path) -> None:
     study = Study(scene(), tmp_path / "a", TINY, budget=1e-9)
     results = report.answered(study.run(lambda _: None))

@@ -80,7 +80,10 @@ def test_study_does_everything_that_was_planned(finished: Finished) -> None:
     assert Study(scene(name="renamed"), folder, TINY).forecast().done > 0
 
 
-@pytest.mark.parametrize("runs", [0, 2, 20])
+SLOW = [pytest.param(runs, marks=pytest.mark.slow) for runs in (0, 20)]
+
+
+@pytest.mark.parametrize("runs", [2, *SLOW])
 def test_study_that_was_killed_renders_nothing_twice(tmp_path: Path, finished: Finished, runs: int) -> None:
     killed_after(runs, tmp_path)
     begun = lines(tmp_path) if runs else []
@@ -101,6 +104,7 @@ def test_picture_that_is_gone_is_rendered_again(tmp_path: Path) -> None:
     assert (len(keys), len(set(keys))) == (4, 3)
 
 
+@pytest.mark.slow
 def test_forecast_counts_runs_and_ends_at_nothing(tmp_path: Path) -> None:
     """Settings of more seeds have intervals around their means."""
     seen: list[Forecast] = []
