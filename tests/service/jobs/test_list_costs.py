@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 from sqlalchemy import event
 
 from schemas.api.jobs import JobState
+from schemas.tiles import Pass
 from service.app import assemble
 from service.dispatch.job_events import JobEvents
 from service.jobs import lifecycle
@@ -62,7 +64,7 @@ def filled(data: Path, kept: int) -> Service:
                 width=16,
                 height=12,
                 spec_sha256=str(number),
-                passes=[],
+                passes=[asdict(Pass(0, 4, 0, 1))],
                 display={},
                 total_steps=1,
                 total_work=1,

@@ -84,6 +84,8 @@ def test_picture_of_every_kind_is_recognised(api: httpx2.Client, data: bytes, me
 def test_scene_is_rendered_with_an_uploaded_file(api: httpx2.Client, local: InProcess, data: bytes) -> None:
     sent = put(api, data).json()
     document = textured(sent["name"]) if sent["width"] else with_mesh(data)
+    for texture in document.get("textures", {}).values():
+        texture["encoding"] = "linear"
     job = submit(api, document)
     finish(api, job)
     assets = AssetStore(Folder(local.service.settings.data / "assets"), Limits())
