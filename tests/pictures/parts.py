@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -15,7 +16,7 @@ from renderer.tiling import blocks
 from schemas.quality import FixedQuality, Quality
 from schemas.tiles import Pass, Tile
 
-__all__ = ["DOUBLE", "SINGLE", "Files", "image_of", "plan_of", "png", "same", "samples_of"]
+__all__ = ["DOUBLE", "SINGLE", "Files", "few_of", "image_of", "plan_of", "png", "same", "samples_of"]
 
 SINGLE = FixedQuality(mode="fixed", precision="single")
 DOUBLE = FixedQuality(mode="fixed", precision="double")
@@ -63,3 +64,8 @@ def samples_of(plan: renderer.RenderPlan) -> NDArray[np.float64]:
         values = radiance(plan, rays, Counter())
         result[block.rows, block.columns] = values.reshape(3, -1, count).transpose(1, 2, 0)
     return result
+
+
+def few_of(count: int, few: int) -> list[Any]:
+    """Seeds of a sweep, of which the slow tier takes all but the first few."""
+    return [seed if seed < few else pytest.param(seed, marks=pytest.mark.slow) for seed in range(count)]

@@ -25,7 +25,7 @@ from renderer.math.streams import branch, keys
 from schemas.reading import read_scene
 from tests.pictures import pictures
 from tests.pictures.literal import Drawing
-from tests.pictures.parts import DOUBLE, plan_of, png, samples_of
+from tests.pictures.parts import DOUBLE, few_of, plan_of, png, samples_of
 from tests.pictures.test_literal_random import BUMPS, any_scene
 
 COLORED = {"plain": phong(), "red": phong([0.9, 0.1, 0.1], specular=0.4, shininess=9)}
@@ -42,7 +42,7 @@ def bouncing(seed: int) -> Json:
     return document
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", few_of(40, 8))
 def test_random_mirrors_and_glass_against_the_tracer(seed: int) -> None:
     """1e-9 after up to five bounces; no sample is left out."""
     document = bouncing(seed)

@@ -22,7 +22,18 @@ NEAR = {"camera": camera(position=[0.3, 1.7, 4.4], look_at=[0.1, 1.4, 0])}
 OUTSIDE = [bulb([1.3, 3.2, 40]), lamp([-2, 9.2, 1], [3, 0, 0.2], [0, 0.3, 2])]
 WITHIN = [bulb([1.3, 3.2, 0.9]), lamp([-2, 4.2, 1], [3, 0, 0.2], [0, 0.3, 2], visible=False)]
 
+BY_CENTER = {
+    "type": "rectangle",
+    "center": [0.2, 3.7, -0.3],
+    "normal": [0.2, -2, 0.1],
+    "tangent": [1, 0.4, 0.3],
+    "size": [1.4, 0.6],
+    "color": [0.6, 0.7, 0.8],
+    "two_sided": False,
+}
+
 SCENES: dict[str, Json] = {
+    "lamp by its centre": pictures.of_room(lights=[BY_CENTER]),
     "room with every kind of shape": pictures.of_room(),
     "center pattern": pictures.of_room(sampling=sampled(1, 9, "center")),
     "rotated pattern": pictures.of_room(sampling=sampled(9, 1, "rotated")),

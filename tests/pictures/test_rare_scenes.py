@@ -1,4 +1,4 @@
-"""Hundreds of random tiny scenes of rare combinations end, and give finite pictures without a warning."""
+"""Random tiny scenes of rare combinations end, and give finite pictures without a warning."""
 
 import signal
 from collections.abc import Iterator
@@ -11,14 +11,11 @@ from pydantic import TypeAdapter
 
 import renderer
 from accuracy.hard_cases.documents import bulb, camera, rectangle, scene, sphere
-from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST
 from schemas.quality import Quality, TargetQuality
 from tests.pictures.parts import Files
 from tests.pictures.rare_scenes import FILES, rare_request, rare_scene
 
-SCENES = 300
-AT_ONCE = 10
-"""Scenes of one test."""
+FEW, SCENES, AT_ONCE = 30, 300, 10
 
 HANG_SECONDS = 30.0
 """CPU seconds after which a scene counts as endless: a few times what the slowest takes."""
@@ -76,10 +73,17 @@ def drawn(seed: int, mode: str) -> renderer.RenderResult:
     return result
 
 
-@pytest.mark.parametrize("mode", ["fixed", pytest.param("target", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("first", range(0, SCENES, AT_ONCE))
-def test_rare_scenes_are_finite(first: int, mode: str) -> None:
-    for seed in range(first, first + AT_ONCE):
+@pytest.mark.parametrize("seed", range(FEW))
+def test_rare_scenes_are_finite(seed: int) -> None:
+    with replayable(seed, "fixed"):
+        drawn(seed, "fixed")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mode", "begin"), [("fixed", FEW), ("target", 0)])
+@pytest.mark.parametrize("part", range(AT_ONCE))
+def test_many_rare_scenes_are_finite(mode: str, begin: int, part: int) -> None:
+    for seed in range(begin + part, SCENES, AT_ONCE):
         with replayable(seed, mode):
             drawn(seed, mode)
 
@@ -102,9 +106,10 @@ def test_rare_scenes_have_all_parts() -> None:
 
 
 def test_tiny_picture_of_an_unreachable_error() -> None:
+    """It ends all the same, with at least a thousand samples a pixel."""
     target = TargetQuality(mode="target", error=1e-6)
     shapes = sphere([0, 1, 0], 1), rectangle([-4, 0, -4], [0, 0, 9], [8, 0, 0])
     document = scene(*shapes, lights=[bulb([1, 3, 2])], camera=camera(width=2, height=1))
     report = renderer.render(renderer.compile_scene(document, target)).report
     assert report["error"]["estimate"] > target.error
-    assert report["samples"]["antialiasing_mean"] == COUNTS[HIGHEST] + COVERAGES[-1]
+    assert report["samples"]["antialiasing_mean"] >= 1000

@@ -1,4 +1,4 @@
-"""Small and thin shapes keep target quality, alone and in trees, through a lens and without one.
+"""Small and thin shapes and the edges of shadows at target quality, in trees, through a lens and without one.
 
 References are means of samples of fixed quality, which knows nothing of where shapes are. Two of them judge
 each picture, so that their own noise counts nowhere.
@@ -11,7 +11,19 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json, lamp, mesh, phong, rectangle, scene, sphere, sun, triangle
+from accuracy.hard_cases.documents import (
+    Json,
+    bulb,
+    ellipsoid,
+    lamp,
+    mesh,
+    phong,
+    rectangle,
+    scene,
+    sphere,
+    sun,
+    triangle,
+)
 from accuracy.statistics import clipped
 from renderer.math.arrays import Floats
 from schemas.quality import FixedQuality, TargetQuality
@@ -105,6 +117,10 @@ def wires() -> list[Json]:
     return found
 
 
+BOARD = rectangle([-1, 1, -1], [1.4, 0.2, 0.3], [0.1, 0.1, 1.7])
+SAIL = triangle([-1.5, 0.7, -1], [1.2, 0.5, 0.1], [0.2, 1.4, 1])
+WIRE = ellipsoid([0, 0.6, 0], [1.4, 0, 0.4], [0, 0.0075, 0], [-0.002, 0, 0.007])
+WIDE = lamp([-1, 5, 1], [2, 0, 0], [0, 0, 2])
 LONG = lamp([-1, 5, -0.01], [2, 0, 0], [0, 0, 0.02], (0.9, 0.9, 0.9))
 
 SCENES = {
@@ -115,10 +131,17 @@ SCENES = {
     "blades": lambda: viewed(BESIDE, NOON, blades(8)),
     "shadows of blades": lambda: viewed(ABOVE, NOON, blades(1)),
     "wires along a lamp": lambda: viewed(NEAR, LONG, wires()),
+    "hard shadow of a board": lambda: viewed(ABOVE, bulb([1, 5, 2]), [BOARD, FLOOR]),
+    "hard shadow of a sail": lambda: viewed(ABOVE, NOON, [SAIL, FLOOR]),
+    "hard shadow of a wire": lambda: viewed(ABOVE, bulb([1, 5, 2]), [WIRE, FLOOR]),
+    "soft shadow of a wire": lambda: viewed(ABOVE, WIDE, [WIRE, FLOOR]),
+    "hard shadow on a ball": lambda: viewed(
+        ABOVE, bulb([0.5, 5, 1]), [sphere([0, 2, 0], 0.3), sphere([0, -5, 0], 5)]
+    ),
 }
 
 
-SLOW = {"shadows of blades", "wires along a lamp"}
+FAST = {"balls", "hard shadow of a board"}
 
 
 def rendered(name: str, seed: int, quality: FixedQuality | TargetQuality) -> renderer.RenderResult:
@@ -138,7 +161,7 @@ def shots(name: str) -> list[tuple[float, dict[str, float]]]:
     return found
 
 
-NAMES = [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in SCENES]
+NAMES = [pytest.param(name, marks=[pytest.mark.slow] * (name not in FAST)) for name in SCENES]
 
 
 @pytest.mark.parametrize("name", NAMES)

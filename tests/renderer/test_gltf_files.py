@@ -19,7 +19,7 @@ from renderer.meshes.files import announced, needs_other_files, read_mesh, self_
 from renderer.meshes.gltf import MOST_VALUES
 from service.converting.formats import convert
 from tests.pictures.parts import Files
-from tests.pictures.test_mesh_files import FACES, FLOOR, VERTICES, mesh_file, solid, textured
+from tests.renderer.test_mesh_files import FACES, FLOOR, VERTICES, mesh_file, solid, textured
 from tests.service.converting.test_gltf import TRIANGLE, Made
 
 
