@@ -7,7 +7,6 @@ import renderer
 from accuracy.hard_cases.documents import camera, ellipsoid, phong, rectangle, sampled, scene, triangle
 from accuracy.statistics import clipped
 from renderer.integrator import camera_rays, intersect
-from renderer.textures import footprints
 from renderer.tiling import blocks
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
@@ -99,15 +98,6 @@ def test_footprints_at_the_grazing_limit(height: float) -> None:
     assert image.max() <= 1
 
 
-def test_footprints_along_the_surface() -> None:
-    document = horizon("box")
-    points = points_of(document)
-    points.viewers[...] = np.array([[1.0], [0.0], [0.0]])
-    assert not (points.normals * points.viewers).any()
-    footprints.build(plan_of(document).camera, 1).run(points)
-    assert np.isfinite(points.footprints).all()
-
-
 def test_board_in_a_mirror() -> None:
     mirror = rectangle([-50, -50, -60], [100, 0, 0], [0, 100, 0], material="mirror")
     textures = {"board": {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [80, 80]}}
@@ -134,10 +124,6 @@ def test_footprints_only_where_needed() -> None:
     hidden["textures"] = {**hidden["textures"], "unused": {"type": "checker", "filter": "box"}}
     assert np.array_equal(image_of(plain), image_of(hidden))
     assert points_of(plain).footprints is None
-    for document in (plain, hidden):
-        assert all(stage.effect != "textures.footprints" for stage in plan_of(document).describe().stages)
-    requested = [s for s in plan_of(horizon("box")).describe().stages if s.effect == "textures.footprints"]
-    assert [stage.pointers for stage in requested] == [("/textures/board/filter",)]
 
 
 @pytest.mark.parametrize("use", ["color_texture", "normal_map", "bump_map"])
@@ -149,17 +135,6 @@ def test_mipmap_as_any_map(use: str) -> None:
         material["bump_height"] = 0.1
     document = scene(FIGURES["rectangle"], textures=textures, materials={"plain": material})
     assert np.isfinite(image_of(document, files={"map": png(codes)})).all()
-
-
-def test_filter_in_target_quality() -> None:
-    """How many there will be is not known, and a coarser filter would make another picture."""
-    target = TargetQuality(mode="target", error=1 / 255)
-    offsets = []
-    for plan in (plan_of(horizon("box", samples=256)), renderer.compile_scene(horizon("box"), target)):
-        (stage,) = (stage for stage in plan.surfaces if isinstance(stage, footprints.Footprints))
-        offsets.append(np.hstack((stage.across, stage.along)))
-    assert (offsets[0] == offsets[1]).all()
-    assert np.abs(offsets[0]).max() > 0
 
 
 @pytest.mark.parametrize(

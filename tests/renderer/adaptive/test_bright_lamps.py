@@ -5,6 +5,7 @@ a product of two lengths: what the picture must show follows without a renderer.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import pytest
@@ -92,8 +93,16 @@ def shown(lamps: list[Box], plates: list[Box]) -> Floats:
     return np.clip(found + rest[:, :, None] * np.array(WALL), 0, 1)
 
 
-@pytest.mark.parametrize("hidden", [False, True], ids=["open", "hidden"])
-@pytest.mark.parametrize(("brightness", "size"), [(157, 0.1), (15700, 0.1), (1570, 1.5)])
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    "hidden", [pytest.param(False, id="open", marks=SLOW), pytest.param(True, id="hidden")]
+)
+@pytest.mark.parametrize(
+    ("brightness", "size"),
+    [pytest.param(157, 0.1, marks=SLOW), pytest.param(15700, 0.1, marks=SLOW), (1570, 1.5)],
+)
 def test_small_bright_lamps_keep_the_target(brightness: float, size: float, hidden: bool) -> None:
     missed, outside = 0, 0
     for seed in SEEDS:
@@ -125,6 +134,7 @@ def mirrored(seed: int, lamps: list[Box]) -> Json:
     }
 
 
+@cache
 def in_mirror(seed: int, brightness: float, size: float) -> tuple[float, dict[str, float]]:
     """The true error of a picture of lamps in a mirror, and the reported one."""
     lamps, _ = boxes(seed, brightness, size)
@@ -137,6 +147,7 @@ def in_mirror(seed: int, brightness: float, size: float) -> tuple[float, dict[st
 CASES = [(157, 0.1), (157, 0.4), (1570, 0.1), (15700, 0.1)]
 
 
+@SLOW
 @pytest.mark.parametrize(("brightness", "size"), CASES)
 def test_mirrored_lamps_are_in_the_interval(brightness: float, size: float) -> None:
     for true, error in (in_mirror(seed, brightness, size) for seed in SEEDS):
@@ -144,6 +155,7 @@ def test_mirrored_lamps_are_in_the_interval(brightness: float, size: float) -> N
 
 
 @pytest.mark.xfail(reason="no ray looks for reflections: only the interval says that they may be there")
+@SLOW
 @pytest.mark.parametrize(("brightness", "size"), CASES)
 def test_mirrored_lamps_keep_the_target(brightness: float, size: float) -> None:
     missed = sum(in_mirror(seed, brightness, size)[0] > 1.25 * ERROR for seed in SEEDS)

@@ -11,10 +11,10 @@ from schemas.quality import TargetQuality
 from tests.pictures import pictures
 from tests.renderer.adaptive.test_target_quality import SCENES
 
-ROOM = pictures.of_room(camera=camera(width=120, height=90))
+ROOM = pictures.of_room(camera=camera(width=96, height=72))
 
 
-@pytest.mark.parametrize("workers", [None, 2])
+@pytest.mark.parametrize("workers", [None, pytest.param(2, marks=pytest.mark.slow)])
 def test_events_report_a_growing_share(workers: int | None) -> None:
     plan = renderer.compile_scene(ROOM, TargetQuality(mode="target", error=0.5 / 255))
     seen: list[renderer.TileEvent] = []

@@ -34,7 +34,7 @@ def test_picture_out_of_time_is_whole(limit: float, lens_radius: float) -> None:
 @pytest.mark.parametrize("stopped", [2, 3, 4, 5])
 def test_unfinished_tile_is_not_merged(stopped: int) -> None:
     """Every second tile of a pass ends too early, as at a deadline; with 2 these are borders, then probes."""
-    document = pictures.of_room(camera=camera(width=64, height=48))
+    document = pictures.of_room(camera=camera(width=48, height=36))
     hasty = TargetQuality(mode="target", error=0.5 / 255, time_limit=86400)
     plan = renderer.compile_scene(document, hasty)
     now = time.monotonic()
