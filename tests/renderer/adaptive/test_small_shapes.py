@@ -141,7 +141,7 @@ SCENES = {
 }
 
 
-FAST = {"balls", "hard shadow of a board"}
+FAST = {"balls", "strips"}
 
 
 def rendered(name: str, seed: int, quality: FixedQuality | TargetQuality) -> renderer.RenderResult:
