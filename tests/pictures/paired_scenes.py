@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from accuracy.hard_cases.documents import (
+from tests.documents import (
     Json,
     bulb,
     camera,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.hard_cases.documents import (
+from tests.documents import (
     Json,
     bulb,
     camera,

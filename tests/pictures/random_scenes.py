@@ -4,9 +4,9 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from accuracy.hard_cases.documents import Json, camera, phong, sampled
 from schemas.errors import SceneError
 from schemas.reading import read_scene
+from tests.documents import Json, camera, phong, sampled
 from tests.pictures.placed_scenes import placed
 
 Draw = Any

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from accuracy.hard_cases.documents import Json, bulb, ellipsoid, lamp, phong, rectangle, sphere, sun, triangle
 from schemas.api.layers import LAYER_NAMES
+from tests.documents import Json, bulb, ellipsoid, lamp, phong, rectangle, sphere, sun, triangle
 from tests.pictures import pictures
 from tests.pictures.parts import png
 

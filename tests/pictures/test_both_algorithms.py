@@ -16,7 +16,8 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import (
+from schemas.quality import TargetQuality
+from tests.documents import (
     Json,
     bulb,
     camera,
@@ -31,7 +32,6 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from schemas.quality import TargetQuality
 from tests.pictures import pictures
 from tests.pictures.paired_scenes import cut
 from tests.pictures.parts import DOUBLE, SINGLE, image_of, plan_of, png, same, samples_of

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import (
+from renderer.math.streams import branch, keys
+from schemas.reading import read_scene
+from tests.documents import (
     Json,
     bulb,
     camera,
@@ -21,8 +23,6 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from renderer.math.streams import branch, keys
-from schemas.reading import read_scene
 from tests.pictures import pictures
 from tests.pictures.literal import Drawing
 from tests.pictures.parts import DOUBLE, few_of, plan_of, png, samples_of

@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import Json, camera, phong, rectangle, sampled, scene
 from renderer.layers import Spread, merged, standard_errors
 from schemas.tiles import Pass, Tile
+from tests.documents import Json, camera, phong, rectangle, sampled, scene
 from tests.pictures import pictures
 from tests.pictures.parts import samples_of
 

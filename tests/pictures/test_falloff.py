@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import camera, lamp, phong, rectangle, sampled, scene
+from tests.documents import camera, lamp, phong, rectangle, sampled, scene
 from tests.pictures.parts import DOUBLE, SINGLE, image_of
 
 MATT = {"plain": phong([1, 1, 1], ambient=0, diffuse=1)}

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import camera, ellipsoid, phong, rectangle, sampled, scene, triangle
 from accuracy.statistics import clipped
 from renderer.integrator import camera_rays, intersect
 from renderer.tiling import blocks
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
+from tests.documents import camera, ellipsoid, phong, rectangle, sampled, scene, triangle
 from tests.pictures.parts import image_of, plan_of, png
 from tests.pictures.references import root_of_product
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 
 import renderer
-from accuracy.hard_cases.documents import Json, mesh, phong, sampled, scene
 from renderer.film import compose
 from renderer.tiling import tiles
+from tests.documents import Json, mesh, phong, sampled, scene
 from tests.pictures import pictures
 from tests.pictures.parts import DOUBLE, SINGLE, image_of, plan_of, png, same
 from tests.pictures.placed_scenes import placed

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import Json, bulb, camera, phong, rectangle, sampled, scene, sphere
 from renderer.math.arrays import lengths
 from renderer.tiling import tiles
 from schemas.api.layers import LAYER_NAMES
+from tests.documents import Json, bulb, camera, phong, rectangle, sampled, scene, sphere
 from tests.pictures import pictures
 from tests.pictures.parts import Files, png, same
 from tests.pictures.random_scenes import accepted, scenes

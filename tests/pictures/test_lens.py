@@ -5,7 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import (
+from renderer.cameras import ThinLens
+from renderer.lights.emitters import PIXEL_DIMENSIONS
+from renderer.math.streams import keys
+from renderer.samplers import PATTERNS as PATTERN_FUNCTIONS
+from tests.documents import (
     camera,
     ellipsoid,
     lamp,
@@ -17,10 +21,6 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from renderer.cameras import ThinLens
-from renderer.lights.emitters import PIXEL_DIMENSIONS
-from renderer.math.streams import keys
-from renderer.samplers import PATTERNS as PATTERN_FUNCTIONS
 from tests.pictures.parts import image_of, plan_of
 
 PATTERNS = ["center", "uniform", "rotated", "random", "stratified", "sobol"]

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, sampled, sun
 from schemas.reading import read_scene
+from tests.documents import Json, bulb, camera, lamp, phong, sampled, sun
 from tests.pictures import pictures
 from tests.pictures.literal import Codes, Drawing
 from tests.pictures.parts import DOUBLE, SINGLE, image_of, plan_of, png, samples_of

@@ -5,7 +5,8 @@ import random
 import numpy as np
 import pytest
 
-from accuracy.hard_cases.documents import (
+from schemas.reading import read_scene
+from tests.documents import (
     Json,
     bulb,
     camera,
@@ -19,7 +20,6 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from schemas.reading import read_scene
 from tests.pictures import pictures
 from tests.pictures.literal import Drawing
 from tests.pictures.parts import DOUBLE, SINGLE, few_of, plan_of, png, samples_of

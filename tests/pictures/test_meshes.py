@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import (
+from renderer.shapes import meshes
+from schemas.reading import read_scene
+from tests import documents, solids
+from tests.documents import (
     Json,
     bulb,
     camera,
@@ -20,9 +23,6 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from renderer.shapes import meshes
-from schemas.reading import read_scene
-from tests import documents, solids
 from tests.pictures.parts import Files, image_of, plan_of, png
 
 ROOT = Path(__file__).parents[2]

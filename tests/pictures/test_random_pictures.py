@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from accuracy.hard_cases.documents import Json, camera, sampled
 from schemas.quality import Antialiasing, FixedQuality, LightSampling
+from tests.documents import Json, camera, sampled
 from tests.pictures import pictures
 from tests.pictures.parts import image_of
 

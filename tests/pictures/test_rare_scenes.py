@@ -10,8 +10,8 @@ import pytest
 from pydantic import TypeAdapter
 
 import renderer
-from accuracy.hard_cases.documents import bulb, camera, rectangle, scene, sphere
 from schemas.quality import Quality, TargetQuality
+from tests.documents import bulb, camera, rectangle, scene, sphere
 from tests.pictures.parts import Files
 from tests.pictures.rare_scenes import FILES, rare_request, rare_scene
 

@@ -13,10 +13,10 @@ import pytest
 import trimesh
 
 import renderer
-from accuracy.hard_cases.documents import Json, scene
 from renderer.assets import AssetError, FolderAssets
 from renderer.meshes.files import announced, needs_other_files, read_mesh, self_contained
 from service.converting.formats import convert
+from tests.documents import Json, scene
 from tests.pictures.parts import Files
 from tests.renderer.test_mesh_files import FACES, FLOOR, VERTICES, mesh_file, solid, textured
 from tests.service.converting.test_gltf import TRIANGLE, Made

@@ -12,13 +12,13 @@ import trimesh
 from trimesh.visual import TextureVisuals
 
 import renderer
-from accuracy.hard_cases.documents import Json, scene
 from renderer.meshes import files as mesh_files
 from renderer.meshes.files import announced, read_mesh
 from renderer.shapes import meshes
 from schemas.errors import SceneError
 from schemas.limits import Limits
 from schemas.reading import read_scene
+from tests.documents import Json, scene
 from tests.pictures.parts import Files, image_of, plan_of
 from tests.pictures.test_meshes import FACES, FLOOR, VERTICES, lit, mesh, mesh_file
 

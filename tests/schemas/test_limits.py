@@ -14,12 +14,12 @@ import pytest
 import renderer
 import schemas
 from accuracy.comparison import NotComparableError, assert_render_close
-from accuracy.hard_cases.documents import scene as empty_scene
 from renderer.images.files import encode_png
 from schemas.errors import SceneError
 from schemas.limits import Limits, LimitsError, limits_in_force, variable_of
 from schemas.quality import FixedQuality
 from schemas.scene import Display
+from tests.documents import scene as empty_scene
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "limits.md"
 

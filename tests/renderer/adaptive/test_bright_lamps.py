@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json, camera, lamp, phong, rectangle, scene
 from renderer.math.arrays import Floats
 from schemas.quality import TargetQuality
+from tests.documents import Json, camera, lamp, phong, rectangle, scene
 
 SIDE, FAR, NEAR = 24, 12.0, 9.0
 """Pixels of a side, and the distances of lamps and of plates: at the first a pixel is half a unit wide."""

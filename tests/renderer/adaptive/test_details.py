@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json, camera, lamp, phong, rectangle, scene, sphere
 from schemas.quality import TargetQuality
+from tests.documents import Json, camera, lamp, phong, rectangle, scene, sphere
 from tests.pictures.parts import Files, png
 from tests.pictures.references import CONVERGED, root_of_product
 

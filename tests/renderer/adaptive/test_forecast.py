@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import camera
 from schemas.quality import TargetQuality
+from tests.documents import camera
 from tests.pictures import pictures
 from tests.renderer.adaptive.test_target_quality import SCENES
 

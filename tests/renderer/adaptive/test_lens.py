@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import bulb, lamp, phong, rectangle, scene, sphere
 from schemas.quality import FixedQuality, TargetQuality
+from tests.documents import bulb, lamp, phong, rectangle, scene, sphere
 from tests.pictures.references import CONVERGED
 
 SEEDS = range(20)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.states import State
 from renderer.adaptive.tile_rendering import render_request
 from renderer.film import Image
 from schemas.quality import FixedQuality, Quality, TargetQuality
+from tests.documents import Json
 from tests.pictures import pictures
 
 SIDE = 24

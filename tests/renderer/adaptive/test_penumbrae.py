@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import Json, camera, lamp, phong, rectangle, scene, sphere
 from schemas.quality import TargetQuality
+from tests.documents import Json, camera, lamp, phong, rectangle, scene, sphere
 
 Numbers = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json, camera, scene
 from schemas.quality import TargetQuality
+from tests.documents import Json, camera, scene
 from tests.pictures import pictures
 
 TARGET = TargetQuality(mode="target", error=4 / 255)

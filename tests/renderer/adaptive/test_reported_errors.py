@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import camera, sampled
+from tests.documents import camera, sampled
 from tests.pictures import pictures
 from tests.pictures.parts import plan_of
 

@@ -11,7 +11,10 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import (
+from accuracy.statistics import clipped
+from renderer.math.arrays import Floats
+from schemas.quality import FixedQuality, TargetQuality
+from tests.documents import (
     Json,
     bulb,
     ellipsoid,
@@ -24,9 +27,6 @@ from accuracy.hard_cases.documents import (
     sun,
     triangle,
 )
-from accuracy.statistics import clipped
-from renderer.math.arrays import Floats
-from schemas.quality import FixedQuality, TargetQuality
 from tests.pictures.references import root_of_product
 
 SIDE = 64

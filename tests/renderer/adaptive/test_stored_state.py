@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import Json, camera
 from renderer.adaptive import Estimate
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.tile_rendering import render_request
 from schemas.quality import TargetQuality
+from tests.documents import Json, camera
 from tests.pictures import pictures
 
 TARGET = TargetQuality(mode="target", error=4 / 255)

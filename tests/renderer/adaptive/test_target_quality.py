@@ -15,9 +15,9 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.hard_cases.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from accuracy.statistics import clipped
 from schemas.quality import FixedQuality, Quality, TargetQuality
+from tests.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
 from tests.pictures import pictures
 from tests.pictures.references import root_of_product
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import camera
 from renderer.adaptive import Samples
 from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.requests import TileRequest
 from schemas.quality import TargetQuality
+from tests.documents import camera
 from tests.pictures import pictures
 
 

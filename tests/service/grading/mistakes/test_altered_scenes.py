@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import renderer
-from accuracy.hard_cases.documents import phong, rectangle, scene
 from renderer.images.reading import decode_image
 from renderer.plan.plan import RenderPlan
 from service.grading.mistakes.altered_scenes import alterations
@@ -14,6 +13,7 @@ from service.grading.mistakes.altered_shading import altered_shading, without_sh
 from service.grading.mistakes.altered_textures import altered_textures
 from service.grading.mistakes.hints import HINTS
 from service.grading.mistakes.shadow_acne import acne
+from tests.documents import phong, rectangle, scene
 from tests.pictures.parts import Files
 from tests.renderer.picture_files import deep_png, exr
 

@@ -1,1 +1,0 @@
-"""Scenes and their parts as a user writes them."""
