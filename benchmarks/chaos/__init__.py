@@ -1,1 +1,0 @@
-"""Faults: processes that are killed or stopped, disks and databases that are away, clocks that are set."""

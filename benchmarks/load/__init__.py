@@ -1,1 +1,0 @@
-"""Promises of the service under load, each with a figure: ``make load``."""
