@@ -17,7 +17,6 @@ from schemas.quality import FixedQuality, TargetQuality
 from tests.documents import (
     Json,
     bulb,
-    ellipsoid,
     lamp,
     mesh,
     phong,
@@ -119,8 +118,6 @@ def wires() -> list[Json]:
 
 BOARD = rectangle([-1, 1, -1], [1.4, 0.2, 0.3], [0.1, 0.1, 1.7])
 SAIL = triangle([-1.5, 0.7, -1], [1.2, 0.5, 0.1], [0.2, 1.4, 1])
-WIRE = ellipsoid([0, 0.6, 0], [1.4, 0, 0.4], [0, 0.0075, 0], [-0.002, 0, 0.007])
-WIDE = lamp([-1, 5, 1], [2, 0, 0], [0, 0, 2])
 LONG = lamp([-1, 5, -0.01], [2, 0, 0], [0, 0, 0.02], (0.9, 0.9, 0.9))
 
 SCENES = {
@@ -133,8 +130,6 @@ SCENES = {
     "wires along a lamp": lambda: viewed(NEAR, LONG, wires()),
     "hard shadow of a board": lambda: viewed(ABOVE, bulb([1, 5, 2]), [BOARD, FLOOR]),
     "hard shadow of a sail": lambda: viewed(ABOVE, NOON, [SAIL, FLOOR]),
-    "hard shadow of a wire": lambda: viewed(ABOVE, bulb([1, 5, 2]), [WIRE, FLOOR]),
-    "soft shadow of a wire": lambda: viewed(ABOVE, WIDE, [WIRE, FLOOR]),
     "hard shadow on a ball": lambda: viewed(
         ABOVE, bulb([0.5, 5, 1]), [sphere([0, 2, 0], 0.3), sphere([0, -5, 0], 5)]
     ),
