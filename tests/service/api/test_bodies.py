@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import gzip
 import json
 import random
@@ -87,7 +88,7 @@ def mutated(source: random.Random) -> bytes:
                 break
             key = source.choice(keys)
             if not isinstance(place[key], dict | list) or source.random() < 0.2:
-                place[key] = source.choice(odd)
+                place[key] = copy.deepcopy(source.choice(odd))
                 break
             place = place[key]
     text = bytearray(json.dumps(document).encode())
