@@ -42,6 +42,7 @@ def words(svg: ElementTree.Element) -> str:
     return "\n".join("".join(element.itertext()).strip() for element in svg.iter(f"{SVG}text"))
 
 
+@pytest.mark.slow
 def test_svg_has_its_words_as_text() -> None:
     """Half of the error at order -1/2 takes 3 times as long again; numbers are written plainly."""
     found = words(drawn(FALLING, target=0.01))
@@ -86,6 +87,7 @@ def test_curve_without_errors_says_why() -> None:
         assert "No error" in words(drawn(nothing))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["svg", "png"])
 def test_plot_is_reproducible(monkeypatch: pytest.MonkeyPatch, form: str) -> None:
     one, other = (draw(FALLING, form=form, title=TITLE) for _ in range(2))

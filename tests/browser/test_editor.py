@@ -33,6 +33,7 @@ def line(page: Page, text: str) -> Locator:
     return page.locator(".cm-line").filter(has_text=text).first
 
 
+@pytest.mark.slow
 def test_message_is_in_sight(open_page: Open) -> None:
     page = open_page("/", width=390, height=844)
     opened(page)

@@ -124,6 +124,7 @@ def test_render_again_keeps_the_quality(
     assert again | {"error": None} == quality | {"error": None}
 
 
+@pytest.mark.slow
 def test_paused_job_is_resumed(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
     job = endless(client, "held")
     page = open_page(f"/jobs/{job}")

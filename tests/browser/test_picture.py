@@ -96,6 +96,7 @@ def test_canvas_equals_the_png(open_page: Open, client: httpx2.Client, display: 
     np.testing.assert_array_equal(codes_of(page), served(client, job))
 
 
+@pytest.mark.slow
 def test_running_picture_is_coarse_at_once(open_page: Open, client: httpx2.Client) -> None:
     job = submit(client, long_scene())
     page = open_page(f"/jobs/{job}")
@@ -185,6 +186,7 @@ def test_numbers_in_large_pixels(open_page: Open, client: httpx2.Client, shoot: 
     shoot(page, "picture-numbers")
 
 
+@pytest.mark.slow
 def test_wheel_zooms_and_drag_pans(open_page: Open, client: httpx2.Client) -> None:
     page = opened(open_page, finished(client))
     point_at(page, 20, 30)

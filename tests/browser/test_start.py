@@ -91,6 +91,7 @@ def test_file_that_is_no_json(page: Page) -> None:
     expect(editor(page)).to_contain_text("This is not JSON")
 
 
+@pytest.mark.slow
 def test_scene_dropped_with_its_texture(page: Page) -> None:
     opened(page)
     drop(page, mine__json=small().encode(), tiles__png=TILES)
@@ -117,6 +118,7 @@ def test_missing_texture_can_follow(page: Page) -> None:
     opened(page)
 
 
+@pytest.mark.slow
 def test_price_before_rendering(page: Page, client: httpx2.Client) -> None:
     opened(page)
     write(page, small("basic", name="only priced"))
@@ -145,6 +147,7 @@ def test_expensive_scene_is_priced_by_its_plan(page: Page, shoot: Shoot) -> None
     expect(quote.get_by_role("button", name="Try again")).to_be_visible(timeout=TIMEOUT)
 
 
+@pytest.mark.slow
 def test_text_survives_a_reload(page: Page) -> None:
     opened(page)
     text = small("basic", name="not lost")

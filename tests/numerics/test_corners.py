@@ -48,6 +48,7 @@ def test_corner_of_a_lit_room_is_never_dark(mirrors: tuple[int, ...], kind: str)
         assert (seen_in_room(shapes, place, chosen, quality, shining=shining, pattern=pattern) > 0).all()
 
 
+@pytest.mark.slow
 @KINDS
 @MIRRORS
 def test_corner_of_a_room_lets_no_light_in(mirrors: tuple[int, ...], kind: str) -> None:

@@ -182,6 +182,7 @@ def test_far_shapes_change_nothing(near: str, far: str) -> None:
     assert_alike(with_far(NEAR[near], FAR[far]), NEAR[near])
 
 
+@pytest.mark.slow
 def test_many_triangles_change_nothing() -> None:
     """72,900 of them are more than are projected on the screen at once."""
     files = {"far.ply": ply(*cut(SPLINTER, [[0, 1, 2]], 270))}
@@ -229,6 +230,7 @@ def test_surface_in_every_form(name: str, pattern: str, view: str) -> None:
         assert np.abs(found - expected).max() <= ROUNDING, form
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", [4 / 255, 1 / 255])
 def test_target_of_a_surface_in_every_form(target: float) -> None:
     """Many samples of one form are the truth for all. One form brings other pilot samples than another."""

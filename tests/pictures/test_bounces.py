@@ -104,6 +104,7 @@ def glassy(pattern: str = "random") -> Json:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pattern", ["uniform", "random"])
 def test_bounces_are_free_of_tiles(pattern: str, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of(glassy(pattern))
@@ -232,6 +233,7 @@ def test_bright_scenes_keep_paths_going(brighter: Json) -> None:
     assert np.all(samples_of(plan_of(document | brighter, DOUBLE)) == 2.0**-26)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_cut_paths_are_below_their_bound(seed: int) -> None:
     """Every ray that is not sent stands for a path that ends no later, and adds up to 2^-24 a channel."""

@@ -26,6 +26,7 @@ def part(image: np.ndarray) -> np.ndarray:
     return image[y : y + height, x : x + width]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["basic", "lens", "mesh", "glass", "normal_texturing", "mipmap", "relief"])
 @pytest.mark.parametrize("pattern", ["random", "sobol"])
 def test_crop_has_the_pixels_of_the_whole(name: str, pattern: str) -> None:
@@ -46,6 +47,7 @@ def test_crop_has_the_pixels_of_the_whole(name: str, pattern: str) -> None:
         assert values.tobytes() == part(whole.layers[layer]).tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lens_radius", [0.0, 0.1])
 def test_crop_of_target_quality(lens_radius: float) -> None:
     room = pictures.of_room()

@@ -137,6 +137,7 @@ def test_mipmap_as_any_map(use: str) -> None:
     assert np.isfinite(image_of(document, files={"map": png(codes)})).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "side", "tiles", "error"), [("mipmap", 64, 4, 2 / 255), ("bilinear", 512, 1, 4 / 255)]
 )

@@ -49,6 +49,7 @@ BOTH = [
 IDS = [f"{name}, {quality.precision}" for name, quality in BOTH]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "precision"), BOTH, ids=IDS)
 def test_pixels_are_free_of_tiles(name: str, precision: Any) -> None:
     plan = plan_of(wide(DRAWN[name], 69, 37), precision, files=FILES)
@@ -57,6 +58,7 @@ def test_pixels_are_free_of_tiles(name: str, precision: Any) -> None:
         assert same(renderer.render(plan, tile_size=size).image, whole), size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "precision"), BOTH, ids=IDS)
 def test_pixels_are_free_of_neighbours(name: str, precision: Any) -> None:
     """Tiles of one pixel: the shortest arrays there are."""
@@ -126,6 +128,7 @@ def test_culling_in_random_scenes(document: Json) -> None:
     assert same(culled, image_of(document, culling=False))
 
 
+@pytest.mark.slow
 @given(scenes().filter(accepted))
 @settings(max_examples=60)
 def test_random_scenes_are_free_of_tiles(document: Json) -> None:
@@ -141,6 +144,7 @@ def test_units_of_a_power_of_two(name: str, exponent: int) -> None:
     assert same(image_of(scaled, files=FILES), image_of(document, files=FILES))
 
 
+@pytest.mark.slow
 @given(scenes().filter(accepted))
 @settings(max_examples=60)
 def test_random_scenes_have_no_unit(document: Json) -> None:

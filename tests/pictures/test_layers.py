@@ -71,6 +71,7 @@ def test_layers_equal_traced_centres(name: str) -> None:
     assert np.all(np.abs(layers["depth"][seen] - along[seen]) <= 2.0**-23 * along[seen])
 
 
+@pytest.mark.slow
 @given(scenes().filter(accepted))
 @settings(max_examples=60)
 def test_layers_of_random_scenes(document: Json) -> None:
@@ -174,6 +175,7 @@ def test_layers_through_a_lens() -> None:
     assert all(same(sharp.layers[part], blurred.layers[part]) for part in CENTRES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN)
 def test_layers_are_free_of_tiles_and_samples(name: str) -> None:
     whole = layers_of(DRAWN[name])

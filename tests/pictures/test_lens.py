@@ -104,6 +104,7 @@ def spot(depth: float, radius: float, focus: float, samples: int) -> np.ndarray:
     return image_of(scene(lights=[light], camera=view, background=[0, 0, 0], sampling=settings))[:, :, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("depth", "radius", "focus"),
     [(2.0, 0.2, 3.0), (6.0, 0.3, 3.0), (1e3, 0.25, 3.0)],
@@ -142,6 +143,7 @@ def crowd(**lens: object) -> dict:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [1e-3, 0.2, 1.5])
 @pytest.mark.parametrize("focus", [0.5, 6.1, 1e6])
 def test_lens_with_and_without_culling(radius: float, focus: float) -> None:

@@ -36,6 +36,7 @@ def dense(document: Json, samples: int, points: int) -> NDArray[np.float64]:
     return image_of(document, quality).astype(np.float64)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pattern", ["random", "stratified", "sobol"])
 def test_random_places_average_to_the_pixel(pattern: str) -> None:
     document = SCENE | {"lights": [pictures.CEILING_LAMP]}
@@ -55,6 +56,7 @@ def test_random_light_points_average_to_the_light(light: str) -> None:
     assert error.max() > 0
 
 
+@pytest.mark.slow
 def test_stratified_points_leave_less_noise() -> None:
     noise = {
         light: averaged(SCENE, samples=1, points=16, pattern="center", light=light)[1]

@@ -230,6 +230,7 @@ def test_announced_triangles() -> None:
     assert announced(FILES["glb"]()) == len(FACES)
 
 
+@pytest.mark.slow
 def test_limit_of_all_meshes() -> None:
     shapes = [mesh_file("m", translate=[float(i), 0, 0]) for i in range(3)]
     side = int((MAX_TRIANGLES / 2) ** 0.5) // 2

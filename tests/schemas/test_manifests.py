@@ -91,6 +91,7 @@ def test_yaml_syntax_error_has_its_line() -> None:
     assert problem.line == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "code"),
     [

@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from service.storage.ownership import held
 from tests.service.support import TIMEOUT
 
@@ -37,6 +39,7 @@ print([name for name in {HEAVY} if name in sys.modules])
 """
 
 
+@pytest.mark.slow
 def test_service_loads_nothing_that_it_does_not_need() -> None:
     plain = {name: value for name, value in os.environ.items() if not name.startswith(("OTEL_", "PENUMBRA_"))}
     command = [sys.executable, "-c", LOADED]

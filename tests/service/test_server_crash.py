@@ -96,6 +96,7 @@ def test_stopped_server_sends_its_watchers_away(start: Start) -> None:
         finish(client, job)
 
 
+@pytest.mark.slow
 def test_second_server_on_a_folder_or_port_does_not_start(
     start: Start, tmp_path_factory: pytest.TempPathFactory, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -51,6 +51,7 @@ def test_error_is_as_small_as_asked_for(client: httpx2.Client) -> None:
     assert np.sqrt(np.mean(squares)) <= TARGET
 
 
+@pytest.mark.slow
 @ON_BOTH
 def test_picture_and_layers_have_the_bytes_of_the_renderer(client: httpx2.Client) -> None:
     job = submit(client, scene(), quality=target(), layers=LAYERS)

@@ -38,6 +38,7 @@ def test_tile_is_rendered_again(start: Start, tmp_path: Path, undisturbed: np.nd
     until(lambda: len(workers_of(server.process.pid)) == 2)
 
 
+@pytest.mark.slow
 def test_scene_that_kills_its_workers_fails_alone(tmp_path: Path) -> None:
     settings = Settings(data=tmp_path, port=0, workers=2, log_level="error", max_attempts=2)
     with (

@@ -50,6 +50,7 @@ def test_squared_errors_are_unbiased(count: int, number: int) -> None:
     assert_mean_squares(runs, number, count, 0.5**2 * 0.5**2 / count / WIDE)
 
 
+@pytest.mark.slow
 def test_error_of_a_fixed_grid_is_known() -> None:
     """All its pictures are equal: the edge is between the columns of samples, and 0.5 is shown for 0.75."""
     document = edge(WIDE, HIGH)

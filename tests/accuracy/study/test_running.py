@@ -83,6 +83,7 @@ def test_study_does_everything_that_was_planned(finished: Finished) -> None:
 SLOW = [pytest.param(runs, marks=pytest.mark.slow) for runs in (0, 20)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [2, *SLOW])
 def test_study_that_was_killed_renders_nothing_twice(tmp_path: Path, finished: Finished, runs: int) -> None:
     killed_after(runs, tmp_path)

@@ -163,6 +163,7 @@ def test_what_was_hit_before_stays_in_front() -> None:
     assert {-1, 1000} < set(found.shapes.tolist())
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 2**32),

@@ -112,6 +112,7 @@ LIGHTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quality", [SINGLE, DOUBLE], ids=["single", "double"])
 @pytest.mark.parametrize("pattern", ["uniform", "sobol"])
 @pytest.mark.parametrize("light", LIGHTS.values(), ids=LIGHTS)

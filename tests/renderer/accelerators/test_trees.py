@@ -259,6 +259,7 @@ def hidden_pairs(corners: Floats, light: Json, pattern: str, origins: Floats, ta
     return [hidden_by(lighting, points, shadows) for shadows in (stage, one_by_one)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("light", LIGHTS.values(), ids=LIGHTS)
 @pytest.mark.parametrize("pattern", ["uniform", "sobol"])
 @pytest.mark.parametrize("size", [0.1, 0.4, 1.0])

@@ -81,6 +81,7 @@ def test_fine_texture_keeps_the_target(name: str) -> None:
         assert root_of_product(image - first, image - second) <= 1.25 * ERROR
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tile_size", [7, 40])
 def test_fine_texture_is_free_of_tiles(tile_size: int) -> None:
     whole = rendered("color and normal", 0).image

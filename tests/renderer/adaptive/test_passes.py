@@ -71,6 +71,7 @@ def true_errors(name: str, seed: int) -> tuple[list[float], list[float]]:
     return shown, reported
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "seed"), [("checkered", 1), ("checkered", 2), ("room", 1)])
 def test_passes_never_get_worse(name: str, seed: int) -> None:
     shown, reported = true_errors(name, seed)

@@ -18,6 +18,7 @@ SCENE = pictures.of_room(camera=camera(width=24, height=16))
 LENS = pictures.of_room(camera=camera(width=24, height=16) | {"lens_radius": 0.05})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("document", [SCENE, LENS], ids=["pinhole", "lens"])
 @pytest.mark.parametrize("light", ["random", "stratified", "sobol"])
 def test_reported_error_of_each_pass(document: dict[str, object], light: str) -> None:

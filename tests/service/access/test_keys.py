@@ -142,6 +142,7 @@ def test_pages_of_other_sites_change_nothing_without_keys(api: httpx2.Client) ->
     assert api.get("/v1/session").json() == {"user": "local", "role": "admin", "keys_required": False}
 
 
+@pytest.mark.slow
 def test_service_for_others_does_not_start_without_keys(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "service.cli.main", "serve", "--host", EVERYWHERE, "--port", "0"]
     refused = subprocess.run(

@@ -80,6 +80,7 @@ def test_role_of_all_is_that_of_the_setting(tmp_path: Path) -> None:
         assert client.post("/v1/prune", json={}).status_code == 403
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("trusted", "address", "believed"),
     [

@@ -128,6 +128,7 @@ def test_every_thing_of_another_user_looks_like_a_missing_one(world: World) -> N
             assert allowed.status_code != 404 or path.endswith("/layers/{name}.npy"), (method, path)
 
 
+@pytest.mark.slow
 def test_every_answer_limits_what_browsers_and_caches_do(world: World) -> None:
     for method, path in [*ROUTES, ("GET", "/none")]:
         address = filled(path, world.things if method != "DELETE" else MISSING)

@@ -60,6 +60,7 @@ def test_pictures_are_compared_as_by_the_library(api: httpx2.Client) -> None:
     assert {name: answer.json()[name] for name in local} == json.loads(json.dumps(local))
 
 
+@pytest.mark.slow
 def test_jobs_are_compared_with_their_noise_and_their_shapes(api: httpx2.Client) -> None:
     document = scene(samples=16, pattern="random", light_pattern="random")
     layers = ["error", "samples"]

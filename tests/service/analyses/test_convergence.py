@@ -112,6 +112,7 @@ def test_error_that_passes_cannot_estimate_is_null_with_a_reason(
     assert reason in words
 
 
+@pytest.mark.slow
 def test_passes_are_told_while_a_job_runs_and_after_it_was_cancelled(api: httpx2.Client) -> None:
     job = submit(api, long_scene(), quality=TARGET)
     tags: dict[str, str] = {}

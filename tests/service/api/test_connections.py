@@ -76,6 +76,7 @@ def test_connections_of_all_leave_room_for_probes(crowded: RunningServer) -> Non
     assert refused.headers["Retry-After"] == "1"
 
 
+@pytest.mark.slow
 def test_connections_of_a_proxy_may_have_one_address(tmp_path: Path) -> None:
     with running(settings(tmp_path, trusted_proxies="127.0.0.1")) as server, ExitStack() as stack:
         clients = [

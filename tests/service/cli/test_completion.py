@@ -44,6 +44,7 @@ def _completed(environment: dict[str, str], *words: str) -> list[str]:
     return done.stdout.split()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
 def test_bash_completes_words(environment: dict[str, str]) -> None:
     assert _completed(environment, "penumbra", "re") == ["render", "resume"]

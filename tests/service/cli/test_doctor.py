@@ -15,6 +15,7 @@ from tests.service.cli.conftest import Penumbra
 NAMES = {"penumbra", "python", "libraries", "numpy simd", "processors", "memory", "data folder", "database"}
 
 
+@pytest.mark.slow
 def test_everything_is_checked_and_nothing_is_made(penumbra: Penumbra, tmp_path: Path) -> None:
     outcome = penumbra("doctor", "--json")
     assert outcome.code == 0

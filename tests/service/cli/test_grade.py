@@ -34,6 +34,7 @@ def flipped(**changes: Any) -> dict[str, Any]:
 WORDS = ("grade", "assignment/manifest.json", "--submission", "submission")
 
 
+@pytest.mark.slow
 def test_line_a_test_on_a_pipe(penumbra: Penumbra, assignment: Assignment) -> None:
     assignment.manifest(image_test(), flipped(points=2.5))
     outcome = penumbra(*WORDS)
@@ -55,6 +56,7 @@ def test_json_result(penumbra: Penumbra, assignment: Assignment) -> None:
     assert outcome.document["schema"] == "penumbra/grade/v1"
 
 
+@pytest.mark.slow
 def test_folder_has_result_and_pictures(penumbra: Penumbra, assignment: Assignment, tmp_path: Path) -> None:
     assignment.manifest(image_test(), flipped())
     assert penumbra(*WORDS, "-o", "new/folder").code == 0
@@ -64,6 +66,7 @@ def test_folder_has_result_and_pictures(penumbra: Penumbra, assignment: Assignme
     assert {path.name for path in (tmp_path / "new" / "folder").iterdir()} == named | {"result.json"}
 
 
+@pytest.mark.slow
 def test_exports(penumbra: Penumbra, assignment: Assignment, tmp_path: Path) -> None:
     assignment.manifest(image_test())
     words = ("--export", "gradescope=results.json", "--export", "junit=report.xml")
@@ -72,12 +75,14 @@ def test_exports(penumbra: Penumbra, assignment: Assignment, tmp_path: Path) -> 
     assert (tmp_path / "report.xml").read_text().startswith("<?xml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("least", "code"), [("10", 0), ("10.01", 1)])
 def test_fail_under(penumbra: Penumbra, assignment: Assignment, least: str, code: int) -> None:
     assignment.manifest(image_test(), flipped())
     assert penumbra(*WORDS, "--fail-under", least).code == code
 
 
+@pytest.mark.slow
 def test_nothing_gradable_exit_code(penumbra: Penumbra, assignment: Assignment, tmp_path: Path) -> None:
     assignment.hand_in("picture.npy", np.full((32, 48, 3), np.nan, np.float32))
     assignment.manifest(image_test())
@@ -119,6 +124,7 @@ def test_unusable_arguments(
     assert outcome.out == ""
 
 
+@pytest.mark.slow
 def test_lines_fit_a_terminal(assignment: Assignment, tmp_path: Path) -> None:
     assignment.manifest(image_test(), flipped(advice="See lecture 2, and " + "then " * 30))
     lines = on_a_terminal(80, *WORDS, folder=tmp_path)
@@ -149,6 +155,7 @@ def on_a_terminal(columns: int, *words: str, folder: Path) -> list[str]:
     return re.sub(r"\x1b\[\d+m", "", written.decode()).splitlines()
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_no_result(assignment: Assignment, tmp_path: Path) -> None:
     endless = scene(
         camera=SCENE["camera"] | {"width": 2048, "height": 2048},

@@ -73,6 +73,7 @@ def test_gradebook_page_and_folders(penumbra: Penumbra, pupils: Path, tmp_path: 
     assert "Found PICTURE.NPY, wanted picture.npy" in result["tests"][0]["message"]
 
 
+@pytest.mark.slow
 def test_changed_submissions_are_graded_again(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
     first = penumbra(*WORDS, "--json").document
     results = {folder.name: tmp_path / "marks" / "students" / folder.name for folder in pupils.iterdir()}
@@ -98,6 +99,7 @@ def test_changed_manifest_grades_all_again(penumbra: Penumbra, pupils: Path, tmp
     assert entries(again.document)["ada"]["score"] == 20
 
 
+@pytest.mark.slow
 def test_nothing_gradable_exit_code(penumbra: Penumbra, pupils: Path) -> None:
     for folder in pupils.iterdir():
         (folder / "picture.npy").write_bytes(b"no picture")
@@ -158,6 +160,7 @@ def wait_for(file: Path) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_hostile_submissions(penumbra: Penumbra, pupils: Path, tmp_path: Path) -> None:
     places = {name: pupils / name for name in ("bomb", "endless", "huge", "link", "nan", "pipe", "pickle")}
     for place in places.values():
@@ -180,6 +183,7 @@ def test_hostile_submissions(penumbra: Penumbra, pupils: Path, tmp_path: Path) -
     assert {name for name in places if found[name]["gradable"]} == set()
 
 
+@pytest.mark.slow
 def test_table_fits_a_terminal(pupils: Path, tmp_path: Path) -> None:
     (pupils / ("x" * 200)).mkdir()
     lines = on_a_terminal(80, *WORDS, folder=tmp_path)
@@ -189,6 +193,7 @@ def test_table_fits_a_terminal(pupils: Path, tmp_path: Path) -> None:
     assert ["10/10", "ada", "same", "files:", "picture"] in found
 
 
+@pytest.mark.slow
 def test_other_files_are_named(penumbra: Penumbra, pupils: Path) -> None:
     (pupils / "late.zip").touch()
     (pupils / "elsewhere").symlink_to(pupils / "ada", target_is_directory=True)

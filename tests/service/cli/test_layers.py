@@ -13,6 +13,7 @@ from schemas.api.layers import LAYER_NAMES
 from tests.service.cli.conftest import CLEAN, Penumbra
 
 
+@pytest.mark.slow
 def test_layers_beside_picture_and_in_exr(here: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     names = ",".join(LAYER_NAMES)
     assert here("render", scene_file, "-o", "a.npy", "--layers", names, "--workers", 1).code == 0

@@ -22,6 +22,7 @@ SOBOL = FixedQuality(
 TARGET = TargetQuality(mode="target", error=0.004, time_limit=2.5)
 
 
+@pytest.mark.slow
 def test_json_document(penumbra: Penumbra, scene_file: Path) -> None:
     outcome = penumbra(
         "quote", scene_file, "--json", "--target-error", 0.02, "--time", 5, "--workers", 3, "--samples", 4,

@@ -67,6 +67,7 @@ def test_unused_alpha_is_warned_of(here: Penumbra, scene: dict[str, Any], tmp_pa
     assert warning["line"] > 1
 
 
+@pytest.mark.slow
 def test_picture_on_stdout(scene_file: Path, here: Penumbra, tmp_path: Path) -> None:
     for target, name in (("-", "a.png"), ("-.npy", "a.npy")):
         assert here("render", scene_file, "-o", name, "--workers", 1).code == 0
@@ -168,6 +169,7 @@ def test_interrupted_render_leaves_nothing(
     assert [path.name for path in tmp_path.iterdir()] == ["long.json"]
 
 
+@pytest.mark.slow
 def test_killed_render_leaves_no_process(scene: dict[str, Any], tmp_path: Path) -> None:
     with _long_render(scene, tmp_path) as render:
         render.kill()

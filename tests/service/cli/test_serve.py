@@ -54,6 +54,7 @@ def test_missing_file_is_named(file: Path) -> None:
         read_settings({})
 
 
+@pytest.mark.slow
 def test_doctor_shows_the_source_of_each_setting(penumbra: Penumbra, tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_text(
         'database = "postgresql://me:secret@localhost/x"\n[limits]\nmax_lights = 7\n'

@@ -48,6 +48,7 @@ def test_closed_pipe_is_silent(scene_file: Path, words: list[str]) -> None:
     assert (done.returncode, done.stderr) == (141, "")
 
 
+@pytest.mark.slow
 @FULL
 @COMMANDS
 def test_full_stdout_is_reported(scene_file: Path, words: list[str]) -> None:
@@ -67,6 +68,7 @@ def test_full_stderr_harms_nothing(scene_file: Path) -> None:
     assert (scene_file.parent / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_closed_streams(scene_file: Path) -> None:
     script = f'{sys.executable} -m service.cli.main validate - "$@"'
     for closed, code in (("< scene.json >&- 2>&-", 0), ("<&-", 3)):
@@ -83,6 +85,7 @@ def test_closed_streams(scene_file: Path) -> None:
         assert (done.returncode, done.stderr) == (code, "")
 
 
+@pytest.mark.slow
 def test_name_in_an_ascii_terminal(scene_file: Path) -> None:
     scene_file.rename(scene_file.with_name("Kugel \u00fc \u7403.json"))
     environment = {"PYTHONIOENCODING": "latin-1"}

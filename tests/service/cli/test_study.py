@@ -19,6 +19,7 @@ ROOT = Path(__file__).parents[3]
 FILES = ("results.json", "results.csv", "report.html", "report.md")
 
 
+@pytest.mark.slow
 def test_study_leaves_a_report(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "new" / "folder"
     done = penumbra("study", scene_file, "--out", out, "--quick")
@@ -69,6 +70,7 @@ def journal(out: Path) -> list[str]:
     return path.read_text().splitlines() if path.exists() else []
 
 
+@pytest.mark.slow
 def test_budget_leaves_runs_out(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     results: Any = penumbra(

@@ -212,6 +212,7 @@ def test_fields_of_a_submission_reach_the_service(server: RunningServer) -> None
         assert (caught.value.failure.code, late.state, late.done) == ("time_limit", "failed", True)
 
 
+@pytest.mark.slow
 def test_key_opens_a_service(start: Start, tmp_path: Path) -> None:
     key = make_keys(tmp_path, ada=Role.SUBMIT)["ada"]
     server = start(workers=1)

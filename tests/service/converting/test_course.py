@@ -85,6 +85,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(document=documents())
 def test_any_scene_is_converted_and_renders(folder: Path, document: dict[str, Any]) -> None:

@@ -51,6 +51,7 @@ def test_leader_that_resigns_or_is_silent_is_followed(two: tuple[Database, Datab
     assert term(two[0], first) == begun + 2
 
 
+@pytest.mark.slow
 def test_server_that_stops_in_a_transaction_blocks_no_other(two: tuple[Database, Database]) -> None:
     def stop_in_the_middle() -> None:
         with two[0].writing() as session:

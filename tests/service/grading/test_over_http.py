@@ -34,6 +34,7 @@ def assignment(tmp_path: Path) -> Assignment:
     return made
 
 
+@pytest.mark.slow
 def test_scores_of_a_service_are_those_of_this_machine(assignment: Assignment, server: RunningServer) -> None:
     tests = (
         image_test(id="right", submitted={"file": "right.npy", "encoding": "linear"}),

@@ -216,6 +216,7 @@ def test_client_pins_and_prunes(keeping: tuple[RunningServer, dict[str, str]], u
             ann.prune()
 
 
+@pytest.mark.slow
 @BOTH
 def test_many_jobs_go_though_some_are_damaged(database: Database, tmp_path: Path) -> None:
     """So many go in several transactions, and in a dry run in one. PostgreSQL stores no such damage."""

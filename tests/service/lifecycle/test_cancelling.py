@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import httpx2
+import pytest
 from fastapi.testclient import TestClient
 
 from service.app import create_app
@@ -57,6 +58,7 @@ def test_running_job_is_deleted(client: httpx2.Client, server: RunningServer) ->
     assert not (server.data / "jobs" / job).exists()
 
 
+@pytest.mark.slow
 def test_job_is_cancelling_while_nobody_hands_out_work(tmp_path: Path) -> None:
     settings = Settings(data=tmp_path, workers=1, tile_size=32, log_level="error")
     with TestClient(create_app(settings), base_url="http://127.0.0.1") as client:
@@ -84,6 +86,7 @@ def stopped(process: int) -> Iterator[None]:
         os.kill(process, signal.SIGCONT)
 
 
+@pytest.mark.slow
 def test_queued_job_never_begins(start: Start) -> None:
     server = start(workers=1)
     with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:

@@ -78,6 +78,7 @@ def test_users_share_cpu_seconds_and_not_tiles(workers: Workers) -> None:
     assert abs(spent["ann"] - spent["bob"]) <= 2 * 4.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("earlier", [0, 1], ids=["newcomer", "after a pause"])
 def test_idle_workers_leave_neither_credit_nor_debt(workers: Workers, earlier: int) -> None:
     workers.put("bob", earlier)

@@ -100,6 +100,7 @@ def test_pixels_are_in_the_bucket_alone(
     assert not [path for path in in_bucket.data.rglob("*") if path.suffix in {".npy", ".json"}]
 
 
+@pytest.mark.slow
 def test_tiles_are_shown_while_others_are_rendered(away: httpx2.Client, undisturbed: np.ndarray) -> None:
     job = submit(away, LONG)
     wait(away, job, lambda found: found["last_seq"] > 3)

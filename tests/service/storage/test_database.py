@@ -101,6 +101,7 @@ def between(postgres: PostgresServer) -> Iterator[Between]:
     started.close()
 
 
+@pytest.mark.slow
 def test_silent_database_is_given_up(
     postgres: PostgresServer, between: Between, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -198,6 +198,7 @@ def test_later_migration_keeps_rows_and_a_failed_one_all(old: Database, later: P
         assert list(losses) == deaths
 
 
+@pytest.mark.slow
 @ON_SQLITE
 def test_migrated_database_loads_no_alembic(old: Database) -> None:
     url = old.engine.url.render_as_string(hide_password=False)
@@ -213,6 +214,7 @@ def test_migrated_database_loads_no_alembic(old: Database) -> None:
     assert runs == ["True\n", "False\n"]
 
 
+@pytest.mark.slow
 @ON_BOTH
 def test_tables_of_a_later_version_are_refused(
     old: Database,

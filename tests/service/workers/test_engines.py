@@ -52,6 +52,7 @@ def interrupted(bench: Bench, task: Task, count: int = 1) -> dict[Task, Outcome]
     return reports
 
 
+@pytest.mark.slow
 def test_tile_is_stored_before_it_is_reported(bench: Bench) -> None:
     task = bench.tile()
     done = bench.run(task)

@@ -54,6 +54,7 @@ def test_idle_worker_that_dies_is_replaced(make: Make) -> None:
     until(lambda: bench.is_replaced(worker))
 
 
+@pytest.mark.slow
 def test_endless_task_fails_alone(make: Make, tmp_path: Path) -> None:
     bench = make(lease=Lease(silent_seconds=1.0, task_seconds=1.0))
     after = bench.tile(1)
@@ -71,6 +72,7 @@ def test_endless_task_fails_alone(make: Make, tmp_path: Path) -> None:
     assert isinstance(bench.run(after), TileDone)
 
 
+@pytest.mark.slow
 def test_stopped_worker_is_found_by_its_silence(make: Make) -> None:
     bench = make(lease=Lease(silent_seconds=1.0))
     worker = bench.worker()

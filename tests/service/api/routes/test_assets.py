@@ -181,6 +181,7 @@ def test_mesh_is_accepted_beside_a_small_displaced_shape(api: httpx2.Client) -> 
     assert api.post("/v1/plans", json={"scene": document}).is_success
 
 
+@pytest.mark.slow
 def test_worker_keeps_to_the_limits_of_its_service(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
     """They come from the settings, which a file may hold that no worker sees."""
     monkeypatch.setenv("PENUMBRA_LIMITS__MAX_MESH_TRIANGLES", "1000")

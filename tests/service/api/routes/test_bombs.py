@@ -130,6 +130,7 @@ def test_textures_are_not_decoded_by_the_server_and_fit_into_a_worker(client: ht
     assert mistakes(client.post("/v1/plans", json=request)) == [("/scene/textures/a0/asset", "too_large")]
 
 
+@pytest.mark.slow
 def test_mesh_that_is_used_often_is_not_read_as_often(client: httpx2.Client) -> None:
     name = put(client, ply()).json()["name"]
     document = scene()

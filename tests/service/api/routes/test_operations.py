@@ -57,6 +57,7 @@ def test_health_tells_of_a_folder_that_takes_no_files(
     assert client.get("/readyz").status_code == 200
 
 
+@pytest.mark.slow
 def test_health_tells_of_a_disk_that_is_nearly_full(tmp_path: Path) -> None:
     # More than any disk has.
     with in_process(Settings(data=tmp_path, workers=1, min_free_bytes=1 << 62)) as local:
@@ -86,6 +87,7 @@ def held(*processes: int) -> Iterator[None]:
             os.kill(process, signal.SIGCONT)
 
 
+@pytest.mark.slow
 def test_health_tells_of_a_missing_worker(start: Start) -> None:
     server = start(workers=1)
     with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:

@@ -33,6 +33,7 @@ def opened(answer: httpx2.Response) -> Image.Image:
     return Image.open(io.BytesIO(answer.content))
 
 
+@pytest.mark.slow
 def test_picture_and_layers_are_there_while_they_are_rendered(api: httpx2.Client) -> None:
     document = long_scene()
     job = submit(api, document, layers=["depth", "error"])
@@ -170,6 +171,7 @@ def test_thumbnail_is_the_mean_of_what_is_shown(api: httpx2.Client) -> None:
     assert api.get(path, params={"width": 97}).status_code == 422
 
 
+@pytest.mark.slow
 def test_plot_names_the_extra_that_is_missing(
     start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,6 +17,7 @@ def addresses(client: httpx2.Client, job: str) -> dict[str, set[str]]:
     }
 
 
+@pytest.mark.slow
 def test_head_answers_like_get_without_a_body(client: httpx2.Client) -> None:
     sent = SMALL | {"layers": ["depth"]}
     job = client.post("/v1/jobs", json=sent, headers={"Prefer": "wait=30"}).json()["id"]

@@ -8,6 +8,7 @@ from typing import Any
 
 import httpx2
 import numpy as np
+import pytest
 
 from renderer.images.files import displayed
 from schemas.api.batches import FLOAT32, unpack
@@ -84,6 +85,7 @@ def test_polling_of_a_finished_job_does_not_wait(api: httpx2.Client, done: str) 
     assert batch == batch | {"events": [], "complete": True, "next": 10_000}
 
 
+@pytest.mark.slow
 def test_watchers_all_get_the_same_events_in_the_same_order(server: RunningServer) -> None:
     def watch(number: int) -> list[int]:
         with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
@@ -118,6 +120,7 @@ def test_batch_is_binary_where_that_is_preferred(api: httpx2.Client, done: str) 
         assert answer.headers["Vary"] == "Accept"
 
 
+@pytest.mark.slow
 @API_ON_BOTH
 def test_batches_of_a_running_job_paint_its_image(api: httpx2.Client) -> None:
     job = submit(api, scene(160, 96, samples=16))
@@ -167,6 +170,7 @@ def test_stream_reports_every_tile_and_then_the_end(client: httpx2.Client) -> No
     assert streamed(client, job, **{"Last-Event-ID": "3"}) == [*tiles, end][3:]
 
 
+@pytest.mark.slow
 def test_stream_that_is_idle_shows_that_it_lives(start: Start) -> None:
     server = start(workers=1, heartbeat_seconds=0.01)
     with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:

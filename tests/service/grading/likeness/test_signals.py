@@ -42,6 +42,7 @@ def noisy_assignment(assignment: Assignment) -> Assignment:
 TEST = image_test(reference={"type": "picture", "file": "reference.npy", "encoding": "linear"})
 
 
+@pytest.mark.slow
 def test_reference_itself_is_signalled_and_earns_all(noisy_assignment: Assignment) -> None:
     noisy_assignment.hand_in("picture.npy", (noisy_assignment.references / "reference.npy").read_bytes())
     found = noisy_assignment.grade(TEST)

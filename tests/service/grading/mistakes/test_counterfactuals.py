@@ -110,6 +110,7 @@ def swept(name: str, *values: object) -> Any:
     return pytest.param(*values, id=name, marks=() if name in QUICK else pytest.mark.slow)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("cause", "document"), [swept(name, *each) for name, each in MISTAKES.items()])
 def test_mistake_of_a_scene_is_named(reference: Picture, cause: str, document: Document) -> None:
     first = explain(renderer.load_scene(SCENE), against(reference, picture(document)))[0]
@@ -118,6 +119,7 @@ def test_mistake_of_a_scene_is_named(reference: Picture, cause: str, document: D
     assert cause != "shape_missing" or "ball (shapes/1)" in first.hint
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pattern", ["random", "uniform"])
 def test_right_picture_has_no_cause(reference: Picture, pattern: str) -> None:
     # Trials sample pixels on a grid; a right picture on it is closer to them than to the reference.
@@ -152,6 +154,7 @@ def test_undone_mistake_ends_the_search(reference: Picture) -> None:
     assert diagnosis[0].cause == "flipped_vertically"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cause", [swept(cause, cause) for cause in COLORS])
 def test_texture_read_wrongly_is_named(cause: str, tmp_path: Path) -> None:
     """The texture file is changed as the cause says; it has no symmetry."""

@@ -78,6 +78,7 @@ def test_two_mistakes_cost_points_where_both_are_named(assignment: Assignment) -
         assert "as if gamma_missing and flipped_vertically were fixed" in found[name].message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "cause", "left"),
     [
@@ -97,6 +98,7 @@ def test_mistake_costs_points_where_it_belongs(
     assert named == [name for name, kept in left.items() if not kept]
 
 
+@pytest.mark.slow
 def test_another_mistake_costs_points_too(assignment: Assignment) -> None:
     found = graded(assignment, turned_without_a_ball_above)
     assert points(found) == {"front": 0, "left": 10, "above": 0}
