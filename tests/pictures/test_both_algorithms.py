@@ -3,8 +3,7 @@
 Which way it takes follows from a size, a count, a kind or what was kept: few triangles or many, a pinhole or
 a lens, one light point or many, a light with an extent or without. Each test draws the same thing on both
 sides of such a choice, and knows nothing of where that lies. Other tests that do so: `test_literal_pairs`
-(every kind of shape in the way of every kind), `test_invariance` (culling, tiles, order), and in
-`tests/renderer/accelerators` those of trees, rasters and solids.
+(every kind in the way of every kind), `test_invariance` (culling, tiles), `tests/renderer/accelerators`.
 """
 
 import itertools
