@@ -21,10 +21,14 @@ from tests.service.support import TIMEOUT, finish, job_of, long_scene, scene, su
 DAY = "2026-11-23"
 """The day of the backup that the page restores."""
 RSYNC = """#!/bin/sh
-# rsync -a --exclude PATTERN SOURCE SOURCE TARGET
-for source in "$4" "$5"; do
-  tar -C "$(dirname "$source")" --exclude="$3" --ignore-failed-read --warning=no-file-changed \\
-    -cf - "$(basename "$source")" | tar -C "$6" -xf - || exit 24
+# rsync -a --exclude PATTERN SOURCE... TARGET
+pattern=$3
+shift 3
+for target; do :; done
+while [ $# -gt 1 ]; do
+  tar -C "$(dirname "$1")" --exclude="$pattern" --ignore-failed-read --warning=no-file-changed \\
+    -cf - "$(basename "$1")" | tar -C "$target" -xf - || exit 24
+  shift
 done
 """
 """What the page needs of it, for machines that do not have it."""
