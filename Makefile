@@ -10,7 +10,8 @@ EXTRAS := mesh,exr,study,postgres
 ALL_EXTRAS := $(EXTRAS),dask,flip,s3,traces
 # Narrower: make test TESTS=tests/renderer
 TESTS ?= tests
-PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist worksteal
+# Those of a module stay together, as they share a service or a cluster.
+PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadscope --no-loadscope-reorder
 # Benchmarks to run: make bench BENCH="load soak"
 BENCH ?= rendering targets load soak fuzz grading peers
 # Scenes of `make study`, and the most seconds for each.
