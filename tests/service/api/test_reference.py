@@ -34,7 +34,7 @@ schema = schemathesis.openapi.from_dict(create_app(Settings()).openapi())
 @pytest.mark.slow
 @schema.parametrize()
 @settings(
-    max_examples=6,
+    max_examples=3,
     derandomize=True,
     deadline=None,
     database=None,
