@@ -59,15 +59,15 @@ def test_no_finished_tile_is_rendered_again(
     settings = Settings(data=tmp_path, database=url)
     before = finished(settings)
     assert len(before) >= 6
-    # What a killed server has left half written.
+    # What a killed server has left half written; beside PostgreSQL it may be another server's.
     litter = [tmp_path / "assets" / ".abc.tmp", tmp_path / "jobs" / "unknown" / "tiles" / "1-1.1"]
+    litter = litter if kind == "sqlite" else []
     for path in litter:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(b"half")
 
     with httpx2.Client(base_url=start(tile_size=48, database=url).url, timeout=TIMEOUT) as client:
-        # On PostgreSQL, once the lease of the killed server has expired.
-        until(lambda: not any(path.exists() for path in litter))
+        assert not any(path.exists() for path in litter)
         events = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
         assert [event["seq"] for event in events[: len(before)]] == list(range(1, len(before) + 1))
         finish(client, job)
