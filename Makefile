@@ -37,10 +37,10 @@ serve: .venv/installed  ## run the service on http://127.0.0.1:8000
 
 # Tests start hundreds of processes: each would compile every module again where bytecode is not kept.
 test test-all: export PYTHONDONTWRITEBYTECODE :=
-test: .venv/installed-test  ## run the fast tests; six minutes on two cores
+test: .venv/installed-test  ## run the fast tests; nine minutes on two cores
 	$(PYTEST) -m 'not slow' $(TESTS)
 
-test-all: .venv/installed-test  ## run the slow tests: injected faults, sweeps, whole installations; twenty minutes
+test-all: .venv/installed-test  ## run the slow tests: injected faults, sweeps, whole installations; half an hour
 	$(PYTEST) -m slow $(TESTS)
 
 # The theme gets fixes until May 2027; without this it names its successor at each build.

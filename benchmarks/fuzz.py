@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 AT_ONCE = 8
 GROWTH_LIMIT_MIB = 150.0
-"""What a process may grow after the first tenth: caches are full by then, and a leak does not stop."""
+"""Memory growth allowed after the first tenth: caches are full by then, and a leak does not stop."""
 FIRST_SCENE = {
     "version": 1,
     "camera": {"position": [0, 0, 3], "look_at": [0, 0, 0], "vertical_fov": 40, "width": 4, "height": 4},

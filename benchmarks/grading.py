@@ -193,7 +193,7 @@ def _cpu_seconds() -> float:
 
 
 def graded(name: str, codes: Array) -> Outcome:
-    """What a picture earns before mistakes are reproduced with its scene."""
+    """Points of a picture before its mistakes are reproduced with the scene."""
     with tempfile.TemporaryDirectory() as place:
         Image.fromarray(codes).save(Path(place, f"{name}.png"), compress_level=1)
         folders = Folder(ASSIGNMENT.resolve(), "reference"), Folder(Path(place).resolve(), "submission")
@@ -205,7 +205,7 @@ def _signals(outcomes: Iterable[Outcome]) -> dict[str, int]:
 
 
 def honest(seeds: int, name: str) -> Iterator[Json]:
-    """How many right pictures lose points or give a signal."""
+    """Count right pictures that lose points or raise a signal."""
     for samples in (4, 16, 64):
         found = [graded(name, picture(name, samples=samples, seed=seed)) for seed in range(seeds)]
         lost = sum(each.share < 1 for each in found)
@@ -227,11 +227,11 @@ NOISE: dict[str, Alter] = {
     "salt": lambda codes, random: np.where(random.random(codes.shape[:2])[:, :, None] < 0.1, 255, codes),
     "blurred": lambda codes, _: _blurred(codes, 1),
 }
-"""What may be done to a wrong picture to hide its mistake."""
+"""Attacks that hide the mistake of a wrong picture."""
 
 
 def attacks(name: str) -> Json:
-    """What wrong pictures earn with noise or a blur, and how many copies of the reference give a signal."""
+    """Points of wrong pictures with noise or a blur, and copies of the reference that raise a signal."""
     random, more, tried = np.random.default_rng(1), [], []
     for wrong in WRONG:
         codes = picture(name, wrong)

@@ -1,4 +1,4 @@
-"""What is compared with Mitsuba: scenes, errors, and the settings of both, from cheap to expensive."""
+"""The comparison with Mitsuba: scenes, errors, and the settings of both, from cheap to expensive."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ EFFECTS: dict[str, tuple[Json, Json]] = {
     "lens": ({}, {"lens_radius": 0.1}),
     "4 camera samples": ({}, {"samples": 4}),
 }
-"""What the scene without an effect changes of the base scene, and what the scene with it does."""
+"""Changes to the base scene: without the effect, and with it."""
 
 
 def main() -> None:

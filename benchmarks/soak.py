@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 OPEN = 6
 """Jobs that wait or run at a time."""
 FAULTS = {"worker killed": 0.6, "worker stopped for a while": 0.2, "server killed": 0.2}
-"""What happens, and its probability."""
+"""Faults and their probabilities."""
 PAUSES = 1.0, 4.0
 STOPPED = 0.5, 4.0
 SILENCE = 2.0
@@ -72,7 +72,7 @@ class Ground:
         return self.client.get(f"/v1/jobs/{job}").json()["finished_at"] is None
 
     def tiles(self, jobs: list[str]) -> int:
-        """How many tiles of these jobs were reported."""
+        """Number of tiles reported for these jobs."""
         return sum(int(self.client.get(f"/v1/jobs/{job}").json()["last_seq"]) for job in jobs)
 
     def restart(self) -> None:

@@ -1,4 +1,4 @@
-"""Whether random pictures reach their target error: `python -m benchmarks.targets`."""
+"""Target errors of random scenes, kept or missed: `python -m benchmarks.targets`."""
 
 from __future__ import annotations
 

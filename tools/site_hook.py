@@ -71,12 +71,12 @@ def outside_pages() -> list[PurePosixPath]:
 
 
 def in_repository(here: PurePosixPath, link: str) -> PurePosixPath:
-    """Where a relative link of a file leads, from the root of the repository."""
+    """Target of a file's relative link, from the root of the repository."""
     return PurePosixPath(os.path.normpath(here.parent / link.partition("#")[0]))
 
 
 def in_site(path: PurePosixPath) -> str:
-    """Where a file of the repository is in the site: docs is its root, other folders are below."""
+    """Path of a repository's file in the site: docs is the root, other folders are below it."""
     return str(path.relative_to("docs") if path.is_relative_to("docs") else path)
 
 

@@ -1,4 +1,4 @@
-"""What a pixel's ray hits, what each light adds there, and why it is dark."""
+"""Inspection of a pixel: its hit, the share of each light, and the reason why it is dark."""
 
 import json
 from collections.abc import Iterator

@@ -23,8 +23,6 @@ EXCUSED = 16 * EPS
 
 Allowed = Callable[[Any, Answer, Floats, Floats], float]
 """A shape, the exact answer and the ray, to the error of t that is right, in units of t."""
-Details = Callable[[Any, Answer, Any, Any], float]
-"""A shape, the exact answer, (origin, direction) and the (position, normal, uv) found, to an error."""
 
 
 def relative(_shape: Any, true: Answer, _origin: Floats, _direction: Floats) -> float:
@@ -140,7 +138,7 @@ def round_details(shape: Any, true: Answer, ray: Any, found: Any) -> float:
 
 
 def _steepness(shape: Any, normal: Any) -> tuple[float, float]:
-    """How far a step along the surface turns the normal, and how far it goes on the unit sphere.
+    """Turn of the normal by a step along the surface, and the length of that step on the unit sphere.
 
     With A the matrix of semi-axes and N = A^-T u the normal at the place u of the unit sphere, that is at
     most |A^-1 P|^2 / |N| and |A^-1 P| of its length, P the projection on the tangent plane.

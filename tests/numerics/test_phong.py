@@ -19,7 +19,7 @@ Floats = np.ndarray
 STRENGTH = 0.75
 FLOOR = rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0])
 LAMP = lamp([-1, 0.5, -1], [2, 0, 0], [0, 0, 2], [1, 1, 1], visible=False)
-"""What the floor mirrors of it reaches past the horizon of most viewers."""
+"""Its reflection in the floor reaches past the horizon of most viewers."""
 BOTH = pytest.mark.parametrize("quality", QUALITIES, ids=["single", "double"])
 
 

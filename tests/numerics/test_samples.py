@@ -32,7 +32,7 @@ def test_sum_of_a_million_has_12_digits() -> None:
 
 
 def of_one_pixel(make: Any, samples: Floats) -> list[Any]:
-    """What is kept of each pass over one pixel's samples (3, N)."""
+    """Sums of each pass over one pixel's samples (3, N)."""
     zero, kept = np.zeros(1, dtype=np.int64), []
     for pass_ in passes(1, 1, samples.shape[1])[1:]:
         part = make(Tile(0, 0, 0, 1, 1), pass_)

@@ -3,7 +3,6 @@
 import copy
 import itertools
 import json
-import math
 import warnings
 from collections.abc import Iterator
 from typing import Any
@@ -31,7 +30,6 @@ from tests.documents import (
 )
 from tests.numerics.tracing import EPS, mp, problems, traced
 
-NAN = math.nan
 CARD: Json = {
     "type": "rectangle",
     "center": [1, 1, 1],

@@ -1,4 +1,4 @@
-"""How the renderer is asked: rays, points, radiance; and 50 digits for answers that no rational number is."""
+"""Access to the renderer: rays, points, radiance; and 50 digits for irrational answers."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -19,8 +19,6 @@ from tests.pictures.parts import DOUBLE, SINGLE, plan_of
 EPS = 2.0**-52
 QUALITIES = (SINGLE, DOUBLE)
 UP = np.array([[0.0], [1.0], [0.0]])
-FAR = (148376.0, 1234.0, -223423.0)
-"""Where Embree's own tests put their far spheres."""
 
 mp = mpmath.MPContext()
 mp.dps = 50
@@ -57,7 +55,7 @@ def rays_of(origins: Any, directions: Any) -> Rays:
 
 
 def points(plan: renderer.RenderPlan, origins: Any, directions: Any) -> Points:
-    """What rays (3, N) hit, ready for light."""
+    """Points that rays (3, N) hit, ready for lighting."""
     return intersect(plan, rays_of(np.ascontiguousarray(origins), directions), lights=False)
 
 

@@ -38,7 +38,7 @@ CONVERGED = FixedQuality.model_validate(
 
 @dataclass(frozen=True)
 class Provenance:
-    """How a stored picture was made: 8 pictures of Mitsuba with different seeds, and their own RMSE x 255."""
+    """Provenance of a stored picture: the mean of 8 by Mitsuba, and its own RMSE x 255."""
 
     renderer: str
     command: str
@@ -57,7 +57,7 @@ def load(name: str) -> tuple[NDArray[np.float64], Provenance]:
 
 
 def scene_digest(scene: Scene) -> str:
-    """What a converged picture depends on: all that the scene says, but its name and its sampling."""
+    """Hash of all that a converged picture depends on: the scene without name and sampling."""
     content = scene.model_dump_json(exclude={"name", "sampling"}, exclude_unset=True)
     return hashlib.sha256(content.encode()).hexdigest()
 

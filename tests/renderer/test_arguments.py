@@ -1,4 +1,4 @@
-"""What compiling, rendering and tracing accept, and how they refuse the rest."""
+"""Arguments of compiling, rendering and tracing, and the errors of invalid ones."""
 
 import inspect
 import json

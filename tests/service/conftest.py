@@ -89,7 +89,7 @@ def local_on_postgres(
 
 @pytest.fixture
 def api(request: pytest.FixtureRequest) -> Iterator[httpx2.Client]:
-    """Who asks a service in this process: on SQLite, and on PostgreSQL too where marked ``API_ON_BOTH``."""
+    """A client of the service in this process: on SQLite, and on PostgreSQL where marked ``API_ON_BOTH``."""
     on = "local_on_postgres" if getattr(request, "param", "sqlite") == "postgresql" else "local"
     made: InProcess = request.getfixturevalue(on)
     with made.client() as opened:

@@ -17,7 +17,7 @@ def fork_servers_of(server: int) -> list[int]:
 
 
 def is_alive(process: int) -> bool:
-    """Whether a process runs, or could."""
+    """Whether a process is alive."""
     state = _read(Path(f"/proc/{process}/stat")).rpartition(b")")[2].split()
     return bool(state) and state[0] != b"Z"
 

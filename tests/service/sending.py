@@ -81,7 +81,7 @@ def put(client: httpx2.Client, data: bytes, sha256: str | None = None) -> httpx2
 
 
 def name_of(data: bytes) -> str:
-    """How a scene names a file."""
+    """The name of a file in a scene."""
     return f"sha256:{hashlib.sha256(data).hexdigest()}"
 
 

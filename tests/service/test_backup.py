@@ -31,7 +31,7 @@ while [ $# -gt 1 ]; do
   shift
 done
 """
-"""What the page needs of it, for machines that do not have it."""
+"""A stand-in with the options that the page uses, for machines without rsync."""
 MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 NAME = hashlib.sha256(MESH).hexdigest()
 

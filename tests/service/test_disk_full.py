@@ -92,7 +92,7 @@ def check_reads(client: httpx2.Client, finished: str, running: str) -> None:
 
 
 def refusals(client: httpx2.Client) -> set[tuple[int, str]]:
-    """How several submissions at once are answered."""
+    """Answers to several submissions at once."""
     with ThreadPoolExecutor(AT_ONCE) as pool:
         answers = list(pool.map(lambda _: client.post("/v1/jobs", json={"scene": scene()}), range(AT_ONCE)))
     assert all(int(answer.headers["Retry-After"]) > 0 for answer in answers)

@@ -1,4 +1,4 @@
-"""Which test decides: a single block off by far, noise, or a mistake."""
+"""The test that decides a verdict: one block far off, noise, or a mistake."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the study says of convergence is what theory says, and its errors are without bias.
+"""Orders of convergence agree with theory, and errors of a study are unbiased.
 
 Each threshold fails one right renderer in a million: 4.9 standard deviations, bounded from pixels that err
 independently.

@@ -15,7 +15,7 @@ TRUTH = np.full(SHAPE, 0.5)
 NOISE = 0.05
 ONE_IN_A_MILLION = 4.9  # standard deviations, both sides
 SPREAD = ONE_IN_A_MILLION / math.sqrt(800)
-"""How far the spread of 400 normal numbers may be off."""
+"""Relative error of the standard deviation of 400 normal numbers."""
 
 
 def reference(rng: np.random.Generator, noise: float = NOISE) -> Reference:

@@ -1,4 +1,4 @@
-"""How much of a picture of target quality is reported as done: it grows, ends below 1, and is about right."""
+"""Progress of a picture of target quality: it grows, ends below 1, and is about right."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""Where there is a time limit, tiles end at it in the middle of their work, and the picture is whole."""
+"""Time limits: tiles stop in the middle of their work, and the picture is complete."""
 
 import time
 from collections.abc import Iterator

@@ -109,7 +109,7 @@ def pair_of(first: str, second: str) -> tuple[Json, int]:
 
 
 def shown(u: Any, v: Any) -> Any:
-    """What is seen at places of the plane: 0 for the first patch, 1 for the second, -1 for neither."""
+    """Patch seen at points of the plane: 0 for the first, 1 for the second, -1 for neither."""
 
     def within(patch: Patch) -> Any:
         (left, right), (low, high) = patch

@@ -1,4 +1,4 @@
-"""Who comes by a proxy, and what they may do: no one is an admin unless a setting says so."""
+"""Users behind a proxy and their rights: no one is an admin unless a setting says so."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the error of a picture costs, over HTTP: as a document, as a table and as a plot."""
+"""Error against time over HTTP: as a document, a table and a plot."""
 
 from __future__ import annotations
 

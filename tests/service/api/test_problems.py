@@ -49,7 +49,7 @@ def test_exception_classes_all_have_a_status() -> None:
 
 
 def ask(error: Exception) -> httpx2.Response:
-    """What is answered where a route raises an error."""
+    """Answers to errors that routes raise."""
     app = FastAPI()
     problems.install(app)
 

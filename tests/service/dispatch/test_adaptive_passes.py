@@ -1,4 +1,4 @@
-"""What the dispatcher decides about jobs with a target error."""
+"""Decisions of the dispatcher about jobs with a target error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the dispatcher decides: order, stale results, crashes, a full disk."""
+"""Decisions of the dispatcher: order, stale results, crashes, a full disk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast a service works: idle time does not count."""
+"""Throughput of a service: idle time does not count."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What asks too much is refused before any work."""
+"""Requests that ask too much are refused before any work."""
 
 from __future__ import annotations
 

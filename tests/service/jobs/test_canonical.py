@@ -1,4 +1,4 @@
-"""Which requests ask for the same picture."""
+"""Requests that share one picture."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def suspended(server: RunningServer) -> Iterator[None]:
 
 @pytest.fixture
 def price(client: httpx2.Client) -> float:
-    """What a scene of these tests is predicted to cost, CPU seconds."""
+    """Predicted cost of a scene of these tests, CPU seconds."""
     plan = client.post("/v1/plans", json={"scene": scene(32, 32, samples=1, light_samples=1)}).json()
     return plan["cost"]["cpu_seconds"]
 

@@ -84,7 +84,7 @@ def later(tmp_path: Path) -> Path:
 
 
 def test_migrations_have_the_names_of_their_files_in_order() -> None:
-    """Where the last one has been run, a service looks no further."""
+    """A migrated database is opened without loading Alembic."""
     revisions = [script.revision for script in ScriptDirectory(str(SCRIPTS)).walk_revisions()]
     files = [path.stem for path in SCRIPTS.glob("versions/*.py") if path.stem != "__init__"]
     assert revisions == sorted(files, reverse=True)
@@ -110,7 +110,7 @@ def test_migrations_build_the_tables_of_the_models(
 
 
 def indices(database: Database) -> set[str]:
-    """What makes each index, whatever stands between the words; its name where a table makes it."""
+    """The statement of each index with normalised blanks; its name if a table constraint makes it."""
     asked = "indexname, indexdef FROM pg_indexes WHERE schemaname = 'public'"
     if not database.shared:
         asked = "name, sql FROM sqlite_master WHERE type = 'index'"

@@ -38,12 +38,12 @@ def metrics(client: httpx2.Client) -> Samples:
 
 
 def unfinished(samples: Samples) -> float:
-    """How many jobs wait or run."""
+    """Number of jobs that wait or run."""
     return samples["penumbra_jobs", "queued"] + samples["penumbra_jobs", "running"]
 
 
 def retries(samples: Samples) -> dict[str, float]:
-    """How often tasks were tried again, by the cause."""
+    """Retries of tasks by cause."""
     return {
         name[1]: value for name, value in samples.items() if name[0] == "penumbra_retries_total" and value
     }

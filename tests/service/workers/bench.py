@@ -91,13 +91,13 @@ class Bench:
         return self.engine.alive() and bool(self.workers()) and worker not in self.workers()
 
     def working(self, worker: int) -> Callable[[], bool]:
-        """Whether a worker has done anything since now."""
+        """Whether a worker has used the processor since this call."""
         before = _cpu_seconds(worker)
         return lambda: _cpu_seconds(worker) > before
 
 
 def _renders(process: int) -> bool:
-    """Whether the address space of a process is limited, as that of a worker is and no other."""
+    """Whether the address space of a process is limited, as only a worker's is."""
     try:
         return resource.prlimit(process, resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY
     except ProcessLookupError:

@@ -31,7 +31,7 @@ FILES = ("dask_tls_ca", "dask_tls_cert", "dask_tls_key")
 SCRIPT = Path(__file__).parents[3] / "deploy" / "certificates.sh"
 CONNECT_SECONDS = 3.0
 STRANGERS = {"tcp": Security(require_encryption=False), "tls": Security.temporary()}
-"""How somebody connects who has no certificate of the cluster, by the scheme."""
+"""Connection arguments of a stranger without a certificate of the cluster, by scheme."""
 NEEDS_OPENSSL = pytest.mark.skipif(not shutil.which("openssl"), reason="openssl is not installed")
 
 
@@ -179,7 +179,7 @@ def ports(server: RunningServer) -> Iterator[int]:
 
 
 async def takes_orders(port: int, scheme: str) -> bool:
-    """Whether a stranger is let in there: a scheduler or worker then runs the stranger's code."""
+    """Whether a stranger can connect, and so run code in the scheduler or worker."""
     options = STRANGERS[scheme].get_connection_args("client")
     try:
         # A server of another protocol may say nothing at all.

@@ -26,7 +26,7 @@ REQUEST_THREADS = 40
 
 
 def missing(client: httpx2.Client) -> str:
-    """What a service says that lives and is not ready."""
+    """Health of a service that is alive and not ready."""
     assert client.get("/livez").status_code == 200
     detail: str = problem_of(client.get("/readyz"), 503)["detail"]
     return detail

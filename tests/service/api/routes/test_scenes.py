@@ -37,7 +37,7 @@ def parts_of(pointer: str) -> Parts:
 
 
 def at(document: Any, pointer: str) -> Any:
-    """What a pointer leads to; KeyError or IndexError if that is nowhere."""
+    """Resolve a pointer; KeyError or IndexError if it leads nowhere."""
     for part in parts_of(pointer):
         document = document[int(part) if isinstance(document, list) else part]
     return document

@@ -2,18 +2,6 @@
 
 from dataclasses import dataclass
 
-PICTURES = (
-    "camera_straight",
-    "camera_tilted",
-    "phong_matte",
-    "phong_highlights",
-    "shadow_hard",
-    "shadow_soft",
-    "antialiasing",
-    "texture",
-    "normal_map",
-    "antialiasing_advanced",
-)
 RAYS = ("rays_round", "rays_flat", "rays_far")
 ROUND = ("phong_matte", "phong_highlights", "shadow_hard", "shadow_soft")
 LIT = (*ROUND, "normal_map")

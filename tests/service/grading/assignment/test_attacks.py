@@ -43,7 +43,7 @@ def drawn(name: str, *wrong: str) -> np.ndarray:
 
 
 def graded(name: str, codes: np.ndarray, folder: Path) -> Outcome:
-    """What a picture earns before mistakes are reproduced with its scene."""
+    """Points of a picture before its mistakes are reproduced with the scene."""
     Image.fromarray(codes).save(folder / f"{name}.png")
     return next(iter(findings(TESTS[name], run_of(folder, folder))))
 

@@ -18,7 +18,7 @@ ADVANCED = "antialiasing_advanced"
 """The scene that needs better sample positions than random ones."""
 
 OFFSET = 1e-4
-"""How far above a surface its shadow rays start, in scene units."""
+"""Offset of shadow rays above their surface, in scene units."""
 
 
 class Tracer:

@@ -1,4 +1,4 @@
-"""Who has the same files, and whose pictures have the same noise."""
+"""Students with the same files, and pictures with the same noise."""
 
 import io
 import json

@@ -1,4 +1,4 @@
-"""What the xUnit plugin of Jenkins accepts as JUnit XML, by the published rules of its junit-10.xsd."""
+"""JUnit XML by the published rules of junit-10.xsd, the schema of Jenkins' xUnit plugin."""
 
 import re
 from collections.abc import Iterator
