@@ -96,6 +96,12 @@ def test_first_blocker_is_counted_for_each_light_point() -> None:
     assert codes(found)[0] == "partly_lit"
 
 
+def test_light_points_below_the_horizon_are_not_seen() -> None:
+    """An upright lamp beside the place, half of it below the floor's plane."""
+    light = light_of(middle(down(FLOOR, lights=[lamp([3, -1, 1], [0, 2, 0], [0, 0, -2], visible=False)])))
+    assert (light.visibility, light.points, light.below_horizon, light.blocked) == (0.5, 16, 8, 0)
+
+
 def test_blocker_is_not_the_shape_itself_and_may_be_far() -> None:
     """The top of the ball, (0, 1, 0), and a light at (3, 5, 0) have the point (1.5, 3, 0) between them."""
     over = rectangle([1, 3, 0.5], [1, 0, 0], [0, 0, -1], name="over")

@@ -151,7 +151,8 @@ def test_pinned_job_is_never_swept(users: Users, data: Path) -> None:
 
 def test_pin_of_one_job_keeps_a_shared_picture(users: Users, data: Path) -> None:
     first, second = (rendered(users[user], 1) for user in ("ann", "bob"))
-    assert pin(users["bob"], second) == 200
+    assert [pin(users["ann"], first), pin(users["bob"], second)] == [200, 200]
+    assert users["ann"].delete(f"/v1/jobs/{first['id']}/pin").status_code == 200
     assert prune(users, max_stored_bytes=0)["pictures"] == 0
     reported = prune(users, keep_seconds=0, dry_run=False)
     assert (reported["pictures"], reported["bytes"]) == (0, 0)
