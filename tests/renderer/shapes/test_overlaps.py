@@ -13,6 +13,7 @@ from tests.documents import (
     Json,
     camera,
     ellipsoid,
+    lamp,
     mesh,
     phong,
     rectangle,
@@ -169,6 +170,34 @@ def test_coplanar_shapes_show_the_first(first: str, second: str) -> None:
 @pytest.mark.parametrize(("first", "second"), [*product(KINDS, KINDS)])
 def test_coplanar_shapes_of_all_kinds_show_the_first(first: str, second: str) -> None:
     assert_first_is_seen(first, second, [None, TargetQuality(error=0.05)])
+
+
+def rug(size: int) -> Json:
+    """A mesh of 2 * size * size triangles in the plane of `FLOOR`."""
+    steps = np.linspace(-1, 1, size + 1)
+    x, z = (part.ravel() for part in np.meshgrid(steps, steps))
+    _, faces = cells(FIRST, size)
+    return mesh(np.stack((x, np.full(x.size, 0.1), z), axis=1), faces, material="other")
+
+
+FLOOR = rectangle([-2, 0.1, -2], [0, 0, 4], [4, 0, 0])
+SIGN = triangle([-1, 0.1, -1], [-0.9, 0.1, 1.1], [1.3, 0.1, -0.7], material="other")
+
+
+@pytest.mark.parametrize("later", [[SIGN], [rug(3)], [rug(6)], [SIGN, rug(6)]])
+@pytest.mark.parametrize("floor", [FLOOR, {**rug(7), "scale": [2, 1, 2], "material": "plain"}])
+def test_shape_inside_an_earlier_one_changes_no_pixel(floor: Json, later: list[Json]) -> None:
+    """Neither where it is seen, nor in a mirror, nor by its shadow."""
+    mirror = {"mirror": phong([0, 0, 0], ambient=0, diffuse=0, mirror=0.9)}
+    wall = rectangle([-2, 0, -2], [4, 0, 0], [0, 3, 0], material="mirror")
+    light = lamp([-1, 3, -1], [2, 0, 0], [0, 0, 2], visible=False)
+    materials = {"plain": phong(), "other": phong([0.1, 0.9, 0.2], specular=0.4)} | mirror
+    with_it, without = (
+        scene(floor, *more, sphere([0.4, 0.6, 0.5], 0.4), wall, materials=materials, lights=[light])
+        for more in (later, [])
+    )
+    assert overlaps(with_it)
+    np.testing.assert_array_equal(image_of(with_it), image_of(without))
 
 
 @pytest.mark.parametrize("behind", [("large mesh", "many triangles"), ("rectangle", "large mesh")])
