@@ -6,6 +6,7 @@ import os
 import queue
 import resource
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -98,10 +99,10 @@ class Bench:
 
 def _renders(process: int) -> bool:
     """Whether the address space of a process is limited, as only a worker's is."""
-    try:
+    # A process of another user, such as PostgreSQL's, does not tell.
+    with suppress(ProcessLookupError, PermissionError):
         return resource.prlimit(process, resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY
-    except ProcessLookupError:
-        return False
+    return False
 
 
 def _cpu_seconds(process: int) -> float:
