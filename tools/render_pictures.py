@@ -38,7 +38,7 @@ TARGET_ERROR = re.compile(r"(?m)^penumbra render .* --target-error (\S+)$")
 PALETTE = np.array([0x4477AA, 0xCCBB44, 0x228833, 0xEE6677, 0xAA3377, 0x66CCEE, 0xBBBBBB])
 """Colours that people with any colour vision can distinguish (Paul Tol's bright scheme)."""
 THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
-WINDOWS = {(1280, 800): "Pixel", (1920, 1080): "Render", (390, 844): "Render", (360, 740): "Plan"}
+WINDOWS = {(1280, 800): "Pixel", (360, 740): "Plan"}
 """Width and height of a window, and the tab that its picture shows."""
 SHADOW = (0.46, 0.72)
 """A place in the shadow of the ball, as shares of the picture."""
