@@ -27,16 +27,14 @@ def between(low: float, high: float) -> Draw:
 
 
 ONE, NEAR = between(0, 0), between(0.5, 0.5)
-FEW, MANY = (25, 20), (40, 10)
-"""Shapes of a family, and rays at each."""
 
 
-def family(name: str, draw: Callable[[random.Random], Drawn], size: tuple[int, int] = FEW) -> Family:
+def family(name: str, draw: Callable[[random.Random], Drawn]) -> Family:
     """Shapes and rays of one seeded stream."""
     chosen = random.Random(name)
-    for _ in range(size[0]):
+    for _ in range(30):
         shape, ray = draw(chosen)
-        yield shape, [ray() for _ in range(size[1])]
+        yield shape, [ray() for _ in range(12)]
 
 
 def vector(chosen: random.Random, reach: float = 1.0) -> list[float]:
@@ -75,7 +73,7 @@ def triangles(make: Make, distance: Draw | None = None) -> Family:
 
         return triangle(*corners), ray
 
-    return family(make.__name__, draw, MANY)
+    return family(make.__name__, draw)
 
 
 def ordinary(chosen: random.Random) -> list[list[float]]:
@@ -87,12 +85,6 @@ def sliver(chosen: random.Random) -> list[list[float]]:
     a, along = np.array(vector(chosen)), np.array(direction(chosen))
     aside = np.cross(along, direction(chosen)) * 10 ** chosen.uniform(-7, -2)
     return [listed(a), listed(a + along), listed(a + chosen.random() * along + aside)]
-
-
-def needle(chosen: random.Random) -> list[list[float]]:
-    """Two vertices 1e-6 apart, the third at distance 1."""
-    a = np.array(vector(chosen))
-    return [listed(a), listed(a + 1e-6 * np.array(direction(chosen))), listed(a + direction(chosen))]
 
 
 def tiny(chosen: random.Random) -> list[list[float]]:
@@ -132,7 +124,7 @@ def grazing(kind: str) -> Family:
 
         return shape, ray
 
-    return family(f"grazing {kind}", draw, MANY)
+    return family(f"grazing {kind}", draw)
 
 
 def rectangles(make: Make) -> Family:
@@ -148,7 +140,7 @@ def rectangles(make: Make) -> Family:
 
         return rectangle(corner, first, second), ray
 
-    return family(make.__name__, draw, MANY)
+    return family(make.__name__, draw)
 
 
 def skew(chosen: random.Random) -> list[list[float]]:
@@ -234,21 +226,16 @@ def ground(chosen: random.Random) -> Drawn:
     return sphere([0.0, -radius, 0.0], radius), ray
 
 
-def near_the_surface(name: str, depth: Draw, *, outside: bool = False) -> Family:
-    """Starts below the surface, or on both sides of it, by a share of the semi-axes; any direction."""
+def near_the_surface(chosen: random.Random) -> Drawn:
+    """Starts on both sides of the surface, by 1e-6 to a tenth of the semi-axes; any direction."""
+    scaled = turned_axes(chosen, axes_near_one(chosen))
+    middle = np.array(vector(chosen))
 
-    def draw(chosen: random.Random) -> Drawn:
-        scaled = turned_axes(chosen, axes_near_one(chosen))
-        middle = np.array(vector(chosen))
+    def ray() -> Ray:
+        depth = chosen.choice([-1, 1]) * 10 ** chosen.uniform(-6, -1)
+        return listed(middle + (1 + depth) * np.array(direction(chosen)) @ scaled), direction(chosen)
 
-        def ray() -> Ray:
-            side = chosen.choice([-1, 1]) if outside else -1
-            origin = middle + (1 + side * depth(chosen)) * np.array(direction(chosen)) @ scaled
-            return listed(origin), direction(chosen)
-
-        return ellipsoid(middle, *scaled), ray
-
-    return family(name, draw)
+    return ellipsoid(middle, *scaled), ray
 
 
 def nearly_tangent(chosen: random.Random) -> Drawn:

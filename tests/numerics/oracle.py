@@ -46,27 +46,22 @@ def rational(vector: Vector) -> Triple[Fraction]:
 
 
 def minus(a: Triple[Number], b: Triple[Number]) -> Triple[Number]:
-    """The difference."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def times(a: Triple[Number], s: Number) -> Triple[Number]:
-    """The multiple."""
     return a[0] * s, a[1] * s, a[2] * s
 
 
 def plus(a: Triple[Number], b: Triple[Number]) -> Triple[Number]:
-    """The sum."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def cross(a: Triple[Number], b: Triple[Number]) -> Triple[Number]:
-    """The cross product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def dot(a: Triple[Number], b: Triple[Number]) -> Number:
-    """The dot product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 

@@ -203,7 +203,6 @@ LOW = (-1, -1, -1)
 FACES = ((LOW, X, Y), (LOW, Y, Z), (LOW, Z, X), ((-1, -1, 1), X, Y), ((1, -1, -1), Y, Z), ((-1, 1, -1), Z, X))
 """Corner and edges of the walls of a cube, two units wide about the origin."""
 CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-EYE = np.array([-0.4, 0.35, 0.45])
 
 
 def wall(kind: str, place: Place, parts: Any, material: str = "plain") -> list[Json]:
@@ -240,38 +239,18 @@ def corner_targets(chosen: np.random.Generator, count: int) -> Floats:
     return np.concatenate((lines, beside, CORNERS))
 
 
-def inner_lights(place: Place) -> list[Json]:
-    """A bulb and a lamp in the room."""
-    edges = place.way(0.1, 0, 0), place.way(0, 0.1, 0.02)
-    return [bulb(place.at(0.3, -0.2, 0.1)), lamp(place.at(0.2, 0.1, 0.3), *edges, visible=False)]
-
-
-def outer_lights(place: Place) -> list[Json]:
-    """Lamps and a bulb outside of the room, near its corner lines."""
-    return [
-        lamp(place.at(-2, -2, -2), place.way(4, 0, 0), place.way(0, 0, 4)),
-        lamp(place.at(-2, -2, 1.25), place.way(4, 0, 0), place.way(0, 4, 0)),
-        bulb(place.at(1.5, 1.25, 1.125)),
-    ]
-
-
 def seen_in_room(
-    shapes: list[Json],
-    place: Place,
-    chosen: np.random.Generator,
-    quality: FixedQuality,
-    *,
-    shining: list[Json],
-    pattern: str = "uniform",
+    shapes: list[Json], place: Place, chosen: np.random.Generator, quality: FixedQuality, pattern: str
 ) -> Floats:
-    """Radiance (N,) along paths from a place in the room to its corner lines; nothing but lights shines."""
+    """Radiance (N,) along paths to corner lines of a room, of a bulb and a lamp in it and nothing else."""
     mirror = phong([0, 0, 0], ambient=0, diffuse=0, mirror=0.9, max_depth=8)
+    edges = place.way(0.1, 0, 0), place.way(0, 0.1, 0.02)
     document = dark_scene(
         *shapes,
-        lights=shining,
+        lights=[bulb(place.at(0.3, -0.2, 0.1)), lamp(place.at(0.2, 0.1, 0.3), *edges, visible=False)],
         materials={"plain": phong([1, 1, 1], ambient=0, diffuse=1), "mirror": mirror},
         sampling=sampled(1, 9, light=pattern),
     )
-    eye = place.at(*EYE)
+    eye = place.at(-0.4, 0.35, 0.45)
     directions = (place.at(*corner_targets(chosen, 6).T) - eye).T
     return radiance(plan_of(document, quality), rays_of(eye[:, None], directions), Counter())[0]

@@ -32,10 +32,10 @@ def basis_of(pose: Pose) -> Floats:
     return np.hstack((view.right, view.up, view.forward)).T
 
 
-def check_basis(pose: Pose, true_up: list[float] | None = None) -> None:
+def check_basis(pose: Pose) -> None:
     """4 eps from orthonormal, 5 eps over the sine between view and up from true."""
     position, look_at, up = pose
-    look, above = minus(rational(look_at), rational(position)), rational(true_up or up)
+    look, above = minus(rational(look_at), rational(position)), rational(up)
     right = cross(look, above)
     sine = math.sqrt(dot(right, right) / (dot(look, look) * dot(above, above)))
     true = np.array([unit(right), unit(cross(right, look)), unit(look)])
@@ -49,20 +49,9 @@ def whole(chosen: random.Random) -> list[float]:
     return [float(chosen.randint(-9, 9)) for _ in range(3)]
 
 
-def test_up_along_the_view_gives_way_to_an_axis() -> None:
-    """A multiple of the view as up, 1e-30 to 1e12 times; the axis of the view's least component."""
-    chosen = random.Random("along")
-    for _ in range(200):
-        position, look = whole(chosen), np.array(whole(chosen))
-        if look.any():
-            axis = [float(i == int(np.argmin(np.abs(look)))) for i in range(3)]
-            up = (look * chosen.choice([-1, 1]) * 10 ** chosen.uniform(-30, 12)).tolist()
-            check_basis((position, np.add(position, look).tolist(), up), axis)
-
-
-@pytest.mark.parametrize("tilt", [0, 1e-12, 0.99e-9, 1.01e-9, 1e-8])
-def test_up_gives_way_exactly_where_a_warning_says_so(tilt: float) -> None:
-    """Along -z the first axis, x, is taken in its place; tilted along y, up is y."""
+@pytest.mark.parametrize("tilt", [0, 0.99e-9, 1.01e-9])
+def test_up_gives_way_where_a_warning_says_so(tilt: float) -> None:
+    """Along -z the axis x is taken in its place; tilted along y, up is y."""
     view = camera(position=[0, 0, 0], look_at=[0, 0, -1], up=[0, tilt, -1])
     document, warnings = read_scene(scene(camera=view))
     up = build_pinhole(document.camera).up.ravel().tolist()
@@ -81,7 +70,7 @@ def test_up_nearly_along_the_view_keeps_its_digits() -> None:
         check_basis((position.tolist(), look_at.tolist(), up.tolist()))
 
 
-@pytest.mark.parametrize("exponent", [-1000, -600, -100, 49])
+@pytest.mark.parametrize("exponent", [-1000, 49])
 def test_length_of_up_changes_no_bit(exponent: int) -> None:
     chosen = random.Random("length")
     for _ in range(50):
@@ -89,18 +78,6 @@ def test_length_of_up_changes_no_bit(exponent: int) -> None:
         scaled = position, look_at, np.ldexp(up, exponent).tolist()
         assert basis_of(scaled).tobytes() == basis_of((position, look_at, up)).tobytes()
         check_basis(scaled)
-
-
-@pytest.mark.parametrize(
-    ("position", "look_at"),
-    [
-        ([1, 2, 3], [1, 2, 3]),
-        ([0, 2, 3], [-0.0, 2, 3]),
-        ([1e15, 0, 0], [1e15 + 0.01, 0, 0]),
-    ],
-)
-def test_camera_in_its_target_is_refused(position: list[float], look_at: list[float]) -> None:
-    assert problems(scene(camera=camera(position=position, look_at=look_at))) == ["/camera/look_at"]
 
 
 def test_camera_a_denormal_from_its_target_has_a_basis() -> None:
@@ -152,14 +129,7 @@ def test_camera_far_away_has_the_same_directions(place: list[float], lens_radius
     assert (rays(place) == rays([0.0, 0.0, 0.0])).all()
 
 
-@pytest.mark.parametrize("length", [1e-100, 1e-30, 0.035, 1e9, 1e15])
-def test_focal_length_changes_no_direction(length: float) -> None:
-    assert (directions_of(built(focal_length=length)) == directions_of(built())).all()
-
-
-@pytest.mark.parametrize(
-    ("width", "height"), [(1920, 1), (1, 1080), (1, 1), (3, 2), (2, 3), (5, 7), (8192, 1)]
-)
+@pytest.mark.parametrize(("width", "height"), [(8192, 1), (1, 1080), (1, 1), (5, 7)])
 def test_pixels_are_square_and_lie_about_the_middle(width: int, height: int) -> None:
     view = built(vertical_fov=50, width=width, height=height)
     side = mp.tan(mp.radians(25))
@@ -174,12 +144,6 @@ def test_pixels_are_square_and_lie_about_the_middle(width: int, height: int) -> 
     assert (directions[..., 2] == -1).all()
     assert (directions[:, ::-1, 0] == -directions[..., 0]).all()
     assert (directions[::-1, :, 1] == -directions[..., 1]).all()
-
-
-def test_corners_of_the_picture_are_the_edges_of_the_view() -> None:
-    view = built(vertical_fov=90, width=200, height=100)
-    corners = view.directions(np.array([0.0, 200.0]), np.array([0.0, 100.0])).T
-    assert np.abs(corners - [[-2, 1, -1], [2, -1, -1]]).max() <= 4 * EPS
 
 
 def test_disk_is_exact_in_its_middle_and_on_its_diagonals() -> None:

@@ -1,21 +1,19 @@
 """Mirrors and glass: Snell and Fresnel to 50 digits, the critical angle, edges of glass, facing mirrors."""
 
 import itertools
-import math
 from collections import Counter
 from typing import Any
 
 import numpy as np
 import pytest
 
-import renderer
 from renderer.integrator import local_radiance
 from renderer.materials.optics import fresnel, reflected, refracted, transmitted_cosine
 from renderer.math.arrays import dot, unit
 from renderer.waves import Wave, camera_wave
-from tests.documents import Json, bulb, camera, phong, rectangle, scene, sphere, triangle
+from tests.documents import Json, phong, rectangle, scene, sphere
 from tests.documents import mesh as mesh_of
-from tests.numerics.tracing import EPS, UP, mp, radiance, rays_of
+from tests.numerics.tracing import EPS, UP, mp, rays_of
 from tests.pictures.parts import DOUBLE, plan_of
 from tests.solids import outward, turned_box
 
@@ -75,11 +73,6 @@ def test_reflected_and_transmitted_shares_sum_to_1(ratio: float) -> None:
         assert abs(float(share) - back) <= 4 * EPS
 
 
-@pytest.mark.parametrize(("ratio", "share"), [(1.0, 0.0), (1.5, 1.0), (1 / 1.5, 1.0)])
-def test_light_along_the_surface_is_reflected_but_by_index_1(ratio: float, share: float) -> None:
-    assert fresnel(np.array([[1.0], [0.0], [0.0]]), UP, np.array([ratio])) == share
-
-
 def test_critical_angle_is_crossed_without_a_jump() -> None:
     """At cosines down to a rounding of the critical one, some cosine within 4 eps has the share."""
     steps = np.concatenate([side * 10.0 ** np.arange(-17, -0.9, 0.25) for side in (-1, 1)] + [[0.0]])
@@ -92,7 +85,9 @@ def test_critical_angle_is_crossed_without_a_jump() -> None:
 
 
 def test_index_1_reflects_nothing_at_any_angle() -> None:
-    assert not fresnel(at_cosines(10.0 ** -np.linspace(0, 12, 500)), UP, np.ones(500)).any()
+    cosines = np.append(10.0 ** -np.linspace(0, 12, 500), 0.0)
+    assert not fresnel(at_cosines(cosines), UP, np.ones(501)).any()
+    assert fresnel(at_cosines(cosines[-1:]), UP, np.full(1, 1.5)) == 1
 
 
 def facing(count: int, seed: int) -> tuple[Floats, Floats]:
@@ -139,7 +134,7 @@ def test_slab_moves_rays_sideways_and_keeps_their_direction() -> None:
 @pytest.mark.parametrize("place", [0.0, 1e3])
 @pytest.mark.parametrize("radius", [1e-6, 1.0, 1e4])
 def test_ball_of_glass_is_hit_twice(radius: float, place: float) -> None:
-    """Parallel rays up to 0.8 of the radius from the middle; directions behind to 32 eps."""
+    """Parallel rays up to 0.8 of the radius from the middle."""
     rng = np.random.default_rng(1)
     turns, away = rng.uniform(0, 2 * np.pi, 200), np.sqrt(rng.uniform(0, 0.64, 200))
     origins = place + radius * np.stack((away * np.cos(turns), away * np.sin(turns), np.full(200, 3.0)))
@@ -149,13 +144,6 @@ def test_ball_of_glass_is_hit_twice(radius: float, place: float) -> None:
     for wave in chain:
         hits[wave.targets] += np.isfinite(wave.rays.t)
     assert (hits == 2).all()
-    if (radius, place) == (1.0, 0.0):
-        for target, got in zip(chain[2].targets, chain[2].rays.directions.T, strict=True):
-            x, y = (mp.mpf(float(v)) for v in origins[:2, target])
-            height = mp.sqrt(x * x + y * y)
-            turn = 2 * (mp.asin(height) - mp.asin(height / 1.5))
-            wanted = [-mp.sin(turn) / height * x, -mp.sin(turn) / height * y, -mp.cos(turn)]
-            assert max(abs(float(got[i]) - wanted[i]) for i in range(3)) <= 32 * EPS
 
 
 @pytest.mark.parametrize("place", [0.0, 1e3, 1e6])
@@ -178,67 +166,6 @@ def test_edge_of_a_glass_cube_bends_by_one_of_its_faces(place: float) -> None:
             for n in axes[:2, :, None]
         ]
         assert (np.minimum(*off) <= 16 * EPS).all()
-
-
-def test_things_of_index_1_are_not_seen() -> None:
-    materials = {"plain": phong(), "red": phong([0.9, 0.1, 0.1]), "air": {**GLASS, "ior": 1.0}}
-    around = [
-        rectangle([-4, 0, -4], [0, 0, 9], [8, 0, 0]),
-        sphere([-0.5, 1, 0], 0.6, material="red"),
-        triangle([0.5, 0.5, 0], [1.5, 0.75, -1], [0.75, 2, 0.5], material="red"),
-    ]
-    unseen = [
-        sphere([0.2, 1.5, 2.5], 0.8, material="air"),
-        rectangle([-1, 0.5, 3], [2, 0, 0.3], [0, 1.5, 0.1], material="air"),
-        triangle([-2, 0.3, 2], [-0.5, 0.4, 2.5], [-1, 2.2, 1.5], material="air"),
-    ]
-    images = [
-        renderer.render(
-            plan_of(scene(*shapes, materials=materials, camera=camera(width=48, height=32)), DOUBLE)
-        )
-        for shapes in (around, [*around, *unseen])
-    ]
-    assert (images[0].image == images[1].image).all()
-
-
-@pytest.mark.parametrize("depth", [1, 7, 64])
-@pytest.mark.parametrize("strength", [1.0, 0.9, 0.5, 0.001])
-def test_facing_mirrors_add_up_to_their_depth_or_to_what_is_unseen(strength: float, depth: int) -> None:
-    """A camera between two mirrors that fill its view, ambient light alone; paths end below 2^-24."""
-    walls = [rectangle([-50, -50, z], [100, 0, 0], [0, 100, 0]) for z in (-1, 1)]
-    view = camera(position=[0, 0, 0.5], look_at=[0.02, 0.01, 0], vertical_fov=4, width=6, height=4)
-    plan = plan_of(
-        scene(*walls, materials={"plain": phong(mirror=strength, max_depth=depth)}, camera=view), DOUBLE
-    )
-    result = renderer.render(plan)
-    bounces = min(depth, sum(strength**k > 2.0**-24 for k in range(1, 65)))
-    one = np.array([0.8 * 1, 0.7 * 0.9, 0.6 * 0.8]) * 0.2
-    expected = (one * math.fsum(strength**k for k in range(bounces + 1))).astype(np.float32)
-    assert (np.abs(result.image - expected) <= np.spacing(expected)).all()
-    assert result.report["rays"]["mirror"] == bounces * 24
-
-
-@pytest.mark.parametrize("offset", [0.0, 1e3, 1e6])
-def test_fold_of_mirrors_lets_no_ray_through(offset: float) -> None:
-    """Aimed at the very line where mirrors meet, and at the seam of two triangles: nothing gets below."""
-
-    def at(*place: float) -> Floats:
-        return np.add(place, offset)
-
-    shapes = [
-        triangle(at(0, 0, 0), at(0, 0, 3), at(3, 0, 0)),
-        triangle(at(3, 0, 3), at(3, 0, 0), at(0, 0, 3)),
-        rectangle(at(0, 0, 0), [3, 0, 0], [0, 3, 0]),
-    ]
-    mirror = {"plain": phong([0, 0, 0], ambient=0, diffuse=0, mirror=1, max_depth=64)}
-    x = np.random.default_rng(4).uniform(0.1, 2.9, 500)
-    origins = np.array([[1.3], [1.1], [1.7]]) + offset
-    for places in (np.stack((x, 0 * x, 3 - x)), np.stack((x, 0 * x, 0 * x))):
-        done = waves(scene(*shapes, materials=mirror), origins, places + offset - origins)
-        away = np.hstack([wave.rays.directions[:, np.isinf(wave.rays.t)] for wave in done])
-        assert away.shape == (3, 500)
-        assert away[1].min() > 0
-        assert max(wave.depth for wave in done) <= 2
 
 
 def seen_on_one_side(vertices: Floats, faces: Floats, eye: Floats, fewest: int) -> Floats:
@@ -277,14 +204,3 @@ def test_closed_mesh_of_glass_keeps_no_ray(ior: float, place: float, rounds: int
     )
     assert away.all()
     assert away.size >= targets.shape[1]
-
-
-def test_point_behind_glass_is_in_its_shadow() -> None:
-    """Every shape blocks light, glass too, though the point is seen through it."""
-    document = scene(
-        rectangle([-5, 0, -5], [0, 0, 10], [10, 0, 0], material="floor"),
-        sphere([0, 1.5, 0], 1),
-        lights=[bulb([0, 9, 0])],
-        materials={"plain": GLASS, "floor": phong([1, 1, 1], ambient=0, diffuse=1)},
-    )
-    assert not radiance(plan_of(document, DOUBLE), np.array([[0.1], [0.3], [0.0]]), -UP).any()

@@ -1,4 +1,4 @@
-"""Textures: look-ups at borders, below 0 and far away against rational numbers; poles, lost coordinates."""
+"""Textures: look-ups against rational numbers, poles, lost coordinates; normal maps that say nothing."""
 
 import math
 from collections.abc import Sequence
@@ -10,9 +10,11 @@ import pytest
 
 import schemas.textures as language
 from renderer import RenderPlan
+from renderer.math.arrays import dot, unit
+from renderer.shapes.frames import frame_of_normals
 from renderer.textures import image
 from renderer.textures.image import ImageTexture
-from tests.documents import Json, phong, scene, sphere, triangle
+from tests.documents import Json, phong, rectangle, scene, sphere, triangle
 from tests.numerics.tracing import EPS, UP, points
 from tests.pictures.parts import DOUBLE, Files, plan_of, png
 
@@ -125,3 +127,72 @@ def test_coordinates_without_area_show_the_texture(uvs: Any, filter_: str) -> No
     hits = points(plan, np.stack((x, np.full(200, 3.0), z)), np.repeat(-UP, 200, axis=1))
     assert hits.count == 200
     assert (hits.colors[0] == float(np.float32(77 / 255))).all()
+
+
+FLOOR = rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0])
+SILENT = 1e-3
+"""Squared length of a decoded texel below which it is no direction: grey 128 has 4.6e-5."""
+
+
+def texels() -> Any:
+    """Texels (1, N, 3): all greys near the middle, flat, inward, black ones, and random ones."""
+    near = np.stack(np.meshgrid(*[np.arange(125, 132)] * 3), axis=-1).reshape(-1, 3)
+    special = [(128, 128, 255), (0, 0, 0), (128, 128, 0), (255, 0, 0), (0, 0, 255), (255, 255, 255)]
+    return np.vstack((near, special, np.random.default_rng(2).integers(0, 256, (300, 3))))[None]
+
+
+@pytest.mark.parametrize("viewer", [[0.1, 0.9, -0.2], [0.7, 0.3, 0.4]], ids=["from above", "aslant"])
+def test_texel_that_says_nothing_bends_nothing(viewer: list[float]) -> None:
+    """All others do as their decoded direction says, bent to the horizon where it faces away."""
+    codes = texels()
+    count = codes.shape[1]
+    targets = np.stack((np.zeros(count), np.zeros(count), -4 + 8 * (np.arange(count) + 0.5) / count))
+    decoded = (2 * (codes[0].T / np.float32(255)).astype(np.float32).astype(np.float64) - 1)[[1, 2, 0]]
+    viewers = np.repeat(unit(np.array(viewer)[:, None]), count, axis=1)
+    true = np.where(dot(decoded, decoded) < SILENT, UP, unit(decoded))
+    cosines = dot(true, viewers)
+    sines = np.where(cosines < 0, np.sqrt((1 - cosines) * (1 + cosines)), 1.0)
+    true = np.where(cosines < 0, unit(true - viewers * cosines), true)
+    normals = points(
+        mapped(FLOOR, codes=codes, normal_map="map"), targets + viewers, -viewers
+    ).shading_normals
+    assert (np.abs(normals - true).max(axis=0) <= 16 * EPS / sines).all()
+    flat = (codes[0] == (128, 128, 255)).all(axis=1)
+    assert (normals[1, flat] >= np.cos(np.radians(0.4))).all()
+
+
+def test_grey_between_127_and_128_bends_nothing() -> None:
+    codes = np.where(np.arange(40) % 2 == 0, 127, 128)[None, :, None].repeat(3, axis=2)
+    plan = mapped(FLOOR, codes=codes, filter_="bilinear", normal_map="map")
+    targets = np.stack((np.zeros(39), np.zeros(39), -4 + 8 * np.arange(1, 40) / 40))
+    assert (points(plan, targets + UP, np.repeat(-UP, 39, axis=1)).shading_normals == UP).all()
+
+
+def test_frame_near_the_lower_pole_is_orthonormal() -> None:
+    """1e-7 to 0.1 from straight down, straight down itself, and the normal that pbrt tests."""
+    rng = np.random.default_rng(4)
+    tilt, turn = 10 ** rng.uniform(-7, -1, 1000), rng.uniform(0, 2 * np.pi, 1000)
+    down = np.stack((np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)))
+    known = np.array([[0.0, -0.0, 0.00038527316], [0.0, 0.0, 0.00038460016], [-1.0, -1.0, -0.99999988079]])
+    normals = np.hstack((down, unit(known)))
+    tangents = frame_of_normals(normals)
+    assert np.abs(dot(tangents, normals)).max() <= 8 * EPS
+    assert np.abs(dot(tangents, tangents) - 1).max() <= 8 * EPS
+
+
+@pytest.mark.parametrize("uvs", [[[0, 0], [1, 0], [0, 1]], [[0.5, 0.5]] * 3, [[0, 0], [1, 1], [2, 2]]])
+def test_tangent_that_says_nothing_still_makes_a_frame(uvs: Any) -> None:
+    """Smooth normals within 1e-7 of the tangent or on it, and uv on a point or a line."""
+    rng, texel = np.random.default_rng(5), np.array([200, 150, 225])
+    decoded = 2 * (texel / 255).astype(np.float32).astype(np.float64) - 1
+    height = decoded[2] / np.sqrt(decoded @ decoded)
+    for number in range(20):
+        aside = unit(np.array([[rng.normal()], [abs(rng.normal())], [0.0]]))
+        smooth = unit(np.array([[0.0], [0.0], [1.0]]) + (0.0, 10 ** rng.uniform(-16, -7))[number % 2] * aside)
+        shape = triangle([-1, 0, -1], [-1, 0, 1], [1, 0, -1], uvs=uvs, normals=[smooth[:, 0]] * 3)
+        viewer = unit(smooth + 0.3 * UP)
+        plan = mapped(shape, codes=texel[None, None], normal_map="map")
+        targets = np.stack((rng.uniform(-0.9, 0, 8), np.zeros(8), rng.uniform(-0.9, 0, 8)))
+        normal = points(plan, targets + viewer, np.repeat(-viewer, 8, axis=1)).shading_normals
+        assert np.abs(dot(normal, smooth) - height).max() <= 16 * EPS
+        assert np.abs(dot(normal, normal) - 1).max() <= 16 * EPS
