@@ -1,11 +1,9 @@
 """Arguments of compiling, rendering and tracing, and the errors of invalid ones."""
 
-import inspect
 import json
 import subprocess
 import sys
 from collections.abc import Callable
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -80,11 +78,6 @@ def test_argument_of_the_wrong_kind_is_named(
         renderer.render(plan, **{argument: value})
 
 
-def test_counts_may_be_numpy_integers(plan: renderer.RenderPlan) -> None:
-    image = renderer.render(plan, workers=np.int64(1), tile_size=np.uint8(7)).image
-    assert np.array_equal(image, renderer.render(plan).image)
-
-
 def test_scene_in_place_of_a_plan_is_refused() -> None:
     with pytest.raises(TypeError, match="compile_scene"):
         renderer.render("room.json")  # type: ignore[arg-type]
@@ -128,28 +121,6 @@ def test_trace_of_no_rays_is_empty(plan: renderer.RenderPlan, none: Any) -> None
 def test_rays_that_are_not_numbers_are_refused(plan: renderer.RenderPlan, wrong: Any) -> None:
     with pytest.raises(ValueError, match=r"^directions must be an array of real numbers"):
         renderer.trace(plan, RAYS[:1], wrong)
-
-
-@pytest.mark.parametrize(
-    ("function", "arguments"),
-    [
-        ("load_scene", ["source"]),
-        ("compile_scene", ["scene", "quality"]),
-        ("trace", ["plan", "origins", "directions"]),
-        ("render", ["plan", "quality", "on_tile", "workers"]),
-    ],
-)
-def test_functions_take_the_documented_arguments(function: str, arguments: list[str]) -> None:
-    parameters = inspect.signature(getattr(renderer, function)).parameters
-    assert list(parameters)[: len(arguments)] == arguments
-
-
-@pytest.mark.parametrize("package", [renderer, schemas], ids=["renderer", "schemas"])
-def test_package_has_each_name_it_lists(package: ModuleType) -> None:
-    assert sorted(package.__all__) == dir(package)
-    assert all(getattr(package, name) is not None for name in package.__all__)
-    with pytest.raises(AttributeError, match="no_such_name"):
-        _ = package.no_such_name
 
 
 def test_comparison_does_not_load_the_renderer() -> None:

@@ -103,46 +103,6 @@ def test_checker_mean_over_a_parallelogram(seed: int, size: float) -> None:
         check(center, edges[:, ::-1])
 
 
-@pytest.mark.parametrize("seed", range(10))
-def test_checker_mean_over_a_box(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    center, (width, height) = random.uniform(-3, 3, 2), random.uniform(0.05, 3, 2)
-    for edges in (np.diag([width, height]), np.diag([-width, height]), np.array([[0, width], [-height, 0]])):
-        check(center, edges)
-
-
-@pytest.mark.parametrize("center", [(0.0, 0.0), (1.0, 0.5), (0.5, 2.0), (-3.0, 4.0)])
-@pytest.mark.parametrize("edges", [[[1, 0], [0, 1]], [[2, 1], [-1, 1]], [[3, 1], [1, 3]], [[1, 1], [1, -1]]])
-def test_checker_mean_at_field_corners(center: tuple[float, float], edges: list[list[float]]) -> None:
-    check(np.array(center), np.array(edges, dtype=np.float64))
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_checker_mean_over_a_sliver(seed: int) -> None:
-    """Twenty fields long and down to a ten-thousandth of that wide, as floors are towards the horizon."""
-    random = np.random.default_rng(seed)
-    for width in (1.0, 0.05, 0.002):
-        edges = turned(random.uniform(0, 2 * np.pi), np.array([[20, random.uniform(-1, 1)], [0, width]]))
-        check(random.uniform(-3, 3, 2), edges)
-
-
-@pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 4, 2.0])
-def test_checker_mean_over_many_fields(angle: float) -> None:
-    edges = turned(angle, np.diag([LONG, 0.7]))
-    edges *= LONG / np.abs(edges).max()
-    check(np.array([0.3, -1.4]), edges)
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_checker_mean_in_one_field(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    fields = random.integers(-9, 9, (2, 200))
-    edges = random.uniform(-1, 1, (2, 2, 200)) * 0.4
-    reach = np.abs(edges).sum(axis=1) / 2
-    centers = fields + reach + random.uniform(0.01, 0.99, (2, 200)) * (1 - 2 * reach)
-    assert (means(centers, edges) == (fields.sum(axis=0) + 1) % 2).all()
-
-
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("edges", [[[0.4, 0.2], [-0.1, 0.3]], [[2.5, 1.0], [0.5, -1.5]]])
 def test_checker_mean_is_continuous(axis: int, edges: list[list[float]]) -> None:

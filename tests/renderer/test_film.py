@@ -25,18 +25,6 @@ def test_passes_are_weighted_by_their_samples() -> None:
     assert (composed == np.float32((9 + 3 + 2.5) / 9)).all()
 
 
-def test_single_pass_is_kept_bit_for_bit() -> None:
-    image = np.random.default_rng(1).random((4, 5, 3)).astype(np.float32)
-    assert compose([(PASSES[0], image)]).tobytes() == image.tobytes()
-
-
-def test_preview_has_no_weight() -> None:
-    assert (compose([(PREVIEW, pixels(7)[:1, :1]), (PASSES[0], pixels(1))]) == 1).all()
-    for parts in ([], [(PREVIEW, pixels(7))]):
-        with pytest.raises(ValueError, match="preview"):
-            compose(parts)
-
-
 @pytest.mark.parametrize(("height", "width"), [(8, 8), (7, 5), (5, 6)])
 def test_preview_is_enlarged_by_blocks(height: int, width: int) -> None:
     small = np.arange(12, dtype=np.float32).reshape(2, 2, 3)

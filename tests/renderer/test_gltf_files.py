@@ -12,13 +12,11 @@ import numpy as np
 import pytest
 import trimesh
 
-import renderer
 from renderer.assets import AssetError, FolderAssets
 from renderer.meshes.files import announced, needs_other_files, read_mesh, self_contained
 from service.converting.formats import convert
-from tests.documents import Json, scene
 from tests.pictures.parts import Files
-from tests.renderer.test_mesh_files import FACES, FLOOR, VERTICES, mesh_file, solid, textured
+from tests.renderer.test_mesh_files import FACES, solid, textured
 from tests.service.converting.test_gltf import TRIANGLE, Made
 
 
@@ -269,38 +267,6 @@ def test_buffer_without_bytes() -> None:
         read_mesh("m", Files(m=with_buffers(placed())))
 
 
-def test_other_content_is_ignored() -> None:
-    made = placed()
-    made.document["accessors"].append({"componentType": 5126, "count": 10**12, "type": "VEC3"})
-    made.document["bufferViews"].append({"buffer": 1, "byteLength": 10**9})
-    made.document["images"] = [{"uri": "http://127.0.0.1:9/wood.png"}]
-    made.document["meshes"][0] |= {"weights": [0], "extensions": {"ANY": {}}}
-    made.document["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": 2}]
-    made.document["extensionsRequired"] = ["KHR_materials_unlit"]
-    assert read_mesh("m", Files({"m": with_buffers(made, uri="m.bin"), "m.bin": made.binary}))[1].shape == (
-        3,
-        1,
-    )
-
-
-def test_description_of_too_many_values() -> None:
-    many = b'{"asset": {"version": "2.0"}, "extras": [' + b"0," * 1_000_000 + b"0]}"
-    with pytest.raises(AssetError, match="more than 1000000 values"):
-        announced(many)
-
-
-def test_many_views_of_the_same_bytes() -> None:
-    made = placed()
-    made.document["bufferViews"] = [{"buffer": 0, "byteLength": 1 << 26} for _ in range(9)]
-    made.document["accessors"] = [
-        {"bufferView": view, "componentType": 5126, "count": 3, "type": "VEC3"} for view in range(9)
-    ]
-    parts = [{"attributes": {"POSITION": number}} for number in range(9)]
-    made.document["meshes"] = [{"primitives": parts}]
-    with pytest.raises(AssetError, match=r"has 603979776 bytes of numbers.*Simplify it"):
-        announced(made.glb())
-
-
 def test_mesh_is_one_file_for_a_server() -> None:
     files = Files(written(textured()))
     content = files.read("model.gltf")
@@ -311,14 +277,3 @@ def test_mesh_is_one_file_for_a_server() -> None:
     assert announced(alone) == announced(content) == len(FACES)
     for one, other in zip(read_mesh("x", Files(x=alone)), read_mesh("model.gltf", files), strict=True):
         np.testing.assert_array_equal(one, other)
-
-
-def test_scene_file_with_a_mesh_beside_it(tmp_path: Path) -> None:
-    document: Json = scene(FLOOR, mesh_file("models/model.gltf"))
-    folder_of(tmp_path, **{f"models__{name}": content for name, content in written(solid()).items()})
-    (tmp_path / "scene.json").write_text(json.dumps(document))
-    plan = renderer.compile_scene(renderer.load_scene(tmp_path / "scene.json"))
-    hits = renderer.trace(plan, np.array([[0.0, 1.0, 9.0]]), np.array([[0.0, 0.0, -1.0]]))
-    assert hits.shape.tolist() == [1]
-    nearest = VERTICES[:, 2].max()
-    assert abs(hits.t[0] - (9.0 - nearest)) < 0.1

@@ -107,14 +107,6 @@ def test_report_has_the_cost_of_each_pass(watched: bool) -> None:
     assert [entry["error"] is None for entry in passes[-3:]] == [True, False, False]
 
 
-def test_report_says_why_the_error_is_unknown() -> None:
-    plan = plan_of(pictures.of_room(sampling=sampled(16, 4, "sobol", "random")))
-    report = renderer.render(plan).report
-    assert {entry["error"] for entry in [report, *report["passes"]]} == {None}
-    assert report["convergence"]["order"] is report["convergence"]["next_halving"] is None
-    assert "'sobol'" in report["convergence"]["reason"]
-
-
 def test_report_of_target_quality_has_a_curve() -> None:
     plan = renderer.compile_scene(pictures.of_room(), TargetQuality(mode="target", error=0.01))
     report = renderer.render(plan).report

@@ -55,14 +55,6 @@ def test_pixels_beyond_float32_are_counted() -> None:
     assert result.report["numerics"]["clamped"] == np.count_nonzero(shown)
 
 
-def test_results_are_described_in_one_line() -> None:
-    loaded = renderer.load_scene({**SMALL, "name": "hall"})
-    plan = renderer.compile_scene(loaded, layers=["depth"])
-    for each, words in ((loaded, ["hall"]), (plan, ["hall"]), (renderer.render(plan), ["24 x 16", "depth"])):
-        assert len(repr(each)) < 100
-        assert all(word in repr(each) for word in words)
-
-
 def test_quality_given_to_render_replaces_the_plans() -> None:
     plan = plan_of(SMALL)
     again = plan_of(SMALL, SINGLE.model_copy(update={"precision": "double"}))

@@ -12,7 +12,6 @@ from renderer.math.streams import bits, keys, uniforms
 from renderer.samplers import FIXED, PATTERNS
 
 KEYS = [keys(seed, 0, pixel) for seed, pixel in itertools.product((0, 1, 99), (0, 1, 262143))]
-ONE_IN_A_MILLION = 4.9  # standard deviations, both sides
 RANDOM = ["random", "stratified", "sobol"]
 
 
@@ -127,13 +126,3 @@ def test_pairs_of_neighbours_fill_the_square(seed: int) -> None:
     for name, (a, b) in pairs.items():
         counts, _, _ = np.histogram2d(a, b, bins=32, range=[[0, 1], [0, 1]])
         assert 1e-6 < chi_square_p(counts.ravel()) < 1 - 1e-6, name
-
-
-def test_bits_flip_with_any_counter() -> None:
-    n = 1 << 14
-    before = bits(keys(5, 0, np.arange(n)), 0)
-    others = [bits(keys(5, 0, np.arange(n)), 1), bits(keys(5, 1, np.arange(n)), 0)]
-    for words in (before, *(before ^ other for other in [*others, bits(keys(6, 0, np.arange(n)), 0)])):
-        for bit in range(32):
-            share = np.mean((words >> np.uint32(bit)) & np.uint32(1))
-            assert abs(share - 0.5) * 2 * np.sqrt(n) < ONE_IN_A_MILLION + 0.5

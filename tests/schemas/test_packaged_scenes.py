@@ -9,14 +9,9 @@ import pytest
 from PIL import Image
 
 import scenes
-from scenes import make_meshes, make_textures, scene_path
+from scenes import make_meshes, make_textures
 
 GALLERY = Path(scenes.__file__).parent / "gallery"
-
-
-def test_missing_scene_lists_the_others() -> None:
-    with pytest.raises(FileNotFoundError, match="gallery/basic"):
-        scene_path("gallery/nowhere")
 
 
 def test_texture_files_are_drawn_by_the_script(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -57,11 +57,6 @@ OTHERS: list[tuple[type[BaseModel], dict[str, Any]]] = [
 ]
 
 
-@pytest.mark.parametrize(("model", "document"), OTHERS, ids=lambda part: getattr(part, "__name__", ""))
-def test_decimal_points_outside_scenes(model: type[BaseModel], document: dict[str, Any]) -> None:
-    assert read_document(with_points(document), model) == read_document(document, model)
-
-
 MODELS = (JobRequest, QuoteRequest, TraceRequest, ComparisonRequest, Manifest, CourseDocument)
 
 
@@ -90,14 +85,6 @@ def test_value_that_is_no_whole_number(scene: dict[str, Any], wrong: object) -> 
     with pytest.raises(SceneError) as caught:
         read_scene(scene)
     assert [(found.pointer, found.code) for found in caught.value.errors] == [("/camera/width", "not_whole")]
-
-
-@pytest.mark.parametrize("beyond", [1e300, 0.0])
-def test_bounds_with_a_decimal_point(scene: dict[str, Any], beyond: float) -> None:
-    scene["camera"]["width"] = beyond
-    with pytest.raises(SceneError) as caught:
-        read_scene(json.dumps(scene))
-    assert [found.code for found in caught.value.errors] == ["out_of_range"]
 
 
 NUMPY = [np.int8, np.int32, np.int64, np.uint8, np.uint64, np.intp]

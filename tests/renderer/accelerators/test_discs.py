@@ -65,17 +65,3 @@ def test_no_vertex_is_higher_than_the_disc_of_its_node(make: Any, place: list[fl
             for vertex in corners[items].reshape(-1, 3).tolist():
                 height = sum(a * Fraction(b) for a, b in zip(normal, vertex, strict=True))
                 assert heights[number] >= height
-
-
-def test_of_a_ball_fewer_discs_than_boxes_are_above_the_horizon_of_a_place_on_it() -> None:
-    """The plane through a vertex, with its place as normal, touches a ball around the origin there alone."""
-    corners = ball(PLACES[0])
-    tree = build(family(corners))
-    low, high = tree.levels[-1].boxes(np.arange(len(tree.items)))
-    nodes = np.arange(low.shape[1])
-    discs = boxes = 0
-    for vertex in unit(corners[:, 0].T).T:
-        boxes += np.count_nonzero(np.maximum(low.T * vertex, high.T * vertex).sum(axis=1) >= 1)
-        normals = np.broadcast_to(vertex[:, None], low.shape)
-        discs += np.count_nonzero(tree.discs[0].heights(normals, nodes) >= 1)
-    assert discs < boxes / 2

@@ -66,16 +66,6 @@ def test_boxes_are_inside_of_a_ring_and_not_in_its_hole() -> None:
     assert (np.hypot(np.hypot(x, z) - 1, y) < 0.4).all()
 
 
-def test_the_gap_between_two_shells_is_inside_and_what_the_inner_one_holds_is_not() -> None:
-    outer, (vertices, faces) = solids.outward([0, 0, 0], 1.0, 3), solids.outward([0, 0, 0], 0.5, 3)
-    shells = mesh(
-        np.concatenate((outer[0], vertices)), np.concatenate((outer[1], faces[:, ::-1] + len(outer[0])))
-    )
-    distances = np.linalg.norm(corners_of(shells), axis=0)
-    assert distances.min() > 0.49
-    assert distances.max() < 0.99
-
-
 def triangles_of(shape: Json) -> Floats:
     return np.array(shape["vertices"])[np.array(shape["triangles"])].transpose(1, 2, 0)
 
@@ -91,18 +81,6 @@ def test_a_mesh_is_closed_until_it_has_a_hole_or_a_face_turned_over(place: list[
     torn = whole.copy()
     torn[0, 0, 7] += 1e-9 * max(1.0, *map(abs, place))
     assert not is_closed(torn)
-
-
-def test_a_pole_whose_vertices_differ_by_the_rounding_of_a_sine_is_no_hole() -> None:
-    angle = np.arange(12) * np.pi / 6
-    ring = np.stack((np.cos(angle), np.zeros(12), np.sin(angle)))
-    pole = np.stack((np.sin(np.pi) * np.cos(angle), -np.ones(12), np.sin(np.pi) * np.sin(angle)))
-    top = np.tile([[0.0], [1], [0]], 12)
-    after = np.roll(ring, -1, axis=1)
-    assert len(np.unique(pole[0])) > 1
-    assert is_closed(
-        np.stack([np.concatenate(part, axis=1) for part in ((top, pole), (after, ring), (ring, after))])
-    )
 
 
 LIGHTS = {

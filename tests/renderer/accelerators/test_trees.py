@@ -137,53 +137,6 @@ def test_equal_hits_show_the_first_shape() -> None:
     assert flat.shapes.max() < len(lattice(4))
 
 
-def test_a_tree_of_equal_boxes_is_balanced() -> None:
-    corners = np.broadcast_to([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], (1000, 3, 3))
-    tree = tree_of(family(corners))
-    assert len(tree.levels) == 3
-    assert sorted(tree.items[tree.items != bvh.NOTHING].tolist()) == list(range(1000))
-    found = both_ways(corners, np.full((5, 3), [0.2, 0.2, 1.0]), np.full((5, 3), [0.0, 0.0, -1.0]))
-    assert found.shapes.tolist() == [0] * 5
-
-
-@pytest.mark.parametrize("count", [1, 2, 4, 5, 7, 8, 9, 31, 32, 33, 255, 257, 1000])
-def test_every_item_is_in_one_leaf_and_in_the_boxes_above_it(count: int) -> None:
-    rng = np.random.default_rng(count)
-    low = rng.normal(size=(3, count))
-    high = low + rng.exponential(size=(3, count))
-    tree = bvh.build(low, high)
-    assert sorted(tree.items[tree.items != bvh.NOTHING].tolist()) == list(range(count))
-    assert tree.items.shape[1] <= bvh.LEAF
-    assert (tree.items != bvh.NOTHING).any(axis=1).all()
-    for leaf, items in enumerate(tree.items):
-        held = items[items != bvh.NOTHING]
-        node = leaf
-        for level in reversed(tree.levels):
-            least, greatest = level.boxes(np.array([node]))
-            assert (least <= low[:, held]).all()
-            assert (greatest >= high[:, held]).all()
-            node //= level.children
-        assert node == 0
-
-
-def visits(rays: list[int], entries: list[float], exits: list[float]) -> bvh.Visits:
-    return bvh.Visits(np.array(rays), np.arange(len(rays)), np.array(entries), np.array(exits))
-
-
-def test_visits_are_ordered_within_their_ray() -> None:
-    some = visits([0, 0, 0, 2, 2, 5], [3.0, 1.0, 2.0, 4.0, 0.0, 7.0], [4.0, 4.0, 8.0, 4.5, 9.0, 7.0])
-    assert some.nearest_first().tolist() == [1, 2, 0, 4, 3, 5]
-    assert some.longest_first().tolist() == [2, 1, 0, 4, 3, 5]
-    assert some.nearest().tolist() == [False, True, False, False, True, True]
-
-
-@pytest.mark.parametrize("distance", [0.0, np.inf])
-def test_visits_keep_the_order_of_rays_where_distances_say_nothing(distance: float) -> None:
-    some = visits([0, 1, 1, 3], [distance] * 4, [np.inf] * 4)
-    for order in (some.nearest_first(), some.longest_first()):
-        assert order.tolist() == [0, 1, 2, 3]
-
-
 def test_coplanar_triangles_from_far_away_are_hit_in_their_order() -> None:
     """From up to 12,000 units, where boxes seem to begin behind a hit that is known."""
     rng = np.random.default_rng(7)

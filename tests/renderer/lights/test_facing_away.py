@@ -69,15 +69,6 @@ def test_lamp_is_compared_with_displaced_shapes() -> None:
     assert left_out(drawn(raised, lights=[above(0.501)], **changes)) == 1
 
 
-@pytest.mark.parametrize(
-    "light",
-    [above(3, two_sided=True), lamp([-1, 3, -1], [2, 0, 0], [0, 0, 2], two_sided=False), sun([0, 1, 0])],
-    ids=["two-sided", "shines down", "sun from below"],
-)
-def test_lights_of_other_kinds_stay(light: Json) -> None:
-    assert len(drawn(FLOOR, SHAPES["triangle"], lights=[light]).lightings) == 1
-
-
 @pytest.mark.parametrize("falloff", ["none", "physical"])
 @pytest.mark.parametrize("name", SHAPES)
 def test_picture_has_the_bytes_without_the_lamp(name: str, falloff: str) -> None:
