@@ -226,29 +226,6 @@ def test_materials(converted: Convert, kind: str, fields: dict[str, Any]) -> Non
     assert ("mirror" in made, "transmission" in made) == ("mirror" in fields, "transmission" in fields)
 
 
-def test_coloured_mirror(converted: Convert) -> None:
-    material = {"name": "red", "type": "specular", "color": [0.9, 0.6, 0.3]}
-    conversion = converted("m.json", course(materials=[material], objects=[]))
-    assert conversion.document["materials"]["red"]["mirror"] == pytest.approx(0.6, rel=4 * EPS)
-    assert "0.6" in noted(conversion, "assumed")["/materials/0/color"]
-
-
-def test_variant_with_path_and_position(converted: Convert) -> None:
-    usual = {"obj_file_path": "left.obj", "material_name": "red", "translate": [1, 2, 3], "scale": 2}
-    other = {"path": "left.obj", "material_name": "red", "position": [1, 2, 3], "scale": 2}
-    scenes = [
-        converted("o.json", course(objects=[written]), **{"left.obj": TRIANGLE}).document
-        for written in (usual, other)
-    ]
-    assert scenes[0] == scenes[1]
-
-
-def test_light_without_size(converted: Convert) -> None:
-    light = {"position": [1, 2, 3], "radiance": [4, 5, 6]}
-    scene = converted("p.json", course(light_config=light, objects=[])).document
-    assert scene["lights"] == [{"type": "point", "position": (1, 2, 3), "color": (4, 5, 6)}]
-
-
 def test_left_out_fields_have_their_lines(converted: Convert) -> None:
     text = json.dumps(course(objects=[], nurbs=1), indent=1).encode()
     notes = converted("n.json", text).assumptions

@@ -107,11 +107,6 @@ def test_node_transforms(converted: Convert, made: Made) -> None:
     np.testing.assert_allclose(vertices_of(converted, made), expected, rtol=0, atol=16 * 10 * EPS)
 
 
-def test_matrix_is_column_major(converted: Convert, made: Made) -> None:
-    made.node(mesh=0, matrix=[0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 7, 8, 9, 1])
-    assert vertices_of(converted, made) == [(7, 8, 9), (7, 9, 9), (6, 8, 9)]
-
-
 def test_mirrored_mesh_keeps_its_outside(converted: Convert, made: Made) -> None:
     made.node(mesh=0, scale=[-1, 1, 1])
     (content,) = converted("m.glb", made.glb()).files.values()
@@ -127,14 +122,6 @@ def test_texture_coordinates(converted: Convert) -> None:
     made.node(mesh=made.mesh(attributes={"TEXCOORD_0": uv}))
     (content,) = converted("m.glb", made.glb()).files.values()
     assert statements(content, "vt") == [(0, 1), (0.25, 1), (0, 0.25)]
-
-
-def test_normalised_bytes(converted: Convert) -> None:
-    made = Made()
-    uv = made.accessor([(0, 255), (255, 0), (51, 0)], np.uint8, normalized=True)
-    made.node(mesh=made.mesh(attributes={"TEXCOORD_0": uv}))
-    (content,) = converted("m.glb", made.glb()).files.values()
-    assert statements(content, "vt") == [(0, 0), (1, 1), (51 / 255, 1)]
 
 
 @pytest.mark.parametrize(
@@ -235,15 +222,6 @@ def test_buffers_beside_and_inside(converted: Convert, made: Made) -> None:
     assert own == beside == converted("m.glb", made.glb()).files
 
 
-def test_bent_normals_are_smooth(converted: Convert) -> None:
-    for normal, smooth in (((0, 0, 1), False), ((0, 0.1, 1), True)):
-        made = Made()
-        normals = made.accessor([normal] * 3)
-        made.node(mesh=made.mesh(attributes={"NORMAL": normals}))
-        (shape,) = converted("m.glb", made.glb()).document["shapes"]
-        assert shape.get("smooth", False) is smooth
-
-
 WRONG = {
     "/nodes/0/mesh": lambda document: document["nodes"][0].update(mesh=7),
     "/scene": lambda document: document.update(scenes=[{"nodes": [0]}], scene=3),
@@ -283,9 +261,3 @@ def test_problems_are_located(converted: Convert, pointer: str) -> None:
     place = pointer.removesuffix("/componentType")
     assert [problem.pointer for problem in caught.value.problems] == [place]
     assert caught.value.problems[0].detail.endswith(".")
-
-
-def test_document_without_a_mesh(converted: Convert, made: Made) -> None:
-    made.node(name="empty")
-    with pytest.raises(ConversionError, match="nothing to see"):
-        converted("m.glb", made.glb())

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-import renderer
 from renderer.cameras import build_pinhole
 from renderer.meshes.files import read_mesh
 from schemas.reading import read_scene
@@ -87,6 +86,14 @@ def test_mesh_of_two_materials(converted: Convert) -> None:
     assert noted(conversion, "assumed")["usemtl"].startswith("The mesh is split into 2 files")
 
 
+class One:
+    def __init__(self, content: bytes) -> None:
+        self.content = content
+
+    def read(self, _name: str) -> bytes:
+        return self.content
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     faces=st.lists(
@@ -107,24 +114,6 @@ def test_part_is_read_by_the_renderer(
     for face, triangle in zip(faces, triangles.T, strict=True):
         if texture is not None and all(number >= 0 for _, number in face):
             np.testing.assert_array_equal(texture[:, triangle].T, pairs[[number for _, number in face]])
-
-
-class One:
-    def __init__(self, content: bytes) -> None:
-        self.content = content
-
-    def read(self, _name: str) -> bytes:
-        return self.content
-
-
-def test_faces_keep_their_order(converted: Convert) -> None:
-    square = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\n"
-    faces = b"usemtl a\nf 1 2 3\nusemtl b\nf 1 3 2\nusemtl a\nf 2 3 4\nusemtl b\nf 4 3 2\n"
-    files = converted("m.obj", square + faces).files
-    assert [files[name].split(b"\nf ")[1:] for name in ("m-a.obj", "m-b.obj")] == [
-        [b"1 2 3", b"2 3 4\n"],
-        [b"1 2 3", b"4 2 3\n"],
-    ]
 
 
 @pytest.mark.parametrize(("degrees", "smooth"), [(0.5, False), (2, True)])
@@ -282,49 +271,3 @@ def test_texture_options(converted: Convert, line: str, name: str, wrap: str) ->
         conversion = converted("a.obj", mesh, **{"m.mtl": mtl, name: picture()})
         (texture,) = conversion.document["textures"].values()
         assert (texture["asset"], texture["wrap"]) == (f"input/{name}", wrap)
-
-
-@pytest.mark.parametrize("names", [("oak#1", "oak#2"), ("oak #1", "oak #2"), ("oak \xe9", "oak \xe8")])
-@pytest.mark.parametrize("encoding", ["latin-1", "utf-8"])
-def test_material_names_stay_apart(converted: Convert, names: tuple[str, str], encoding: str) -> None:
-    one, two = names
-    mesh = f"mtllib m.mtl\nusemtl {one}\n{TRIANGLE.decode()}usemtl {two}\nf 1 3 2\n"
-    mtl = f"newmtl {one}\nKd 1 0 0\nnewmtl {two}\nKd 0 1 0\n"
-    conversion = converted("a.obj", mesh.encode(encoding), **{"m.mtl": mtl.encode(encoding)})
-    materials = conversion.document["materials"]
-    assert {name: made["color"] for name, made in materials.items()} == {one: [1, 0, 0], two: [0, 1, 0]}
-
-
-@pytest.mark.parametrize(("used", "made"), [("oak # wood", "oak"), ("oak", "oak # wood")])
-def test_comment_after_a_name(converted: Convert, used: str, made: str) -> None:
-    mesh = f"mtllib m.mtl # materials\nusemtl {used}\n".encode() + TRIANGLE
-    conversion = converted("a.obj", mesh, **{"m.mtl": f"newmtl {made}\nKd 1 0 0\n".encode()})
-    (material,) = conversion.document["materials"].values()
-    assert material["color"] == [1, 0, 0]
-
-
-def test_smoothness_by_material(converted: Convert) -> None:
-    flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 1 0 1\nusemtl flat\nf 1//1 2//1 3//1\n"
-    conversion = converted("a.obj", (flat + "usemtl round\nf 1//1 2//2 3//1\n").encode())
-    assert [shape.get("smooth", False) for shape in conversion.document["shapes"]] == [False, True]
-    assert [
-        note.line for note in conversion.assumptions if note.place == "usemtl round" and "Norm" in note.detail
-    ] == [9]
-
-
-def test_negative_numbers_and_long_lines(converted: Convert) -> None:
-    usual = converted("u.obj", b"usemtl a\n" + TRIANGLE + b"usemtl b\n" + b"f 1 3 2\n").files
-    other = b"usemtl a\nv 0 0 0\nv 1 \\\n 0 0\nv 0 1 0\nf -3 -2 -1\nusemtl b\nf -3 -1 -2\n"
-    assert list(converted("o.obj", other).files.values()) == list(usual.values())
-
-
-def test_hdr_texture_is_linear(converted: Convert, tmp_path: Path) -> None:
-    """The renderer refuses to decode floating-point pictures from sRGB: what is converted can be rendered."""
-    grey = b"Pf\n1 1\n-1.0\n" + np.float32(0.25).tobytes()
-    mesh = b"mtllib m.mtl\n" + SQUARE + b"usemtl paint\nf 1/1 2/2 3/3 4/4\n"
-    mtl = b"newmtl paint\nmap_Kd light.pfm\n"
-    document = converted("a.obj", mesh, **{"m.mtl": mtl, "light.pfm": grey}).document
-    document["camera"] |= {"width": 16, "height": 16}
-    plan = renderer.compile_scene(renderer.load_scene(document, assets=tmp_path), layers=["albedo"])
-    albedo = renderer.render(plan).layers["albedo"]
-    assert np.unique(albedo[8, 8]).tolist() == [0.25]

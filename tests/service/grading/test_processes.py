@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -64,11 +63,6 @@ def test_result_that_arrived_in_time_is_kept(after: str) -> None:
     assert (found.result, found.error, found.trouble) == (2, None, None)
 
 
-def test_exception_that_cannot_be_pickled_becomes_text() -> None:
-    raising = partial(exec, "class LocalError(Exception): pass\nraise LocalError('here')")
-    assert str(done(Errand("wrong", raising, TIMEOUT))["wrong"].error) == "LocalError: here"
-
-
 def test_memory_limit_affects_only_its_errand() -> None:
     large = 1 << 33
     found = done(
@@ -117,26 +111,3 @@ def test_closed_generator_leaves_no_process_behind() -> None:
     assert next(going)[0] == "good"
     going.close()
     assert not [child for child in set(multiprocessing.active_children()) - before if child.is_alive()]
-
-
-def followers(finished: Finished) -> list[Errand]:
-    """Errands that work with the result of the one before."""
-    roots = [Errand(f"root {n}", partial(math.sqrt, finished.result + n), TIMEOUT) for n in (0, 12)]
-    return [replace(roots[0], cpu_seconds=1000.0), roots[1]]
-
-
-def test_followers_run_before_those_that_wait() -> None:
-    first = Errand("first", partial(math.sqrt, 16), TIMEOUT, then=followers)
-    found = list(run_all([first, Errand("last", partial(math.sqrt, 9), TIMEOUT)], 1))
-    assert [(name, one.result) for name, one in found] == [("root 0", 2.0), ("root 12", 4.0), ("last", 3.0)]
-    # What the first one took is reported with the errand that takes it over.
-    assert [one.cpu_seconds >= 1000 for _, one in found] == [True, False, False]
-
-
-def test_followers_run_after_a_failure(tmp_path: Path) -> None:
-    def then(finished: Finished) -> list[Errand]:
-        assert isinstance(finished.error, ValueError)
-        return [Errand("next", tmp_path.exists, TIMEOUT)]
-
-    found = done(Errand("first", partial(math.sqrt, -1), TIMEOUT, then=then))
-    assert {name: one.result for name, one in found.items()} == {"next": True}

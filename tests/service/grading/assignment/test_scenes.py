@@ -11,7 +11,7 @@ from scenes import make_assignment, make_assignment_rays, make_assignment_refere
 from scenes.make_assignment_parts import FOLDER
 from service.grading import wanted
 from service.grading.folders import Folder
-from tests.service.grading.assignment.tracer import RIGHT, Tracer, Wrong, encoded, read
+from tests.service.grading.assignment.tracer import Tracer, read
 
 SCENES = {**make_assignment.PICTURES, **make_assignment_rays.RAYS}
 
@@ -44,22 +44,6 @@ def test_reference_shows_its_scene(name: str) -> None:
     scene["sampling"] = {"antialiasing": few, "light": few}
     # Means of 16 samples differ only at edges, by a fraction of the contrast.
     assert np.abs(make_assignment_references.rendered(scene) - reference(name).linear).mean() < 0.01
-
-
-def codes(name: str, wrong: Wrong, lights: bool = True) -> np.ndarray:
-    scene = read(FOLDER, name) | ({} if lights else {"lights": []})
-    return encoded(Tracer(scene, FOLDER, wrong).picture(samples=1))
-
-
-@pytest.mark.parametrize(
-    "name", ["camera_straight", "camera_tilted", "antialiasing", "antialiasing_advanced"]
-)
-def test_pictures_of_positions_do_not_depend_on_shading(name: str) -> None:
-    right = codes(name, RIGHT)
-    np.testing.assert_array_equal(codes(name, frozenset(["no_ambient", "normal_flipped"])), right)
-    np.testing.assert_array_equal(codes(name, RIGHT, lights=False), right)
-    # Three channels that differ, so that their order is visible.
-    assert len(set(right.reshape(-1, 3).max(axis=0).tolist())) == 3
 
 
 @pytest.mark.parametrize("name", ["phong_matte", "normal_map"])

@@ -16,7 +16,7 @@ from service.grading.classes.class_records import Student
 from service.grading.classes.class_signals import shared_files
 from service.grading.exports.class_page import class_page, histogram
 from service.grading.exports.gradebook import for_class
-from tests.service.grading.exports.samples import HOSTILE, failed, not_gradable, result, tried
+from tests.service.grading.exports.samples import HOSTILE, failed, result, tried
 from tests.service.grading.exports.test_page import Page
 
 BOM = b"\xef\xbb\xbf"
@@ -107,17 +107,3 @@ def test_causes_are_counted_most_frequent_first() -> None:
 def test_histogram_has_each_score_in_one_bar(score: float, place: int, bars: int) -> None:
     counts = histogram([score], 100.0)
     assert (len(counts), sum(counts), counts.index(1)) == (bars, 1, place)
-
-
-def test_long_name_is_cut_and_what_is_no_folder_is_listed() -> None:
-    text = page_of([graded("long " * 40)])
-    assert f'title="{("long " * 40).strip()}"' in text
-    assert f">{'long ' * 7}long…</a>" in text
-    assert "a.zip, &lt;b&gt;.txt" in text
-
-
-def test_class_without_a_complete_submission_has_a_page() -> None:
-    grade = result(not_gradable(), student="a")
-    text = page_of([(Student(Path("class/a")), grade)])
-    assert "1 with tests that could not be graded" in text
-    assert "<svg" not in text

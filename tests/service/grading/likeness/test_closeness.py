@@ -82,18 +82,6 @@ def test_own_noise_clears_a_picture() -> None:
     assert not counted(picture(noisy(5, 4 * NOISE)), reference).suspicious
 
 
-def test_worst_yes_or_no_noise_stays_below_the_bound() -> None:
-    """Three pixels in four have one yes among all samples; those without a yes show no noise."""
-    chance = 0.75 / FEWEST
-    hits = np.random.default_rng(6).binomial(FEWEST, chance, (SIDE, SIDE))
-    error = np.sqrt(hits * (FEWEST - hits) / FEWEST**2 / (FEWEST - 1))
-    found = counted(picture(np.full((SIDE, SIDE), chance)), picture(hits / FEWEST, error, FEWEST))
-    share = FEWEST * chance * (1 - chance) ** (FEWEST - 1) / (1 - (1 - chance) ** FEWEST)
-    assert share < BOUND
-    assert is_share(found, share)
-    assert not found.suspicious
-
-
 def test_false_alarm_is_rarer_than_stated() -> None:
     suspicious = [Closeness(1000, near).suspicious for near in range(1001)]
     first = suspicious.index(True)
@@ -101,36 +89,6 @@ def test_false_alarm_is_rarer_than_stated() -> None:
     # The exact tail of the binomial is below Chernoff's bound.
     tail = sum(math.comb(1000, k) * 0.7**k * 0.3 ** (1000 - k) for k in range(first, 1001))
     assert LEVEL / 1000 < tail <= LEVEL
-
-
-def test_few_pixels_are_never_enough() -> None:
-    assert not Closeness(0, 0).suspicious
-    assert not Closeness(30, 30).suspicious
-
-
-EDGES = np.tile(np.arange(SIDE) % 8 < 4, (SIDE, 1))
-
-
-@pytest.mark.parametrize(
-    ("image", "reference"),
-    [
-        # Stratified samples err less than they say.
-        (picture(np.full((SIDE, SIDE), TRUTH)), picture(noisy(7, NOISE / 8), NOISE)),
-        *((picture(TRUTH + c * EDGES), picture(TRUTH + c * EDGES, NOISE)) for c in (0.1, 0.2, 0.4)),
-        (picture(0.5 * EDGES), picture(0.5 * EDGES + noisy(12), NOISE)),
-        (eight_bits(noisy(8)), picture(TRUTH + (noisy(8) - TRUTH) / 64, NOISE / 64)),
-        (picture(noisy(10)), picture(noisy(10), NOISE, FEWEST - 1)),
-    ],
-    ids=["stated too large", "0.1", "0.2", "0.4", "strong edges", "rounded", "few samples"],
-)
-def test_pixels_without_known_noise_do_not_count(image: Picture, reference: Picture) -> None:
-    assert counted(image, reference).pixels == 0
-
-
-def test_clipped_pixels_do_not_count() -> None:
-    bright = noisy(9) + 0.95 - TRUTH
-    clear = np.count_nonzero(bright + 2 * NOISE < 1)
-    assert 0 < counted(picture(bright), picture(bright, NOISE)).pixels <= clear < SIDE * SIDE / 2
 
 
 def test_noise_is_that_of_the_reference_alone() -> None:

@@ -120,25 +120,8 @@ def test_one_sample_in_the_centre_makes_no_pair(right: list[Fingerprint], refere
     assert found([*right, *jagged]) == []
 
 
-def test_very_many_samples_make_no_pair(right: list[Fingerprint], reference: Picture) -> None:
-    # Nothing but rounding is left in these, and all programs round alike.
-    smooth = [fingerprint(seen(codes(drawn(seed, samples=900))), reference) for seed in range(100, 102)]
-    assert found([*right, *smooth]) == []
-
-
 def test_picture_of_a_fixed_pattern_is_like_it(right: list[Fingerprint], reference: Picture) -> None:
     fixed = fingerprint(seen(codes(drawn(1000))), reference)
     noise = noise_of([*right, fixed])
     assert noise is not None
     assert np.flatnonzero(like(noise, [fixed])).tolist() == [STUDENTS]
-
-
-def test_too_few_pictures_have_no_known_noise(right: list[Fingerprint]) -> None:
-    assert noise_of(right[:9]) is None
-    assert noise_of(right[:10]) is not None
-    assert noise_of([right[0]] * STUDENTS) is None
-
-
-def test_odd_row_and_column_are_left_out(reference: Picture) -> None:
-    odd = picture_of(npy(reference.linear[:-1, :-1]), "odd.npy", "linear")
-    assert fingerprint(odd, odd).detail.shape == ((HEIGHT // 2 - 1) * (WIDTH // 2 - 1),)

@@ -60,14 +60,6 @@ def test_copy_has_no_slope_whatever_noise_is_added(deviation: float) -> None:
     assert found.suspicious
 
 
-def test_slope_needs_known_and_visible_noise() -> None:
-    image = eight_bits(reference().linear)
-    assert sample_count(image, image) is None
-    layers = {name: layer * 0.01 if name == "error" else layer for name, layer in reference().layers.items()}
-    faint = Picture(**{**{name: getattr(image, name) for name in image.__slots__}, "layers": layers})
-    assert sample_count(image, faint) is None
-
-
 def test_grain_is_noise_where_no_sample_varies() -> None:
     noise = np.random.default_rng(2).normal(0, 0.05, (SIDE, SIDE, 3))
     found = grain(eight_bits(reference().linear + noise), reference(), 0.005)
@@ -82,17 +74,3 @@ def test_honest_noise_is_no_grain(samples: int) -> None:
     assert found is not None
     assert found.grainy == 0
     assert not found.suspicious
-
-
-def test_misplaced_shape_is_no_grain() -> None:
-    moved = reference().linear.copy()
-    moved[20:70, 3:13] = 0.5
-    found = grain(eight_bits(moved), reference(), 0.005)
-    assert found is not None
-    assert not found.suspicious
-
-
-def test_grain_needs_a_whole_block() -> None:
-    thin = np.full((4, 32, 3), 0.5)
-    layers = {"error": np.zeros(thin.shape), "samples": np.full(thin.shape[:2], 4)}
-    assert grain(eight_bits(thin), picture_of(npy(thin), "thin", "linear", layers), 0.01) is None

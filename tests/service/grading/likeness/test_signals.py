@@ -18,16 +18,6 @@ def test_independent_picture_gives_no_signal(reference: bytes | None) -> None:
     assert signals(b"a", reference, compared(noisy(1), noisy(2)), test="soft") == ()
 
 
-def test_scene_is_compared_by_its_bytes() -> None:
-    assert signals(b"a", b"b", None, test="soft") == ()
-    assert len(signals(b"a", b"a", None, test="soft")) == 1
-
-
-def test_reference_without_noise_gives_no_signal() -> None:
-    image = picture(noisy(1))
-    assert signals(b"a", b"b", compare(image, image), test="soft") == ()
-
-
 @pytest.fixture
 def noisy_assignment(assignment: Assignment) -> Assignment:
     """An assignment whose noisy reference has noise layers."""

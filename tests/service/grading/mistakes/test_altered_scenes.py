@@ -6,16 +6,9 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.images.reading import decode_image
 from renderer.plan.plan import RenderPlan
-from service.grading.mistakes.altered_scenes import alterations
 from service.grading.mistakes.altered_shading import altered_shading, without_shadows
-from service.grading.mistakes.altered_textures import altered_textures
-from service.grading.mistakes.hints import HINTS
 from service.grading.mistakes.shadow_acne import acne
-from tests.documents import phong, rectangle, scene
-from tests.pictures.parts import Files
-from tests.renderer.picture_files import deep_png, exr
 
 Document = dict[str, Any]
 
@@ -117,10 +110,6 @@ def test_shadows_missing_light_a_covered_floor() -> None:
     np.testing.assert_allclose(lit, DIFFUSE * COLOR + SPECULAR * VIEWER[1] ** 2, rtol=ROUNDING)
 
 
-def test_every_cause_has_its_hint() -> None:
-    assert {each.cause for each in alterations(renderer.load_scene(floor(width=8, height=6)))} <= HINTS.keys()
-
-
 def lit_sheet(share: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A sheet without its light, with a share of it, and with all of it, brighter to the right."""
     direct = np.linspace(0.2, 0.6, 32)[None, :, None] * np.array([1, 0.5, 0.8])
@@ -143,21 +132,3 @@ def test_light_blocked_at_random_is_acne(rays: int) -> None:
 )
 def test_light_dimmed_smoothly_is_no_acne(share: np.ndarray) -> None:
     assert acne(*lit_sheet(share)) is None
-
-
-@pytest.mark.parametrize("encoding", ["srgb", "linear"])
-def test_altered_textures_keep_every_digit(encoding: str) -> None:
-    """Of 16 bits, and of light above 1."""
-    codes = np.random.default_rng(2).integers(0, 1 << 16, (3, 4, 3)).astype(np.uint16)
-    light = np.random.default_rng(2).random((3, 4, 3), np.float32) * 9
-    planes = {name: light[..., i] for i, name in enumerate("RGB")}
-    content, exact = (deep_png(codes, 2), codes / 65535) if encoding == "srgb" else (exr(planes), light)
-    document = scene(
-        rectangle([-1, -1, 0], [2, 0, 0], [0, 2, 0]),
-        textures={"a": {"type": "image", "asset": "a", "encoding": encoding}},
-        materials={"plain": phong(color_texture="a")},
-    )
-    altered = dict(altered_textures(renderer.load_scene(document, assets=Files({"a": content}))))
-    turned = altered["texture_upside_down"]
-    texels = decode_image(turned.assets.read(turned.document.textures["a"].asset))
-    assert np.abs(texels - exact[::-1]).max() <= np.spacing(np.float32(exact.max()))

@@ -1,7 +1,6 @@
 """A wrong picture is diagnosed by reproducing likely mistakes with the reference scene."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +10,9 @@ from PIL import Image
 
 import renderer
 from accuracy.comparison import Comparison, Picture, Policy, compare, picture_of
-from schemas.grading.manifest_reading import read_manifest
-from service.grading.folders import Folder
-from service.grading.grading import prepare_references, reference_folder
-from service.grading.kinds import findings
 from service.grading.mistakes.altered_textures import COLORS
 from service.grading.mistakes.counterfactuals import explain
-from service.grading.mistakes.reproductions import kept
-from service.grading.settings import Run
-from tests.service.grading.assignments import SCENE as ASSIGNED
-from tests.service.grading.assignments import Assignment, image_test, npy, pixels
+from tests.service.grading.assignments import npy
 
 Document = dict[str, Any]
 
@@ -133,19 +125,6 @@ def test_mistakes_with_equal_pictures_are_not_named() -> None:
     assert explained(right, dark, flat) == []
 
 
-def test_vague_cause_is_named_after_all_others(assignment: Assignment) -> None:
-    """Half the light looks like half the exposure."""
-    manifest = read_manifest(assignment.manifest(image_test()).read_bytes(), yaml=False)
-    assignment.hand_in("picture.npy", pixels(ASSIGNED) * 0.5)
-    folders = Folder(assignment.references, "reference"), Folder(assignment.submission, "submission")
-    run = Run(manifest, *folders)
-    with reference_folder(None) as folder:
-        run = replace(run, prepared=prepare_references(run, 1, folder)[0])
-        first, last = findings(manifest.tests[0], run)
-    assert first.diagnosis == ()
-    assert last.diagnosis[0].cause == "exposure"
-
-
 def test_undone_mistake_ends_the_search(reference: Picture) -> None:
     upside_down = picture(SCENE).linear[::-1].astype(np.float32)
     found = against(reference, picture_of(npy(upside_down), "picture.npy"))
@@ -172,18 +151,3 @@ def test_texture_read_wrongly_is_named(cause: str, tmp_path: Path) -> None:
         pictures[name] = picture_of(npy(renderer.render(plan).image), name)
     found = against(pictures["right"], pictures["wrong"])
     assert explain(renderer.load_scene(tmp_path / "scene.json"), found)[0].cause == cause
-
-
-def test_kept_picture_is_not_rendered_again(tmp_path: Path) -> None:
-    red, rendered = np.full((2, 3, 3), (1, 0, 0), np.float32), []
-
-    def render() -> np.ndarray:
-        rendered.append(1)
-        return red
-
-    for _ in range(2):
-        assert (kept(tmp_path, "red", render) == red).all()
-    assert len(rendered) == 1
-    kept(tmp_path, "another", render)
-    kept(None, "red", render)
-    assert len(rendered) == 3

@@ -8,7 +8,6 @@ import pytest
 
 from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
-from service.grading.programs.displacements import DISPLACEMENTS, Displacement
 from service.grading.programs.program import KINDS, UNDO, Pair, Program, encoded
 from service.grading.programs.shared_mistakes import agree, shared
 
@@ -151,17 +150,6 @@ def test_another_wrong_picture_hides_no_mistake() -> None:
     assert [(mistake.cause, mistake.shows[1:]) for mistake in found] == [("flipped_vertically", (True,) * 3)]
 
 
-def test_pictures_of_other_scenes_share_no_mistake() -> None:
-    made = pairs()
-    others = [Pair(a.image, b.reference, a.allowed) for a, b in zip(made, made[1:] + made[:1], strict=True)]
-    assert causes(others) == set()
-
-
-def test_kinds_limit_what_is_found() -> None:
-    made = pairs(right=4, down=4, after=lambda picture: picture[::-1])
-    assert [mistake.cause for mistake in shared(made, {"orientation"})[1]] == ["flipped_vertically"]
-
-
 @pytest.mark.parametrize("corner", [False, True])
 def test_single_sample_is_missing_antialiasing(corner: bool) -> None:
     place = 0 if corner else FINE * FINE // 2 + FINE // 2
@@ -188,15 +176,3 @@ def test_undone_mistake_gives_the_right_picture(mistake: object) -> None:
         wrong = wrong if kind == "encoding" else UNDO[cause](wrong)
     # A table of 2**13 entries, and float32.
     np.testing.assert_allclose(program.undone(wrong, right, None), right, atol=1e-3)
-
-
-@pytest.mark.parametrize("offset", DISPLACEMENTS, ids=lambda offset: offset.cause)
-def test_displacement_moves_a_parabola_exactly(offset: Displacement) -> None:
-    y, x = np.mgrid[:20, :24] + 0.5
-
-    def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return np.repeat((0.01 * x * x + 0.02 * y * y - 0.03 * x * y)[:, :, None], 3, axis=2)
-
-    moved = offset.of(height(x, y))[3:-3, 3:-3]
-    # Two interpolations, each of four values below 15.
-    np.testing.assert_allclose(moved, height(*offset.places(x, y, 24, 20))[3:-3, 3:-3], rtol=0, atol=1e-13)

@@ -154,14 +154,6 @@ def test_hit_and_miss_are_told_apart(
     assert graded(assignment, hits, fields=fields).value == share
 
 
-@pytest.mark.parametrize("kind", [np.uint8, np.uint64, np.int8])
-def test_minus_one_may_be_stored_in_any_integer_type(
-    assignment: Assignment, hits: Hits, kind: type[np.integer[Any]]
-) -> None:
-    shapes = hits["shape"].astype(np.int64).astype(kind)
-    assert graded(assignment, {"shape": shapes}, fields=["shape"]).value == 1
-
-
 @pytest.mark.parametrize(
     ("samples", "off", "share"),
     [(1, 1.0, 0.0), (4, 1 / 4, 1.0), (4, 1 / 2, 0.0), (16, 1 / 16, 1.0), (16, 1 / 8, 0.0)],
