@@ -62,18 +62,6 @@ def test_pixel_and_lens_are_uncorrelated() -> None:
     assert ((both > 0) & (both < 8)).mean() > 0.8
 
 
-def test_rays_join_in_focus() -> None:
-    view = camera(lens_radius=0.7, focus_distance=3.5)
-    plan = plan_of(scene(camera=view, sampling=sampled(samples=16, pattern="stratified")))
-    lens = plan.camera
-    x, y = np.full(64, 5.25), np.full(64, 11.5)
-    origins, directions = lens.rays(x, y, np.arange(64), np.zeros(64, dtype=np.int64))
-    assert np.ptp(origins, axis=1).min() > 0.05
-    ends = origins + 3.5 * directions
-    assert ends == pytest.approx(ends[:, :1].repeat(64, axis=1), abs=1e-14)
-    assert (lens.forward * (origins - lens.position)).sum(axis=0) == pytest.approx(0, abs=1e-15)
-
-
 def test_plane_in_focus_is_sharp() -> None:
     textures = {"board": {"type": "checker", "repeat": [7, 5]}}
     materials = {"plain": phong(color_texture="board", ambient=1, diffuse=0)}
@@ -91,15 +79,8 @@ def spot(depth: float, radius: float, focus: float, samples: int) -> np.ndarray:
     """The picture of a small bright square at some depth on the axis."""
     size = 1e-2 * depth
     light = lamp([-size / 2, -size / 2, -depth], [size, 0, 0], [0, size, 0], color=(1, 1, 1))
-    view = {
-        "position": [0, 0, 0],
-        "look_at": [0, 0, -1],
-        "vertical_fov": 20,
-        "width": 33,
-        "height": 33,
-        "lens_radius": radius,
-        "focus_distance": focus,
-    }
+    view = camera(position=[0, 0, 0], look_at=[0, 0, -1], vertical_fov=20, width=33, height=33)
+    view |= {"lens_radius": radius, "focus_distance": focus}
     settings = sampled(samples=samples, pattern="random", seed=3)
     return image_of(scene(lights=[light], camera=view, background=[0, 0, 0], sampling=settings))[:, :, 0]
 
@@ -107,8 +88,8 @@ def spot(depth: float, radius: float, focus: float, samples: int) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("depth", "radius", "focus"),
-    [(2.0, 0.2, 3.0), (6.0, 0.3, 3.0), (1e3, 0.25, 3.0)],
-    ids=["near", "far", "sky"],
+    [(2.0, 0.2, 3.0), (1e3, 0.25, 3.0)],
+    ids=["near", "sky"],
 )
 def test_circle_of_confusion(depth: float, radius: float, focus: float) -> None:
     # The square is brightened by its size on the screen: each sample finds it with a small chance.
@@ -144,8 +125,7 @@ def crowd(**lens: object) -> dict:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("radius", [1e-3, 0.2, 1.5])
-@pytest.mark.parametrize("focus", [0.5, 6.1, 1e6])
+@pytest.mark.parametrize(("radius", "focus"), [(1e-3, 6.1), (0.2, 1e6), (1.5, 0.5)])
 def test_lens_with_and_without_culling(radius: float, focus: float) -> None:
     document = crowd(lens_radius=radius, focus_distance=focus)
     assert np.array_equal(image_of(document), image_of(document, culling=False))
