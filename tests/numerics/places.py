@@ -3,7 +3,7 @@
 import itertools
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,6 @@ from schemas.quality import FixedQuality
 from tests.documents import (
     Json,
     bulb,
-    camera,
     dark_scene,
     ellipsoid,
     lamp,
@@ -27,7 +26,7 @@ from tests.documents import (
     triangle,
 )
 from tests.numerics.tracing import rays_of
-from tests.pictures.parts import plan_of, png
+from tests.pictures.parts import plan_of
 
 Floats = np.ndarray
 OFFSETS = (0.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7)
@@ -35,14 +34,11 @@ OFFSETS = (0.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7)
 SCALES = tuple(2.0**exponent for exponent in (-20, -10, 0, 10, 20))
 PATTERNS = ("uniform", "random", "stratified", "sobol")
 
-FLOORS = ("tiles", "triangles", "mesh", "relief")
-"""Four parallelograms, 8 triangles, a mesh of 72, which are in a tree, and a displaced rectangle."""
+FLOORS = ("tiles", "triangles", "mesh")
+"""Four parallelograms, 8 triangles, and a mesh of 72, which are in a tree."""
 COVERS = ("rectangle", "triangles", "mesh", "ellipsoid")
-PARTS = {"tiles": 2, "triangles": 2, "mesh": 6, "relief": 1}
+PARTS = {"tiles": 2, "triangles": 2, "mesh": 6}
 """Along a side of a floor, by its kind."""
-
-IMAGE = {"type": "image", "asset": "white", "encoding": "linear", "filter": "bilinear", "wrap": "clamp"}
-WHITE = {"white": png(np.full((2, 2), 255, dtype=np.uint8))}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,12 +78,11 @@ class View:
     origins: Floats
     directions: Floats
     seen: Floats
-    changes: Json = field(default_factory=dict)
 
     def hits(self, quality: FixedQuality, pattern: str = "uniform", points: int = 9) -> renderer.Hits:
         sampling = sampled(1, points, light=pattern)
-        document = scene(*self.shapes, lights=self.lights, sampling=sampling, **self.changes)
-        return renderer.trace(plan_of(document, quality, files=WHITE), self.origins, self.directions)
+        document = scene(*self.shapes, lights=self.lights, sampling=sampling)
+        return renderer.trace(plan_of(document, quality), self.origins, self.directions)
 
     def check(self, quality: FixedQuality, pattern: str = "uniform", points: int = 9) -> None:
         hits = self.hits(quality, pattern, points)
@@ -99,11 +94,10 @@ def floor(kind: str, place: Place) -> list[Json]:
     """Ten units square, flat, made of neighbours that share corners."""
     sides = PARTS[kind]
     steps = np.linspace(-5, 5, sides + 1)
-    if kind in ("tiles", "relief"):
+    if kind == "tiles":
         edges = place.way(10 / sides, 0, 0), place.way(0, 10 / sides, 0)
-        material = "relief" if kind == "relief" else "plain"
         corners = itertools.product(steps[:-1], repeat=2)
-        return [rectangle(place.at(x, y, 0), *edges, material=material) for x, y in corners]
+        return [rectangle(place.at(x, y, 0), *edges) for x, y in corners]
     return triangulated(kind, *grid(place, steps, 0.0))
 
 
@@ -144,11 +138,12 @@ def lights(place: Place, way: Floats) -> list[Json]:
 def bare(kind: str, place: Place, chosen: np.random.Generator) -> View:
     """A floor and nothing above it, seen and lit at angles down to 3e-3: all lights are seen whole."""
     angle, view = 10 ** chosen.uniform(-2.5, 0), 10 ** chosen.uniform(-2.5, 0, 40)
-    high = 0.1 if kind == "relief" else 0.0
-    way = place.way(8 * np.cos(angle), 0, 8 * np.sin(angle) + high)
-    return _viewed(
-        place, floor(kind, place), lights(place, way), 1.0, chosen.uniform(-3, 3, (2, 40)), view, high
-    )
+    return _viewed(kind, place, _way(place, angle), 1.0, chosen.uniform(-3, 3, (2, 40)), view)
+
+
+def _way(place: Place, angle: float) -> Floats:
+    """To lights eight units away at an angle above the floor."""
+    return place.way(8 * np.cos(angle), 0, 8 * np.sin(angle))
 
 
 def on_seams(kind: str, place: Place, chosen: np.random.Generator) -> View:
@@ -158,45 +153,29 @@ def on_seams(kind: str, place: Place, chosen: np.random.Generator) -> View:
     # Across the floor, along it, from corner to corner of the cells, and the corners themselves.
     spots = np.stack((np.r_[inner, along, along, inner[:5]], np.r_[along, inner, along, inner[:5]]))
     angle, view = 10 ** chosen.uniform(-2.5, 0), 10 ** chosen.uniform(-2.5, 0, spots.shape[1])
-    way = place.way(8 * np.cos(angle), 0, 8 * np.sin(angle))
-    return _viewed(place, floor(kind, place), lights(place, way), 1.0, spots, view, 0.0)
+    return _viewed(kind, place, _way(place, angle), 1.0, spots, view)
 
 
 def covered(kind: str, above: str, share: float, place: Place, chosen: np.random.Generator) -> View:
     """A floor under a cover at a share of the way to the lights: none is seen."""
     angle = chosen.uniform(0.1, 1.5)
-    way = place.way(8 * np.cos(angle), 0, 8 * np.sin(angle))
+    way = _way(place, angle)
     view = 10 ** chosen.uniform(-2.5, -0.5, 40) * min(1.0, share * 8 * np.sin(angle))
     spots = chosen.uniform(-3, 3, (2, 40))
-    found = _viewed(place, floor(kind, place), lights(place, way), 0.0, spots, view, 0.0)
+    found = _viewed(kind, place, way, 0.0, spots, view)
     return replace(found, shapes=[*found.shapes, *cover(above, place, place.center + share * way)])
 
 
-def _viewed(
-    place: Place,
-    shapes: list[Json],
-    shining: list[Json],
-    seen: float,
-    spots: Floats,
-    view: Floats,
-    high: float,
-) -> View:
+def _viewed(kind: str, place: Place, way: Floats, seen: float, spots: Floats, view: Floats) -> View:
     """Rays at spots (2, N) of a floor, from `view` above it and a unit along."""
-    targets = place.at(*spots, high)
+    targets, shapes, shining = place.at(*spots, 0), floor(kind, place), lights(place, way)
     origins = targets + place.way(0, 0.5 * np.cos(view), 0.5 * np.sin(view))
-    relief = phong(displacement_map="white", displacement_height=place.unit / 10)
-    changes = {
-        "textures": {"white": IMAGE},
-        "materials": {"plain": phong(), "relief": relief},
-        "camera": camera(position=place.at(0, 0, 9), look_at=place.center, up=place.axes[1]),
-    }
     share = np.full((view.size, len(shining)), seen)
-    return View(shapes, shining, len(shapes), origins, targets - origins, share, changes if high else {})
+    return View(shapes, shining, len(shapes), origins, targets - origins, share)
 
 
-WALLS = ("tiles", "triangles", "mesh")
-"""A rectangle a wall; two triangles; 32 triangles a wall, which are in a tree."""
 SHARES = {"tiles": 1, "triangles": 1, "mesh": 4}
+"""A rectangle a wall; two triangles; 32 triangles a wall, which are in a tree."""
 
 X, Y, Z = (2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 2.0)
 LOW = (-1, -1, -1)

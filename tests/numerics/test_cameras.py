@@ -11,10 +11,10 @@ import pytest
 from renderer.cameras import Pinhole, build_pinhole, disk
 from schemas.cameras import Camera
 from schemas.reading import read_scene
-from tests.documents import Json, camera, sampled, scene
+from tests.documents import camera, sampled, scene
 from tests.numerics.families import direction
 from tests.numerics.oracle import cross, dot, minus, rational, unit
-from tests.numerics.tracing import EPS, mp, problems
+from tests.numerics.tracing import EPS, mp
 from tests.pictures.parts import plan_of
 
 Floats = np.ndarray
@@ -80,23 +80,6 @@ def test_length_of_up_changes_no_bit(exponent: int) -> None:
         check_basis(scaled)
 
 
-def test_camera_a_denormal_from_its_target_has_a_basis() -> None:
-    chosen = random.Random("near")
-    for _ in range(50):
-        look = [chosen.randint(-2000, 2000) * 5e-324 for _ in range(3)]
-        if any(look):
-            check_basis(([0.0, 0.0, 0.0], look, direction(chosen)))
-
-
-LENS: Json = {"position": [0, 0, 0], "look_at": [0, 0, -1e-101], "lens_radius": 0.1}
-
-
-@pytest.mark.parametrize("cure", [{"focus_distance": 3}, {"lens_radius": 0}, {"look_at": [0, 0, -1e-99]}])
-def test_lens_focused_on_the_camera_is_refused_and_each_cure_works(cure: Json) -> None:
-    assert problems(scene(camera=camera(**LENS))) == ["/camera"]
-    assert problems(scene(camera=camera(**{**LENS, **cure}))) == []
-
-
 def directions_of(view: Pinhole) -> Floats:
     x, y = np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5)
     return view.directions(x.ravel(), y.ravel()).T.reshape(view.height, view.width, 3)
@@ -111,7 +94,7 @@ def test_every_pixel_of_an_extreme_view_has_a_direction_of_its_own(fov: float) -
 
 
 @pytest.mark.parametrize("lens_radius", [0.0, 0.5])
-@pytest.mark.parametrize("place", [[1e7] * 3, [-(2.0**40), 3e12, 1e11], [9e14, -8e14, 7e14]])
+@pytest.mark.parametrize("place", [[1e7] * 3, [9e14, -8e14, 7e14]])
 def test_camera_far_away_has_the_same_directions(place: list[float], lens_radius: float) -> None:
     def rays(position: list[float]) -> Floats:
         view = camera(

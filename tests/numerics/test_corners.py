@@ -11,9 +11,9 @@ import pytest
 from renderer.integrator import radiance
 from tests.documents import bulb, lamp, phong, scene
 from tests.numerics.places import (
+    FLOORS,
     PATTERNS,
     SCALES,
-    WALLS,
     Place,
     View,
     places,
@@ -24,7 +24,7 @@ from tests.numerics.places import (
 from tests.numerics.tracing import QUALITIES, rays_of
 from tests.pictures.parts import DOUBLE, plan_of
 
-KINDS = pytest.mark.parametrize("kind", WALLS)
+KINDS = pytest.mark.parametrize("kind", FLOORS)
 MIRRORS = pytest.mark.parametrize("mirrors", [(), (0,), (0, 1, 2)], ids=["no mirror", "one", "three"])
 
 

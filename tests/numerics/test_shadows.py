@@ -11,11 +11,9 @@ from renderer.math.arrays import unit
 from tests import solids
 from tests.documents import (
     bulb,
-    camera,
     dark_scene,
     lamp,
     mesh,
-    phong,
     rectangle,
     sampled,
     scene,
@@ -71,7 +69,7 @@ def test_ball_is_in_its_own_shadow_behind_the_horizon(radius: float) -> None:
 
 
 @pytest.mark.parametrize("above", COVERS)
-@pytest.mark.parametrize("kind", FLOORS[:3])
+@pytest.mark.parametrize("kind", FLOORS)
 def test_cover_just_above_the_floor_shades_it(kind: str, above: str) -> None:
     """At a thousandth of the way to the lights and more."""
     for share in (1e-3, 0.03, 0.9):
@@ -79,14 +77,14 @@ def test_cover_just_above_the_floor_shades_it(kind: str, above: str) -> None:
             covered(kind, above, share, place, chosen).check(QUALITIES[number % 2], PATTERNS[number])
 
 
-@pytest.mark.parametrize("kind", ["tiles", "triangles", "mesh"])
+@pytest.mark.parametrize("kind", FLOORS)
 def test_seam_of_a_floor_is_lit(kind: str) -> None:
     for number, (chosen, place) in enumerate(places(f"seams {kind}", turns=2)):
         on_seams(kind, place, chosen).check(QUALITIES[number % 2], PATTERNS[number // 2 % 4])
 
 
 @pytest.mark.parametrize("shining", ["bulb", "sun"])
-@pytest.mark.parametrize("kind", ["tiles", "triangles", "mesh"])
+@pytest.mark.parametrize("kind", FLOORS)
 def test_seam_of_a_cover_lets_no_light_through(kind: str, shining: str) -> None:
     """The light is straight behind the seam."""
     upright = (np.random.default_rng(1), Place(np.zeros(3), np.eye(3), 1.0))
@@ -136,25 +134,6 @@ def test_light_in_a_ceiling_is_not_hidden_by_it(offset: float) -> None:
         hits = renderer.trace(plan_of(document, QUALITIES[number % 2]), origins, targets - origins)
         assert (hits.shape == 1).all()
         assert (hits.visibility == 1).all()
-
-
-def test_light_in_the_plane_of_the_floor_gives_nothing() -> None:
-    chosen = np.random.default_rng(9)
-    for number in range(8):
-        first, second = np.linalg.qr(chosen.normal(size=(3, 2)))[0].T
-        up, corner = np.cross(first, second), chosen.normal(size=3)
-        document = dark_scene(
-            rectangle(corner, first, second),
-            sphere(corner + 9 * up, 0.5),
-            lights=[
-                lamp(corner + 2 * first, first, second, visible=False),
-                bulb(corner - first + 0.5 * second),
-            ],
-            materials={"plain": phong([1, 1, 1], ambient=0, diffuse=1, specular=1, shininess=0)},
-            camera=camera(position=corner + 2 * up, look_at=corner, up=first),
-            sampling=sampled(1, 16, light=PATTERNS[number // 2]),
-        )
-        assert not renderer.render(plan_of(document, QUALITIES[number % 2])).image.any()
 
 
 def floor_radiance(light: Any, x: Any, z: Any, quality: Any) -> Floats:

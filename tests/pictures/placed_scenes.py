@@ -1,5 +1,6 @@
-"""Small scenes of every kind of shape, light and texture; moved, turned and scaled; and their edges."""
+"""Scenes of every kind of shape, light and texture; moved, turned and scaled; and their edges."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,10 @@ from tests.documents import (
     scene,
     sphere,
     sun,
-    triangle,
 )
+from tests.pictures import pictures
 from tests.pictures.parts import png
+from tests.pictures.pictures import FLOOR
 from tests.solids import outward
 
 Floats = np.ndarray
@@ -48,35 +50,8 @@ WAVES = {
     name: {"type": "image", "asset": f"{name}.png", "encoding": "linear", "wrap": "repeat"}
     for name in ("waves", "normals")
 }
-FLOOR = rectangle([-4, 0, -4], [0, 0, 9], [8, 0, 0])
 CEILING_LAMP = lamp([-0.5, 3.9, -0.5], [1, 0, 0], [0, 0.1, 1])
 VIEW = camera(width=48, height=32)
-
-
-def every_shape() -> Json:
-    """All kinds of shapes, lit by a lamp of 3 x 3 points; a picture on some of them."""
-    materials = {
-        "plain": phong(),
-        "shiny": phong([0.3, 0.5, 0.7], specular=0.6, shininess=20),
-        "picture": phong(color_texture="waves"),
-    }
-    card = {"center": [0.9, 2.2, -1.1], "normal": [-0.4, 1, 0.5], "tangent": [1, 0.3, 0], "size": [1.1, 0.7]}
-    return scene(
-        FLOOR,
-        rectangle([-2, 0, -2], [4, 0.3, 0], [0, 4, 0.2], material="picture"),
-        sphere([-0.9, 0.6, -0.3], 0.6, material="shiny"),
-        ellipsoid([0.7, 1.1, 0.2], [0.5, 0.25, 0], [-0.2, 0.4, 0], [0, 0, 0.3], material="picture"),
-        triangle([-1.2, 1.9, -0.9], [0.1, 2.6, -0.7], [-0.6, 1.4, 0.6], material="shiny"),
-        {"type": "rectangle", "material": "plain", **card},
-        camera=VIEW,
-        lights=[
-            CEILING_LAMP,
-            lamp([-1.8, 1, 0.5], [0, 0.9, 0], [0, 0.1, 0.8], (0.2, 0.5, 0.3), two_sided=False),
-        ],
-        materials=materials,
-        textures={"waves": WAVES["waves"]},
-        sampling=sampled(4, 9),
-    )
 
 
 def mesh_on_a_board() -> Json:
@@ -87,7 +62,7 @@ def mesh_on_a_board() -> Json:
         "shiny": phong([0.3, 0.5, 0.7], specular=0.4, shininess=300),
     }
     return scene(
-        {**FLOOR},
+        FLOOR,
         ball,
         camera=VIEW,
         lights=[CEILING_LAMP, bulb([2.2, 2.1, 1.4]), sun([0.3, -1, -0.6])],
@@ -122,7 +97,7 @@ def carved_and_blurred() -> Json:
     materials = {
         "plain": phong(bump_map="waves", bump_height=0.05),
         "raised": phong([0.3, 0.7, 0.5], displacement_map="waves", displacement_height=0.3),
-        "bent": phong([0.7, 0.5, 0.3], normal_map="normals", specular=0.3),
+        "bent": phong(color_texture="waves", normal_map="normals", specular=0.3),
     }
     return scene(
         FLOOR,
@@ -136,8 +111,8 @@ def carved_and_blurred() -> Json:
     )
 
 
-SCENES = {
-    "every shape": every_shape,
+SCENES: dict[str, Callable[[], Json]] = {
+    "every shape": lambda: pictures.many_lights() | {"camera": VIEW},
     "mesh on a board": mesh_on_a_board,
     "mirror and glass": mirror_and_glass,
     "carved and blurred": carved_and_blurred,

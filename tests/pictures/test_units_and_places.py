@@ -1,6 +1,5 @@
-"""Whole pictures: in other units, elsewhere, turned, in both precisions and in tiles of any size."""
+"""Whole pictures: in other units, elsewhere, turned, and in both precisions."""
 
-from collections import Counter
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -9,9 +8,6 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.integrator import camera_rays, radiance
-from renderer.tiling import blocks, tiles
-from schemas.tiles import Pass
 from tests.documents import Json
 from tests.numerics.tracing import QUALITIES
 from tests.pictures.parts import DOUBLE, SINGLE, plan_of
@@ -53,8 +49,6 @@ def test_unit_of_a_power_of_two_changes_no_byte(power: int, quality: Any, name: 
 
 CHANGES: dict[str, tuple[Callable[[Json], Json], float]] = {
     "a millionth": (lambda document: placed(document, 1e-6), 0.001),
-    "a million times": (lambda document: placed(document, 1e6), 0.001),
-    "2^20 away": (lambda document: placed(document, offset=2.0**20), 0.001),
     "a million away": (lambda document: placed(document, offset=1e6), 0.001),
     "turned by 37 degrees": (lambda document: placed(document, turned=turn(37)), 1.0),
 }
@@ -65,18 +59,6 @@ CHANGES: dict[str, tuple[Callable[[Json], Json], float]] = {
 def test_unit_place_and_direction_change_edges_alone(change: str, name: str) -> None:
     altered, share = CHANGES[change]
     check(drawn(altered(SCENES[name]()), SINGLE), image_at_home(name, SINGLE), edges_of(name), share)
-
-
-@EVERY
-def test_places_rounded_to_a_millionth_change_edges_alone(name: str) -> None:
-    """Moved by 2^32, places are rounded to 2^-20: pixels do change, and each of them is an edge."""
-    assert edges_of(name).mean() < 0.5
-    check(
-        drawn(placed(SCENES[name](), offset=2.0**32), DOUBLE),
-        image_at_home(name, DOUBLE),
-        edges_of(name),
-        0.005,
-    )
 
 
 @pytest.mark.parametrize(("number", "name"), list(enumerate(SCENES)), ids=list(SCENES))
@@ -91,24 +73,3 @@ def test_quarter_turn_changes_no_byte_in_double_precision(number: int, name: str
 def test_precision_changes_edges_alone(offset: float, name: str) -> None:
     document = placed(SCENES[name](), offset=offset)
     check(drawn(document, SINGLE), drawn(document, DOUBLE), on_edges(plan_of(document, files=FILES)), 0.005)
-
-
-@EVERY
-def test_tile_size_changes_no_sample(name: str) -> None:
-    """Before anything is rounded to float32."""
-    document = SCENES[name]()
-    plan = plan_of(
-        {**document, "camera": {**document["camera"], "width": 8, "height": 6}}, DOUBLE, files=FILES
-    )
-    count = plan.antialiasing.samples
-    every = Pass(index=1, stride=1, first=0, last=count)
-
-    def radiances(side: int) -> Any:
-        result = np.full((plan.height, plan.width, count, 3), np.nan)
-        for tile in tiles(plan, every, side):
-            for block in blocks(tile, every):
-                values = radiance(plan, camera_rays(plan, block, every), Counter())
-                result[block.rows, block.columns] = values.reshape(3, -1, count).transpose(1, 2, 0)
-        return result.tobytes()
-
-    assert radiances(1) == radiances(7) == radiances(64)
