@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.adaptive.lattice import stride_for
 from schemas.api.batches import unpack
 from schemas.quality import TargetQuality
 from service.server import RunningServer
@@ -65,20 +64,6 @@ def test_picture_and_layers_have_the_bytes_of_the_renderer(client: httpx2.Client
     report = wanted.report
     assert (done["error"], done["numerics"]) == (report["error"], report["numerics"])
     assert (done["cost"]["rays"], done["cost"]["work"]) == (report["rays"], report["work"])
-
-
-@pytest.mark.slow
-def test_checkerboard_has_the_bytes_of_the_renderer(client: httpx2.Client) -> None:
-    """Over several passes, of which each needs the pilot samples around its tiles."""
-    document = scene()
-    document["textures"] = {"board": {"type": "checker", "repeat": [9, 9]}}
-    document["materials"]["floor"] = {"type": "phong", "color_texture": "board", "diffuse": 1.0}
-    job = submit(client, document, quality=target(0.0005), layers=LAYERS)
-    done = finish(client, job)
-    wanted = rendered(document, 0.0005, layers=LAYERS)
-    assert len(wanted.report["passes"]) > 4
-    assert image(client, job).tobytes() == wanted.image.tobytes()
-    assert done["cost"]["rays"] == wanted.report["rays"]
 
 
 @pytest.mark.slow
@@ -171,19 +156,6 @@ def test_time_limit_ends_with_a_whole_picture(client: httpx2.Client) -> None:
     assert np.isfinite(found).all()
     # The ball shows 0.1 x 0.1 where no light falls on it; a hole would be 0.
     assert found.min() > 0.009
-
-
-def test_picture_without_time_is_coarse(client: httpx2.Client) -> None:
-    job = submit(client, scene(320, 192), quality=target(1e-6, time_limit=1e-3), layers=["depth"])
-    finish(client, job)
-    events = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
-    assert {event["pass_index"] for event in events} == {0}
-    found = image(client, job)
-    height, width = found.shape[:2]
-    side = stride_for(width, height)
-    assert side > 1
-    squares = found.reshape(height // side, side, width // side, side, 3)
-    assert (squares == squares[:, :1, :, :1]).all()
 
 
 @pytest.mark.slow

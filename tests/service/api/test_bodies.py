@@ -20,7 +20,7 @@ from schemas.limits import Limits
 from schemas.reading import read_document
 from service.server import RunningServer, running
 from service.settings import Settings
-from tests.service.sending import JSON, MARK, mistakes, problem_of
+from tests.service.sending import JSON, MARK, problem_of
 from tests.service.support import TIMEOUT, finish, scene, submit
 
 PATHS = ["/v1/jobs", "/v1/plans", "/v1/traces", "/v1/comparisons"]
@@ -56,12 +56,6 @@ def test_misspelt_field_is_found_in_the_text_that_was_sent(api: httpx2.Client) -
     found = {one["pointer"]: one for one in problem_of(answer, 422)["errors"]}["/scene/camera/widht"]
     assert text.splitlines()[found["line"] - 1].strip().startswith('"widht"')
     assert found["suggestion"] == "width"
-
-
-def test_scene_without_its_wrapping_is_one_mistake(api: httpx2.Client) -> None:
-    document = scene() | {"shapes": [{"type": "cube"}], "quality": {"mode": "fixed"}}
-    for path in ("/v1/jobs", "/v1/plans", "/v1/quotes", "/v1/traces"):
-        assert mistakes(api.post(path, json=document)) == [("", "bare_scene")]
 
 
 def test_other_media_type_is_refused(api: httpx2.Client) -> None:
@@ -150,13 +144,6 @@ def test_body_that_breaks_off_affects_no_other_request(server: RunningServer, cl
     with connected(server) as connection:
         connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\n{")
     finish(client, submit(client, scene(8, 8)))
-
-
-@pytest.mark.parametrize("sent", [b"", b"GET /livez HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow: "])
-def test_connection_without_a_request_is_closed(hasty: RunningServer, sent: bytes) -> None:
-    with connected(hasty) as connection:
-        connection.sendall(sent)
-        assert connection.recv(1000) == b""
 
 
 def test_connection_with_half_a_body_is_closed_after_the_answer(hasty: RunningServer) -> None:

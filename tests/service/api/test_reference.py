@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from html.parser import HTMLParser
-
 import httpx2
 import pytest
 import schemathesis
@@ -84,54 +82,3 @@ def test_examples_of_the_document_are_sent_and_answered(api: httpx2.Client) -> N
     convergence = paths["/v1/jobs/{job_id}/convergence"]["get"]["responses"]["200"]["content"]
     assert Convergence.model_validate(convergence["application/json"]["example"]).order
     assert set(convergence) == {"application/json", "text/csv", "image/svg+xml", "image/png"}
-
-
-class Elements(HTMLParser):
-    """The ids, links and text of a page; an element that is not closed in its place is an error."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.names: set[str] = set()
-        self.ids: list[str] = []
-        self.links: list[str] = []
-        self.text = ""
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.names.add(tag)
-        self.ids += [value for name, value in attrs if name == "id" and value]
-        self.links += [value for name, value in attrs if name in ("href", "src") and value]
-        if tag not in {"meta", "link"}:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.links += [value for name, value in attrs if name in ("href", "src") and value]
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
-
-
-def test_reference_has_every_call_and_no_script(api: httpx2.Client) -> None:
-    answer = api.get("/docs")
-    assert answer.headers["Content-Type"] == "text/html; charset=utf-8"
-    found = Elements()
-    found.feed(answer.text)
-    assert found.open == []
-    for path, methods in calls(api).items():
-        assert all(found.text.count(f"{method} {path}") >= 2 for method in methods), path
-    # Defaults are shown as they are sent.
-    assert "Default: float32." in found.text
-    assert "script" not in found.names
-    assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
-    assert len(set(found.ids)) == len(found.ids)
-    for link in set(found.links):
-        if link.startswith("#"):
-            assert link[1:] in found.ids
-        else:
-            assert link.startswith("/")
-            assert api.get(link).status_code == 200, link
-    known = api.get("/docs", headers={"If-None-Match": answer.headers["ETag"]})
-    assert known.status_code == 304

@@ -35,13 +35,6 @@ def test_tile_paints_its_rectangle(x0: int, y0: int, width: int, height: int, st
         assert np.array_equal(canvas[y, x], expected)
 
 
-def test_displayed_pixels_stay_bytes() -> None:
-    head = TileHead(1, 1, 0, 0, 2, 1, 1, 6)
-    batch = decode_batch(_batch((head, bytes(range(6)))))
-    assert batch.tiles[0].pixels.tolist() == [[[0, 1, 2], [3, 4, 5]]]
-    assert (batch.next, batch.complete, batch.succeeded) == (9, True, False)
-
-
 @pytest.mark.parametrize("cut", range(1, 20))
 def test_truncated_batch_is_refused(cut: int) -> None:
     data = _batch((TileHead(1, 1, 0, 0, 2, 1, 1, 6), bytes(6)))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import base64
 import io
-import json
 import pickle
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -28,7 +27,6 @@ from service.client import (
     RequestInvalidError,
     TimedOutError,
     UnreachableError,
-    flows,
 )
 from service.client.comparing import sent
 from service.client.exchange import refused
@@ -65,12 +63,6 @@ def test_forms_of_pictures(tmp_path: Path) -> None:
     assert (made.format, made.getpixel((1, 1))) == ("PNG", (10, 20, 30))
 
 
-@pytest.mark.parametrize("odd", [None, 5, [[1, 2, 3]]], ids=repr)
-def test_value_that_is_no_picture(odd: Any) -> None:
-    with pytest.raises(TypeError, match=f"not {type(odd).__name__}"):
-        sent(odd, None)
-
-
 def test_folder_may_be_a_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.png").write_bytes(b"one")
     scene = {"version": 1, "textures": {"x": {"type": "image", "asset": "a.png"}}}
@@ -87,37 +79,6 @@ def test_scenes_of_numpy_and_models() -> None:
     checked = schemas.Scene.model_validate(SCENE)
     again = schemas.Scene.model_validate(pack(checked).document)
     assert again == checked
-
-
-def test_numpy_numbers_in_a_request() -> None:
-    requested = flows.given(
-        quality=schemas.TargetQuality(error=0.5),
-        priority=np.int64(3),
-        time_limit=np.float32(2),
-        layers=iter("a"),
-    )
-    assert requested == {"quality": {"error": 0.5}, "priority": 3, "time_limit": 2.0, "layers": ["a"]}
-    assert json.loads(json.dumps(requested)) == requested
-
-
-@pytest.mark.parametrize("number", [float("nan"), np.inf, np.float32("nan")], ids=repr)
-def test_number_without_json_form(number: Any) -> None:
-    for make, pointer in (
-        (lambda: pack(SCENE | {"ambient": [1, number, 1]}), "/ambient/1"),
-        (lambda: pack(json.dumps(SCENE | {"ambient": [1, float(number), 1]}).encode()), "/ambient/1"),
-        (lambda: flows.given(quality={"error": number}), "/quality/error"),
-    ):
-        with pytest.raises(SceneError) as caught:
-            make()
-        assert [(problem.pointer, problem.code) for problem in caught.value.errors] == [
-            (pointer, "not_finite")
-        ]
-
-
-@pytest.mark.parametrize("source", [None, 5, ["scene.json"]], ids=repr)
-def test_value_that_is_no_scene(source: Any) -> None:
-    with pytest.raises(TypeError, match=f"not {type(source).__name__}"):
-        pack(source)
 
 
 def test_invalid_rays() -> None:

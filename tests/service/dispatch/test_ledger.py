@@ -235,25 +235,9 @@ def test_step_without_a_task_waits_again(table: Table) -> None:
     assert table.next().attempt == 1
 
 
-def test_lost_steps_cost_their_user_nothing(table: Table) -> None:
-    assert [len(table.round(room=20).tasks) for _ in range(3)] == [1, 8, 0]
-    with table.database.writing() as session:
-        assert ledger.take_back_unknown(session, []) == 9
-    assert table.served() == {"local": pytest.approx(0)}
-    table.flying = []
-    assert len(table.round(room=20).tasks) == 9
-
-
 def test_restart_hands_out_what_ran(table: Table) -> None:
     first, second = table.next(), table.next()
     table.round((first, DONE))
     assert table.restart() == 1
     again = table.next()
     assert (places([again]), again.attempt) == (places([second]), second.attempt + 1)
-
-
-def test_restart_ends_what_was_being_cancelled(table: Table) -> None:
-    table.next()
-    table.cancel("a")
-    table.restart()
-    assert table.job("a").state is JobState.CANCELLED

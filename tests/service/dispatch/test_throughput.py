@@ -46,9 +46,3 @@ def test_busy_time_without_results_is_slow(pace: Paced) -> None:
     pace.watch(busy=True)
     pace.time += 300.0
     assert pace.rate() < 0.2
-
-
-def test_old_rates_are_forgotten(pace: Paced) -> None:
-    pace.work(300, 4.0)
-    pace.work(300, 1.0)
-    assert pace.rate() == pytest.approx(1.0, rel=0.1)

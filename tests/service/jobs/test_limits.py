@@ -77,13 +77,6 @@ def test_full_queue_says_when_to_come_back(start: Start) -> None:
 
 
 @pytest.mark.slow
-def test_cpu_seconds_are_counted_once_for_a_picture(start: Start, price: float) -> None:
-    server = start(workers=1, max_user_cpu_seconds=1.5 * price)
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client, suspended(server):
-        assert codes(client, 1, 1, 2) == [202, 202, 429]
-
-
-@pytest.mark.slow
 def test_queue_of_one_user_is_not_anothers(start: Start, tmp_path: Path, price: float) -> None:
     database = Database(Settings(data=tmp_path).database_url)
     upgrade(database)

@@ -8,7 +8,7 @@ from typing import Any
 import httpx2
 
 from tests.service.sending import DAMAGED, put, with_mesh
-from tests.service.support import ended, finish, job_of, long_scene, scene, submit, wait
+from tests.service.support import ended, finish, scene, submit, wait
 
 
 def log_of(client: httpx2.Client, job: str) -> list[dict[str, Any]]:
@@ -51,11 +51,3 @@ def test_log_ends_with_the_reason_of_a_failure(api: httpx2.Client) -> None:
     last = log_of(api, job)[-1]
     assert last["event"] == "failed"
     assert failure["message"] in last["message"]
-
-
-def test_log_ends_with_a_cancellation(api: httpx2.Client) -> None:
-    job = submit(api, long_scene())
-    api.post(f"/v1/jobs/{job}/cancel")
-    assert job_of(api, job)["state"] == "cancelled"
-    assert log_of(api, job)[-1]["event"] == "cancelled"
-    assert api.get("/v1/jobs/none/log").status_code == 404

@@ -11,7 +11,7 @@ from PIL import Image
 
 import renderer
 from renderer.images.files import displayed
-from tests.service.support import API_ON_BOTH, finish, image, job_of, long_scene, scene, submit
+from tests.service.support import API_ON_BOTH, finish, image, scene, submit
 
 RANDOM = {"pattern": "random", "light_pattern": "random"}
 
@@ -64,24 +64,3 @@ def test_cost_is_that_of_rendering_in_process(api: httpx2.Client) -> None:
     # What is not done is counted as zero.
     assert cost["work"]["shading_points"] > 0
     assert cost["rays"]["mirror"] == cost["work"]["texture_lookups"] == 0
-
-
-def test_numerics_are_those_of_rendering_in_process(api: httpx2.Client) -> None:
-    """A triangle without area, one of 1e-14 of its width, and a floor brighter than float32."""
-    document = scene()
-    document["ambient"] = document["materials"]["floor"]["color"] = [1e30] * 3
-    document["shapes"] += [
-        {"type": "triangle", "vertices": [[0, 0, 0], [1, 0, 0], [0.5, height, 0]], "material": "ball"}
-        for height in (0, 1e-14)
-    ]
-    reported = finish(api, submit(api, document))["numerics"]
-    assert (reported["non_finite"], reported["degenerate_dropped"], reported["retried"]) == (0, 1, 2)
-    assert reported["clamped"] > 0
-    assert reported == rendered(document).report["numerics"]
-
-
-def test_numerics_of_an_unfinished_job_are_unknown(api: httpx2.Client) -> None:
-    job = submit(api, long_scene())
-    numerics = job_of(api, job)["numerics"]
-    api.delete(f"/v1/jobs/{job}")
-    assert numerics is None

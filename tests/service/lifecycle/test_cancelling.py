@@ -50,14 +50,6 @@ def test_running_job_writes_nothing_afterwards(client: httpx2.Client, server: Ru
         assert (answer.status_code, answer.json()) == (200, before)
 
 
-def test_running_job_is_deleted(client: httpx2.Client, server: RunningServer) -> None:
-    job = submit(client, long_scene())
-    wait(client, job, lambda found: found["last_seq"] > 0)
-    assert client.delete(f"/v1/jobs/{job}").status_code == 204
-    assert client.get(f"/v1/jobs/{job}").status_code == 404
-    assert not (server.data / "jobs" / job).exists()
-
-
 @pytest.mark.slow
 def test_job_is_cancelling_while_nobody_hands_out_work(tmp_path: Path) -> None:
     settings = Settings(data=tmp_path, workers=1, tile_size=32, log_level="error")

@@ -157,16 +157,6 @@ def test_positions_are_the_order_in_which_jobs_start(workers: Workers, seed: int
 
 
 @BOTH
-def test_position_follows_users_and_priority(workers: Workers) -> None:
-    older = workers.put("ann", 30)
-    (urgent,) = workers.put("ann", priority=5)
-    (bobs,) = workers.put("bob")
-    found = workers.positions()
-    assert found.pop(bobs) <= 1
-    assert sorted(found, key=found.__getitem__) == [urgent, *older]
-
-
-@BOTH
 def test_list_of_jobs_takes_three_queries(workers: Workers) -> None:
     workers.put("ann", 8)
     for _ in range(4):

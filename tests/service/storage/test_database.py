@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 
 import pytest
-from sqlalchemy import func, select, text
+from sqlalchemy import func, select
 from sqlalchemy.engine import make_url
-from sqlalchemy.exc import IntegrityError, OperationalError
+from sqlalchemy.exc import OperationalError
 
 from service.errors import DatabaseUrlError
 from service.storage.database import connection
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from service.storage.database.models import AssetRow, TileRow
+from service.storage.database.models import AssetRow
 from tests.postgres_server import PostgresServer
 from tests.service.between import Between
 from tests.service.support import BOTH
@@ -42,13 +42,6 @@ def test_rows_and_times_stay_when_it_is_migrated_again(database: Database) -> No
     upgrade(database)
     with database.reading() as session:
         assert session.scalars(select(AssetRow.created_at)).one() == MOMENT
-
-
-def test_sqlite_has_a_write_ahead_log_and_foreign_keys(database: Database) -> None:
-    with database.reading() as session:
-        assert session.scalar(text("PRAGMA journal_mode")) == "wal"
-    with pytest.raises(IntegrityError, match="FOREIGN KEY"), database.writing() as session:
-        session.add(TileRow(render=1, pass_index=0, tile=0, x0=0, y0=0, x1=1, y1=1))
 
 
 @BOTH

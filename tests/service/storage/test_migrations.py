@@ -22,7 +22,6 @@ from schemas.api.jobs import JobState
 from service.cli.errors import ExitCode
 from service.cli.process import outcome
 from service.errors import DatabaseVersionError
-from service.jobs import retention
 from service.lifecycle import fairness, totals
 from service.storage.database.connection import Database
 from service.storage.database.migrations import SCRIPTS, upgrade
@@ -30,7 +29,6 @@ from service.storage.database.migrations.versions.tables_0001 import METADATA
 from service.storage.database.models import AssetRow, Base, JobRow, LabelRow, RenderRow
 from service.storage.folder import Folder
 from service.storage.objects import Found
-from service.storage.tiles import TileStore
 from tests.service.first_release import FILE, copied, unpack
 from tests.service.support import BOTH, KINDS
 
@@ -81,13 +79,6 @@ def scripts(folder: Path, migration: str) -> Path:
 def later(tmp_path: Path) -> Path:
     """The scripts of a later version, which has one migration more."""
     return scripts(tmp_path / "later", LATER)
-
-
-def test_migrations_have_the_names_of_their_files_in_order() -> None:
-    """A migrated database is opened without loading Alembic."""
-    revisions = [script.revision for script in ScriptDirectory(str(SCRIPTS)).walk_revisions()]
-    files = [path.stem for path in SCRIPTS.glob("versions/*.py") if path.stem != "__init__"]
-    assert revisions == sorted(files, reverse=True)
 
 
 @BOTH
@@ -152,22 +143,6 @@ def test_later_columns_are_filled_for_earlier_rows(old: Database) -> None:
     latest = "SELECT max(finished_at) FROM jobs WHERE render_number = renders.number"
     unpinned = "SELECT number FROM renders WHERE idle_since IS NOT NULL ORDER BY number"
     assert rows(old, idle.format(latest)) == rows(old, unpinned) != []
-
-
-@ON_BOTH
-def test_sizes_of_earlier_pictures_are_measured_once(old: Database, tmp_path: Path) -> None:
-    Counting.listed = 0
-    store = TileStore(Counting(tmp_path / "jobs"))
-    upgrade(old)
-    for _ in range(2):
-        retention.measure(old, store)
-    with old.reading() as session:
-        done = select(RenderRow.id, RenderRow.stored_bytes).where(RenderRow.state == JobState.SUCCEEDED)
-        sizes = dict(session.execute(done).all())
-        assert totals.read(session, totals.STORED_BYTES) == sum(sizes.values())
-    assert Counting.listed == 1
-    stored = store.sizes()
-    assert sizes == {job: stored[job] for job in sizes}
 
 
 class Counting(Folder):

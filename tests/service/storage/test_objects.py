@@ -46,15 +46,6 @@ def test_bytes_come_back_whole_in_part_and_many_at_once(place: Objects) -> None:
     assert names(place.within("a")) == {name.removeprefix("a/") for name in sent}
 
 
-def test_missing_object_is_reported(place: Objects) -> None:
-    assert place.find("a") is None
-    assert names(place, "a") == set()
-    for read in (place.get, place.array, lambda name: list(place.many([name]))):
-        with pytest.raises(FileNotFoundError):
-            read("a")
-    place.delete(["a"])
-
-
 def test_drop_leaves_names_beside_a_name(place: Objects) -> None:
     for job in ("a", "ab"):
         place.begin(f"{job}/tiles")
@@ -75,17 +66,6 @@ def test_draft_is_seen_once_it_is_kept(place: Objects) -> None:
                 place.keep(draft, "a")
     assert place.get("a") == b"abc"
     assert names(place) == {"a"}
-
-
-def test_array_is_read_from_a_draft(place: Objects) -> None:
-    array = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
-    with place.draft("a.npy") as draft:
-        np.save(draft, array)
-        place.keep(draft, "a.npy")
-    for _ in range(2):
-        np.testing.assert_array_equal(place.array("a.npy")[:, 1:3], array[:, 1:3])
-    with pytest.raises(ValueError, match="read-only"):
-        place.array("a.npy")[0, 0, 0] = 1
 
 
 @pytest.mark.parametrize("size", [PART_BYTES, PART_BYTES + 1, 2 * PART_BYTES + 17])

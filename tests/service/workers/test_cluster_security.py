@@ -17,7 +17,7 @@ from distributed.comm import connect
 
 from schemas.api.administration import Role
 from service.access import keys
-from service.errors import EngineError, UnsafeClusterError
+from service.errors import UnsafeClusterError
 from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
@@ -69,24 +69,10 @@ def test_cluster_of_a_service_with_keys_needs_certificates(empty: dict[str, Path
     check("tcp://localhost:8786", keys_made=True, dask_trusted_network=True)
 
 
-@pytest.mark.parametrize("missing", FILES)
-def test_missing_certificate_is_named(empty: dict[str, Path], missing: str) -> None:
-    with pytest.raises(UnsafeClusterError, match=missing):
-        check("tls://10.0.0.7:8786", **{name: path for name, path in empty.items() if name != missing})
-    empty[missing].unlink()
-    with pytest.raises(UnsafeClusterError, match=rf"{missing}\.pem"):
-        check("tls://10.0.0.7:8786", **empty)
-
-
 @pytest.mark.parametrize("address", ["scheduler:8786", "http://localhost:8786", "tcp://", "tls://:8786"])
 def test_address_of_no_scheduler_is_refused(address: str) -> None:
     with pytest.raises(UnsafeClusterError, match="tls://host:8786"):
         check(address)
-
-
-def test_cluster_that_would_not_be_used_is_refused() -> None:
-    with pytest.raises(EngineError, match="--engine dask"):
-        check("tcp://localhost:8786", engine="slots")
 
 
 @pytest.mark.slow

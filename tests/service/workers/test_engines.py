@@ -116,13 +116,6 @@ def test_waiting_task_is_interrupted_alone(bench: Bench) -> None:
     assert reports[waiting] == Interrupted()
 
 
-def test_unwanted_interruption_changes_nothing(bench: Bench) -> None:
-    task = bench.tile()
-    bench.submit(task)
-    bench.engine.interrupt(lambda _: False)
-    assert isinstance(bench.collect(1)[task], TileDone)
-
-
 def test_closed_engine_leaves_no_worker(bench: Bench) -> None:
     bench.submit(bench.tile())
     worker = psutil.Process(bench.worker())

@@ -124,13 +124,6 @@ def test_worker_killed_within_a_large_answer_is_replaced(make: Make) -> None:
     assert isinstance(bench.run(bench.tile()), TileDone)
 
 
-def test_fork_server_has_one_thread(make: Make) -> None:
-    """A lock that another thread holds when it forks would stay locked in the worker."""
-    make().worker()
-    (process,) = fork_servers_of(os.getpid())
-    assert len(list(Path(f"/proc/{process}/task").iterdir())) == 1
-
-
 @pytest.mark.slow
 def test_stopped_fork_server_is_replaced(make: Make) -> None:
     bench = make(lease=Lease(start_seconds=10.0))

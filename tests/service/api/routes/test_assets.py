@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import io
 from typing import Any
 
 import httpx2
 import numpy as np
 import pytest
-from PIL import Image
 
 import renderer
 from schemas.limits import Limits
 from service.client import Client, JobFailedError
 from service.storage.assets import AssetStore
 from service.storage.folder import Folder
-from tests.renderer.picture_files import deep_png, exr, hdr, tiff
+from tests.renderer.picture_files import exr
 from tests.service.conftest import Start
 from tests.service.in_process import InProcess
 from tests.service.sending import (
@@ -33,20 +31,11 @@ from tests.service.sending import (
 from tests.service.support import TIMEOUT, ended, finish, image, scene, submit, wait
 
 LIGHT = np.random.default_rng(3).random((7, 5), np.float32) * 2
-DEEP = np.random.default_rng(3).integers(0, 1 << 16, (7, 5, 3))
 OBJ = b"v 1 2 1\nv 1 0 -1\nv -1 2 -1\nv -1 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n"
 
 
 def kept(local: InProcess) -> set[str]:
     return {path.name for path in (local.service.settings.data / "assets").iterdir()}
-
-
-def turned() -> bytes:
-    """A picture of 5 x 7 pixels that is stored on its side."""
-    exif, file = Image.Exif(), io.BytesIO()
-    exif[274] = 6
-    Image.new("RGB", (7, 5)).save(file, "JPEG", exif=exif)
-    return file.getvalue()
 
 
 def test_asset_comes_back_as_it_was_sent(api: httpx2.Client) -> None:
@@ -60,22 +49,6 @@ def test_asset_comes_back_as_it_was_sent(api: httpx2.Client) -> None:
     assert api.head(path).status_code == 200
     assert api.get(path, headers={"If-None-Match": got.headers["ETag"]}).status_code == 304
     assert api.get(path, headers={"Range": "bytes=1-3"}).content == b"PNG"
-
-
-@pytest.mark.parametrize(
-    ("data", "media_type"),
-    [
-        (exr(dict.fromkeys("RGB", LIGHT)), "image/x-exr"),
-        (hdr(DEEP.astype(np.uint8)[..., [0, 1, 2, 0]].tobytes(), "-Y 7 +X 5"), "image/vnd.radiance"),
-        (b"Pf\n5 7\n-1\n" + LIGHT.tobytes(), "image/x-portable-anymap"),
-        (deep_png(DEEP, 2), "image/png"),
-        (tiff(DEEP.astype(np.uint16), ">", 2), "image/tiff"),
-        (turned(), "image/jpeg"),
-    ],
-)
-def test_picture_of_every_kind_is_recognised(api: httpx2.Client, data: bytes, media_type: str) -> None:
-    sent = put(api, data).json()
-    assert (sent["media_type"], sent["width"], sent["height"]) == (media_type, 5, 7)
 
 
 @pytest.mark.parametrize(
@@ -142,16 +115,6 @@ def test_file_that_was_not_uploaded_is_pointed_at(api: httpx2.Client, asset: str
         ]
 
 
-def test_picture_is_no_mesh_and_a_mesh_no_picture(api: httpx2.Client) -> None:
-    picture, mesh = (put(api, data).json()["name"] for data in (png(), ply()))
-    document = textured(mesh)
-    document["shapes"].append({"type": "mesh", "asset": picture, "material": "ball"})
-    assert mistakes(api.post("/v1/plans", json={"scene": document})) == [
-        ("/scene/textures/a~1b/asset", "asset"),
-        ("/scene/shapes/2/asset", "asset"),
-    ]
-
-
 @pytest.mark.parametrize(
     ("data", "document", "place"),
     [
@@ -167,18 +130,6 @@ def test_damaged_file_fails_its_job_and_is_named(
     failure = wait(api, submit(api, document), ended)["failure"]
     assert failure["code"] == "scene_not_usable"
     assert failure["message"].startswith(place)
-
-
-def test_mesh_is_accepted_beside_a_small_displaced_shape(api: httpx2.Client) -> None:
-    heights = put(api, png()).json()["name"]
-    assert put(api, OBJ).status_code == 200
-    document = with_mesh(OBJ)
-    relief = {**document["materials"]["ball"], "displacement_map": "heights", "displacement_height": 0.001}
-    document["textures"] = {"heights": {"type": "image", "asset": heights, "encoding": "linear"}}
-    document["materials"]["relief"] = relief
-    small = {"type": "rectangle", "corner": [0, 0, 0], "edges": [[0.01, 0, 0], [0, 0.01, 0]]}
-    document["shapes"].append({**small, "material": "relief"})
-    assert api.post("/v1/plans", json={"scene": document}).is_success
 
 
 @pytest.mark.slow

@@ -80,20 +80,6 @@ def test_layers_have_the_bytes_that_the_renderer_makes(api: httpx2.Client) -> No
         assert found.tobytes() == wanted.layers[name].tobytes(), name
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("tile_size", "workers"), [(16, 2), (64, 1)])
-def test_layers_do_not_depend_on_tiles_and_workers(start: Start, tile_size: int, workers: int) -> None:
-    document = scene(150, 90, pattern="random", light_pattern="random")
-    server = start(tile_size=tile_size, workers=workers)
-    wanted = renderer.render(renderer.compile_scene(document, layers=ALL))
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
-        job = submit(client, document, layers=ALL)
-        finish(client, job)
-        assert image(client, job).tobytes() == wanted.image.tobytes()
-        for name in ALL:
-            assert layer(client, job, name).tobytes() == wanted.layers[name].tobytes(), name
-
-
 def test_layer_that_was_not_asked_for_is_not_there(api: httpx2.Client, done: str) -> None:
     for name in ("uv", "dept", "..%2Fimage"):
         answer = api.get(f"/v1/jobs/{done}/layers/{name}.npy")
@@ -133,21 +119,6 @@ def test_file_is_cached_and_sent_in_parts(api: httpx2.Client, done: str, file: s
     head = api.head(path, headers={"Range": "bytes=0-9"})
     assert (head.status_code, head.content, head.headers["ETag"]) == (200, b"", tag)
     assert int(head.headers["Content-Length"]) == len(whole.content)
-
-
-def test_range_that_does_not_count_gets_the_whole(api: httpx2.Client, done: str) -> None:
-    path = f"/v1/jobs/{done}/image.npy"
-    whole = api.get(path).content
-    for asked in ("lines=1-2", "0-9", "", "bytes=0-9,20-29", "bytes=0-3,5-2", "bytes=" + "0-1," * 50 + "5-6"):
-        answer = api.get(path, headers={"Range": asked})
-        assert (answer.status_code, answer.content) == (200, whole), asked
-    for asked, version in {
-        "bytes=0-9": '"other"',
-        "bytes=99999999-": "Wed, 21 Oct 2015 07:28:00 GMT",
-    }.items():
-        answer = api.get(path, headers={"Range": asked, "If-Range": version})
-        assert (answer.status_code, answer.content) == (200, whole), asked
-    assert api.get(path, headers={"Range": "Bytes= 0-9 , ,"}).content == whole[:10]
 
 
 def test_range_outside_the_file_is_a_problem(api: httpx2.Client, done: str) -> None:

@@ -19,11 +19,8 @@ import scenes
 from schemas.api.jobs import JobRequest
 from schemas.api.request_pointers import in_request, in_scene
 from schemas.json_schema import scene_json_schema
-from schemas.limits import Limits
 from schemas.pointers import Parts
 from service.jobs.admission import Pixels, outlined
-from service.settings import Settings
-from tests.service.in_process import in_process
 from tests.service.sending import JSON, mistakes, problem_of, textured
 from tests.service.support import scene, submit
 
@@ -116,15 +113,6 @@ def test_problem_found_after_reading_has_its_line_and_column(
         assert line[:column].strip() == json.dumps(parts_of(pointer)[-1]) + ":"
 
 
-def test_plan_of_a_job_is_the_plan_of_its_request(api: httpx2.Client) -> None:
-    request = {"scene": scene(), "layers": ["uv"]}
-    plan = api.post("/v1/plans", json=request).json()
-    job = api.post("/v1/jobs", json=request).json()["id"]
-    assert api.get(f"/v1/jobs/{job}/plan").json() == plan
-    described = renderer.compile_scene(scene(), layers=["uv"]).describe()
-    assert plan == in_request(described, JobRequest.model_validate(request)).model_dump(mode="json")
-
-
 def trace(client: httpx2.Client, **changes: Any) -> httpx2.Response:
     sent = {"scene": scene(), "origins": ORIGINS, "directions": DIRECTIONS}
     return client.post("/v1/traces", json=sent | changes)
@@ -159,25 +147,6 @@ def test_rays_that_make_no_sense_are_pointed_at(api: httpx2.Client) -> None:
         assert mistakes(trace(api, **changes))[0][0].startswith(pointer), pointer
 
 
-def test_rays_of_the_longest_numbers_fit_into_a_body(tmp_path: Path) -> None:
-    most = 300
-    limits = Limits(max_values=1000, max_body_bytes=20_000)
-    rays = {
-        "origins": [[-1.2345678901234567e-101] * 3] * most,
-        "directions": [[-1.2345678901234567e101] * 3] * most,
-    }
-    settings = Settings(data=tmp_path, workers=1, max_trace_rays=most, limits=limits)
-    with in_process(settings) as local, local.client() as client:
-        answer = client.post("/v1/traces", json={"scene": scene(8, 8), **rays})
-        assert answer.status_code == 200, answer.text
-        assert len(answer.json()["t"]) == most
-        more = {name: rows + rows[:1] for name, rows in rays.items()}
-        refused = client.post("/v1/traces", json={"scene": scene(8, 8), **more})
-        assert mistakes(refused) == [("/origins", "too_many")]
-        # Others are held to the limits of scenes.
-        problem_of(client.post("/v1/plans", json={"scene": scene(8, 8), **rays}), 413)
-
-
 def preview(client: httpx2.Client, document: dict[str, Any], **rest: Any) -> httpx2.Response:
     return client.post("/v1/previews", json={"scene": document} | rest)
 
@@ -198,12 +167,6 @@ def test_preview_keeps_the_proportions_and_leaves_no_job(api: httpx2.Client) -> 
         assert shown.size == expected, name
         assert len(shown.getcolors(1 << 20) or ()) > 1
     assert [job["id"] for job in api.get("/v1/jobs").json()["jobs"]] == before
-
-
-def test_preview_of_a_wrong_request_is_refused(api: httpx2.Client) -> None:
-    assert mistakes(preview(api, scene() | {"camera": {}}))[0][0].startswith("/scene/camera")
-    for side in (7, 257, 64.5, "64"):
-        assert mistakes(preview(api, scene(), side=side))[0][0] == "/side"
 
 
 def test_schemas_take_scenes_and_nothing_else(api: httpx2.Client) -> None:

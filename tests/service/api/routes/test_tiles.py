@@ -21,7 +21,6 @@ from tests.service.support import (
     ON_BOTH,
     TIMEOUT,
     image,
-    job_of,
     long_scene,
     scene,
     submit,
@@ -80,11 +79,6 @@ def test_event_numbers_grow_by_one_and_each_step_comes_once(api: httpx2.Client, 
     assert first["stride"] > 1
 
 
-def test_polling_of_a_finished_job_does_not_wait(api: httpx2.Client, done: str) -> None:
-    batch = api.get(f"/v1/jobs/{done}/tiles", params={"after": 10_000, "wait": 5}).json()
-    assert batch == batch | {"events": [], "complete": True, "next": 10_000}
-
-
 @pytest.mark.slow
 def test_watchers_all_get_the_same_events_in_the_same_order(server: RunningServer) -> None:
     def watch(number: int) -> list[int]:
@@ -132,19 +126,6 @@ def test_batches_of_a_running_job_paint_its_image(api: httpx2.Client) -> None:
         painted(tiles, 96, 160, canvas)
         after, complete = head.next, head.complete
     assert canvas.tobytes() == image(api, job).tobytes()
-
-
-def test_batch_of_a_paused_job_is_what_its_picture_shows(api: httpx2.Client) -> None:
-    job = submit(api, long_scene())
-    wait(api, job, lambda found: found["progress"]["done"] >= 40)
-    api.post(f"/v1/jobs/{job}/pause").raise_for_status()
-    news, before = None, None
-    # Tiles that were begun are finished.
-    while news is None or (news[0].next, job_of(api, job)["last_seq"]) != (before, before):
-        before = job_of(api, job)["last_seq"]
-        news, shown = unpack(api.get(f"/v1/jobs/{job}/tiles", headers=BINARY).content), image(api, job)
-    np.testing.assert_array_equal(shown, painted(news[1], 256, 256))
-    api.delete(f"/v1/jobs/{job}")
 
 
 def test_batch_in_eight_bits_has_the_displayed_codes(api: httpx2.Client, done: str) -> None:
