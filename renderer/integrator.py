@@ -19,7 +19,7 @@ from renderer.math.streams import keys
 from renderer.plan.plan import RenderPlan
 from renderer.samplers import PATTERNS
 from renderer.tiling import Block, blocks
-from renderer.waves import camera_wave
+from renderer.waves import WaitingWaves, Wave, camera_wave, ordered
 from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 from schemas.tiles import Pass, Tile
 
@@ -160,21 +160,27 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfa
 
     Into `surfaces` goes what is known of those that the camera rays hit.
 
-    A wave's successors are worked on before its neighbours: few wait at a time, and what belongs to one ray
-    is added in an order that depends on its own path alone.
+    Each depth has a sum of its own, to which a camera ray's paths add in their own order.
     """
-    result = np.zeros((3, rays.t.size))
-    waves = [camera_wave(rays)]
-    while waves:
-        wave = waves.pop()
+    sums: list[Floats] = []
+    waiting = WaitingWaves(camera_wave(rays))
+    while waiting:
+        wave = waiting.next()
         seen, points = local_radiance(plan, wave.rays, counts)
-        result[:, wave.targets] += wave.weights * seen
-        counts[wave.count_as] += wave.rays.t.size
+        if wave.depth == len(sums):
+            sums.append(np.zeros((3, rays.t.size)))
+        for row, values in zip(sums[wave.depth], wave.weights * seen, strict=True):
+            np.add.at(row, wave.targets, values)
+        wave.count(counts)
         if wave.depth == 0 and surfaces is not None:
             surfaces.take(points)
-        for stage in plan.scattering:
-            waves.extend(stage.run(points, wave))
-    return result
+        waiting.add(successors(plan, points, wave))
+    return sum(sums[1:], sums[0])
+
+
+def successors(plan: RenderPlan, points: Points, wave: Wave) -> list[Wave]:
+    """Rays that leave the points that a wave has hit."""
+    return ordered([each for stage in plan.scattering for each in stage.run(points, wave)])
 
 
 def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[Floats, Points]:

@@ -101,6 +101,20 @@ class OriginSurfaces:
             self.path_lengths[index],
         )
 
+    @classmethod
+    def joined(cls, every: list["OriginSurfaces"]) -> "OriginSurfaces":
+        """Those of several sets of rays, one after the other."""
+        previous = [np.broadcast_to(each.previous_origins, (3, each.sizes.size)) for each in every]
+        return cls(
+            np.concatenate([each.shapes for each in every]),
+            np.concatenate([each.primitives for each in every]),
+            np.concatenate([each.outside for each in every]),
+            np.concatenate([each.sizes for each in every]),
+            np.concatenate(previous, axis=1),
+            np.concatenate([each.paths for each in every]),
+            np.concatenate([each.path_lengths for each in every]),
+        )
+
     def are(self, rays: Integers, shapes: Integers, primitives: Integers) -> Masks:
         """Whether some rays leave these primitives, (M,)."""
         return (self.shapes[rays] == shapes) & (self.primitives[rays] == primitives)

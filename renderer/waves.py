@@ -1,13 +1,23 @@
-"""Rays of one kind and depth, and how much of what they see reaches the camera."""
+"""Rays that have bounced equally often, and how much of what they see reaches the camera.
 
+Mirrors and glass make trees of rays. All rays of one depth share waves, whatever bent them: a wave of few
+rays costs as much Python as a full one. What belongs to one camera ray stays in an order that its own paths
+alone decide, by the ray before, then by kind: no bit depends on which other rays share a wave.
+"""
+
+from collections import Counter, deque
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from renderer.interaction import Points, Rays
-from renderer.math.arrays import Floats, Integers, Masks, lengths
+from renderer.math.arrays import Floats, Integers, Masks, lengths, taken
 from renderer.math.streams import branch
 from renderer.self_intersection import OriginSurfaces
+
+CAMERA = -1
+"""Kind of a ray that has not bounced."""
 
 KINDS = ("mirror", "reflection", "refraction")
 """Ways in which a path continues; the place of each names its random numbers."""
@@ -15,35 +25,126 @@ KINDS = ("mirror", "reflection", "refraction")
 COUNTED_AS = {"mirror": "mirror", "reflection": "transmission", "refraction": "transmission"}
 """The kind of ray that the report counts each as."""
 
+MOST_RAYS = 1 << 15
+"""Most rays of a wave. Where as many of one depth wait they go first, which bounds the memory."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wave:
-    """Rays (N,) that have bounced equally often, and alike.
+    """Rays (N,) that have bounced equally often.
 
     Attributes
     ----------
-    count_as : str
-        Kind of rays in the report: camera, mirror or transmission.
     rays : Rays
     weights : (N,) float64
         Share of their radiance that reaches the camera.
     targets : (N,) int64
-        Which camera ray each belongs to.
+        Which camera ray each belongs to, ascending.
+    parents : (N,) int64
+        Which ray of the wave before hit the point that each leaves.
+    kinds : (N,) int64
+        Place of the last bounce's kind in `KINDS`; `CAMERA` before the first.
     depth : int
         Bounces so far.
     """
 
-    count_as: str
     rays: Rays
     weights: Floats
     targets: Integers
+    parents: Integers
+    kinds: Integers
     depth: int
+
+    @property
+    def size(self) -> int:
+        """Number of rays N."""
+        return self.weights.size
+
+    def count(self, counts: Counter[str]) -> None:
+        """Add the rays to those of the report."""
+        counts["camera"] += int((self.kinds == CAMERA).sum())
+        for number, kind in enumerate(KINDS):
+            counts[COUNTED_AS[kind]] += int((self.kinds == number).sum())
+
+    def part(self, index: Integers) -> "Wave":
+        """Some of the rays, which have left surfaces and hit nothing yet."""
+        rays, start = self.rays, self.rays.origin_surfaces
+        assert start is not None
+        some = Rays(
+            taken(rays.origins, index),
+            taken(rays.directions, index),
+            rays.pixels[index],
+            rays.samples[index],
+            origin_surfaces=start.part(index),
+        )
+        return Wave(
+            some, self.weights[index], self.targets[index], self.parents[index], self.kinds[index], self.depth
+        )
 
 
 def camera_wave(rays: Rays) -> Wave:
     """Rays from the camera."""
-    count = rays.t.size
-    return Wave("camera", rays, np.ones(count), np.arange(count), 0)
+    targets = np.arange(rays.t.size)
+    return Wave(rays, np.ones(rays.t.size), targets, targets, np.full(rays.t.size, CAMERA), 0)
+
+
+class WaitingWaves:
+    """Waves that wait by their depth."""
+
+    def __init__(self, first: Wave) -> None:
+        self._depths: list[deque[Wave]] = [deque([first])]
+
+    def add(self, waves: Iterable[Wave]) -> None:
+        """Let the successors of waves wait, in the order of those."""
+        for wave in waves:
+            if wave.depth == len(self._depths):
+                self._depths.append(deque())
+            self._depths[wave.depth].append(wave)
+
+    def __bool__(self) -> bool:
+        """Whether any wave waits."""
+        return any(self._depths)
+
+    def next(self) -> Wave:
+        """The deepest rays that fill a wave; if none do, all of the shallowest."""
+        full = [waves for waves in self._depths if sum(wave.size for wave in waves) >= MOST_RAYS]
+        waves = full[-1] if full else next(waves for waves in self._depths if waves)
+        taken_out = [waves.popleft()]
+        while waves and sum(wave.size for wave in taken_out) + waves[0].size <= MOST_RAYS:
+            taken_out.append(waves.popleft())
+        return joined(taken_out)
+
+
+def joined(waves: Sequence[Wave]) -> Wave:
+    """Waves of one depth, which have left surfaces, one after the other."""
+    if len(waves) == 1:
+        return waves[0]
+    rays = [wave.rays for wave in waves]
+    every = Rays(
+        np.concatenate([each.origins for each in rays], axis=1),
+        np.concatenate([each.directions for each in rays], axis=1),
+        np.concatenate([each.pixels for each in rays]),
+        np.concatenate([each.samples for each in rays]),
+        origin_surfaces=OriginSurfaces.joined(
+            [each.origin_surfaces for each in rays if each.origin_surfaces]
+        ),
+    )
+    weights, targets, parents, kinds = (
+        np.concatenate([getattr(wave, name) for wave in waves])
+        for name in ("weights", "targets", "parents", "kinds")
+    )
+    return Wave(every, weights, targets, parents, kinds, waves[0].depth)
+
+
+def ordered(scattered: Sequence[Wave]) -> list[Wave]:
+    """Rays that leave the points of one wave, by the ray before, then by kind, cut into waves."""
+    if not scattered:
+        return []
+    every = joined(scattered)
+    if len(scattered) == 1 and every.size <= MOST_RAYS:
+        return [every]
+    order = np.argsort(every.parents, kind="stable")
+    return [every.part(order[start : start + MOST_RAYS]) for start in range(0, every.size, MOST_RAYS)]
 
 
 def leaving(
@@ -95,7 +196,9 @@ def leaving(
         samples=points.samples[start],
         origin_surfaces=surfaces,
     )
-    return (Wave(COUNTED_AS[kind], rays, weights[bright], wave.targets[points.rays[start]], wave.depth + 1),)
+    parents = points.rays[start]
+    kinds = np.full(start.size, KINDS.index(kind))
+    return (Wave(rays, weights[bright], wave.targets[parents], parents, kinds, wave.depth + 1),)
 
 
 def _previous_origins(points: Points, start: Integers, outside: Masks) -> Floats:

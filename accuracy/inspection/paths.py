@@ -9,7 +9,6 @@ from accuracy.inspection.lighting import lights_at
 from renderer.integrator import camera_rays, intersect
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats
-from renderer.math.streams import branch
 from renderer.plan.building import compile_visibility
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Lighting
@@ -76,14 +75,7 @@ def walk(plan: RenderPlan, x: int, y: int) -> tuple[Leg, bool]:
 
 def _scattered(plan: RenderPlan, leg: Leg) -> list[tuple[str, Wave]]:
     waves = [wave for stage in plan.scattering for wave in stage.run(leg.points, leg.wave)]
-    return [(_kind(leg.points, wave), wave) for wave in waves]
-
-
-def _kind(points: Points, wave: Wave) -> str:
-    """The kind of bounce that gave a wave's path its name."""
-    start = wave.rays.origin_surfaces
-    assert start is not None
-    return next(kind for i, kind in enumerate(KINDS) if (branch(points.paths, i) == start.paths).all())
+    return [(KINDS[wave.kinds[0]], wave) for wave in waves]
 
 
 def _followed(plan: RenderPlan, lights: tuple[Lighting, ...], kind: str, wave: Wave) -> Leg:

@@ -21,12 +21,13 @@ def stages(request: Request) -> tuple[ScatteringStage, ...]:
     found: list[ScatteringStage] = []
     faintest = faintest_weight(request)
     depths = np.array([request.document.materials[name].max_depth for name in request.names], dtype=np.int64)
-    if _asked(request, "mirror", "mirror rays", "what mirrors show", rays=1):
+    if _asked(request, "mirror", "mirror rays", "what mirrors show"):
         found.append(MirrorRays(_numbers(request, "mirror"), depths, faintest))
     detail = "refracted rays, and reflected ones by Fresnel's formulas"
-    if _asked(request, "transmission", "transmitted rays", detail, rays=3):
+    if _asked(request, "transmission", "transmitted rays", detail):
         strengths, indices = _numbers(request, "transmission"), _numbers(request, "ior")
-        found.append(TransmittedRays(strengths, depths, faintest, indices, material_numbers(request)))
+        seed, materials = request.sampling.seed, material_numbers(request)
+        found.append(TransmittedRays(strengths, depths, faintest, seed, indices, materials))
     return tuple(found)
 
 
@@ -41,8 +42,8 @@ def _numbers(request: Request, part: str) -> Floats:
     )
 
 
-def _asked(request: Request, part: str, stage: str, detail: str, rays: int) -> bool:
-    """List the stage, and the materials that request it without effect; `rays` are expected for a point."""
+def _asked(request: Request, part: str, stage: str, detail: str) -> bool:
+    """List the stage at the price of one ray a camera ray, and the materials that ask without effect."""
     asking = []
     for name in request.names:
         material = request.document.materials[name]
@@ -52,10 +53,7 @@ def _asked(request: Request, part: str, stage: str, detail: str, rays: int) -> b
         elif part in material.model_fields_set:
             request.leave_out(f"materials.phong.{part}", f"{pointer} is 0", pointer)
     if asking:
-        share = len(asking) / len(request.names)
-        request.list_stage(
-            stage, f"materials.phong.{part}", detail, tuple(asking), COSTS.bounce * share * rays
-        )
+        request.list_stage(stage, f"materials.phong.{part}", detail, tuple(asking), COSTS.bounce)
     return bool(asking)
 
 

@@ -169,6 +169,47 @@ def test_bounces_are_free_of_tiles(pattern: str, monkeypatch: pytest.MonkeyPatch
     assert renderer.render(plan, tile_size=16).image.tobytes() == whole.tobytes()
 
 
+def nested_glass(depth: int, **view: Any) -> Json:
+    """Three balls of glass, one in the other, with nothing else that is left to chance."""
+    balls = [sphere([0, 1, 0], radius, material="glass") for radius in (1, 0.75, 0.5)]
+    materials = {"glass": phong(ambient=0, diffuse=0, transmission=1, max_depth=depth), "plain": phong()}
+    return scene(
+        *balls,
+        rectangle([-4, -0.5, -4], [0, 0, 8], [8, 0, 0]),
+        lights=[bulb([2, 5, 3])],
+        materials=materials,
+        camera=camera(**{"position": [0, 2, 6], "look_at": [0, 1, 0], "vertical_fov": 24, **view}),
+        sampling=sampled(1, 1, "center", "uniform"),
+    )
+
+
+def test_bounces_are_free_of_the_rays_beside_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Waves of all rays of a depth, and of eight, where deeper ones go first."""
+    plan = plan_of(nested_glass(8, width=5, height=4), DOUBLE)
+    whole = samples_of(plan)
+    monkeypatch.setattr("renderer.waves.MOST_RAYS", 8)
+    assert samples_of(plan).tobytes() == whole.tobytes()
+
+
+def test_one_ray_for_two_has_their_mean(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over 1,000 paths that are nearly alike, within 5 standard errors: one false alarm in a million."""
+    plan = plan_of(nested_glass(9, vertical_fov=0.5, width=40, height=25), DOUBLE)
+    monkeypatch.setattr("renderer.materials.bounces.FAINT", 0.0)
+    both = samples_of(plan).sum(axis=-1)
+    monkeypatch.setattr("renderer.materials.bounces.FAINT", 2.0**-5)
+    differences = samples_of(plan).sum(axis=-1) - both
+    error = differences.std(ddof=1) / np.sqrt(differences.size)
+    assert 0 < error < 1e-3 * both.mean()
+    assert abs(differences.mean()) <= 5 * error
+
+
+def test_glass_leaves_nothing_to_chance_up_to_five_bounces(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = plan_of(nested_glass(5, width=6, height=5), DOUBLE)
+    both = samples_of(plan)
+    monkeypatch.setattr("renderer.materials.bounces.FAINT", 1.0)
+    assert samples_of(plan).tobytes() == both.tobytes()
+
+
 def test_bounces_have_their_own_light_points() -> None:
     """The same wall seen twice by one camera sample, once in a mirror, is lit by other random points."""
     emitter = plan_of(glassy("random")).lightings[0].emitter

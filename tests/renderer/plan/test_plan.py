@@ -272,3 +272,24 @@ def test_passes_share_out_every_sample_once(samples: int) -> None:
     few, many = (described(pictures.of_room(sampling=sampled(n, 16))).cost for n in (1, samples))
     assert many.camera_rays == samples * few.camera_rays
     assert many.cpu_seconds == pytest.approx(samples * few.cpu_seconds)
+
+
+def test_price_of_glass_follows_from_its_rays() -> None:
+    """One ball, and four in one another, where rays multiply: within a factor of 2."""
+
+    def ratio(balls: int, depth: int) -> float:
+        document = scene(
+            *(sphere([0, 1, 0], 1 - 0.2 * number, material="glass") for number in range(balls)),
+            materials={
+                "glass": phong(ambient=0, diffuse=0, transmission=1, max_depth=depth),
+                "plain": phong(),
+            },
+            camera=camera(position=[0, 2, 6], look_at=[0, 1, 0], vertical_fov=24, width=24, height=20),
+        )
+        plan = plan_of(document)
+        described = plan.describe()
+        (share,) = (stage.share for stage in described.stages if stage.name == "transmitted rays")
+        assert share is not None
+        return share * described.cost.cpu_seconds / renderer.render(plan).report["rays"]["transmission"]
+
+    assert 0.5 < ratio(1, 2) / ratio(4, 9) < 2
