@@ -2,47 +2,55 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from tests.acceptance.conftest import ROOT, Server, shell
+import renderer
+from tests.acceptance.conftest import Server, shrink, succeeds
 from tests.pages import blocks, missing, page
+from tests.service.cli.conftest import ROOT, Outcome
 
-pytestmark = pytest.mark.slow
-
-
-@pytest.fixture
-def checkout(tmp_path: Path) -> Path:
-    """A folder that has what a checkout has, where examples may write."""
-    shutil.copytree(ROOT / "scenes", tmp_path / "scenes")
-    shutil.copy(ROOT / "constraints.txt", tmp_path)
-    return tmp_path
+RECIPE = r"(?ms)^!\[[^]]+\]\(\.\./(images/cookbook/[\w-]+\.png)\)\n.*?^```json\n(.*?)^```"
+RECIPES = dict(re.findall(RECIPE, page("how-to/cookbook.md")))
 
 
+@pytest.mark.parametrize("picture", RECIPES, ids=lambda path: Path(path).stem)
+def test_recipe_is_valid_and_its_picture_has_its_size(picture: str) -> None:
+    loaded = renderer.load_scene(RECIPES[picture].encode(), assets=ROOT)
+    camera = loaded.document.camera
+    assert loaded.warnings == ()
+    with Image.open(ROOT / "docs" / picture) as shown:
+        assert shown.size == (camera.width, camera.height)
+
+
+def follow(name: str, folder: Path, server: Server) -> Outcome:
+    """Run all commands of a page in a folder, one after another, in one shell."""
+    script = "\n".join(blocks(page(name), "sh")).replace("http://127.0.0.1:8000", server.url)
+    return succeeds(script, folder, PENUMBRA_SERVER=server.url)
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("curl") is None, reason="the examples use curl")
 def test_http_page_requests_work(server: Server, checkout: Path) -> None:
-    examples = blocks(page("reference/http.md"), "sh")
-    assert len(examples) >= 7
-    done = shell("\n".join(examples).replace("http://127.0.0.1:8000", server.url), checkout)
-    assert "304" in done.stdout
-    assert "unknown_field" in done.stdout
+    done = follow("reference/http.md", checkout, server)
+    assert "304" in done.out
+    assert "unknown_field" in done.out
 
 
+@pytest.mark.slow
 def test_python_page_examples_work(server: Server, checkout: Path) -> None:
     examples = blocks(page("reference/python.md"), "python")
     (test,) = [block for block in examples if "def test_" in block]
     script = "\n".join(block for block in examples if block is not test)
-    picture = np.full((16, 16, 3), 0.5)
-    np.save(checkout / "mine.npy", picture)
-    np.save(checkout / "reference.npy", picture)
+    for name in ("mine.npy", "reference.npy"):
+        np.save(checkout / name, np.full((16, 16, 3), 0.5))
     (checkout / "test_page.py").write_text("import numpy as np\n" + test)
-    done = shell(
+    done = succeeds(
         'python -c "$SCRIPT"\npython -m pytest -q -p accuracy.pytest_plugin test_page.py',
         checkout,
         SCRIPT=script.replace("http://127.0.0.1:8000", server.url),
@@ -50,50 +58,34 @@ def test_python_page_examples_work(server: Server, checkout: Path) -> None:
         PYTEST_DISABLE_PLUGIN_AUTOLOAD="1",
     )
     assert (checkout / "texturing.png").read_bytes().startswith(b"\x89PNG")
-    assert "1 passed" in done.stdout
+    assert "1 passed" in done.out
 
 
-def reduce(scenes: Path) -> None:
-    """Give scenes pictures of 128 pixels: what commands do with them is the same in every size."""
-    for path in scenes.glob("*.json"):
-        document = json.loads(path.read_text())
-        camera = document["camera"]
-        camera["width"], camera["height"] = 128, 128 * camera["height"] // camera["width"]
-        path.write_text(json.dumps(document, indent=2))
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["reference/command-line.md", "how-to/choosing-quality.md"])
 def test_page_commands_work(name: str, server: Server, checkout: Path) -> None:
-    reduce(checkout / "scenes" / "gallery")
+    shrink(checkout / "scenes" / "gallery")
     follow(name, checkout, server)
 
 
-def follow(name: str, folder: Path, server: Server) -> subprocess.CompletedProcess[str]:
-    """Run all commands of a page in a folder, one after another, in one shell."""
-    commands = blocks(page(name), "sh")
-    assert len(commands) >= 4
-    return shell("\n".join(commands), folder, PENUMBRA_SERVER=server.url)
-
-
+@pytest.mark.slow
 def test_first_picture_tutorial_gives_what_it_shows(server: Server, checkout: Path) -> None:
     name = "tutorials/first-picture.md"
     done = follow(name, checkout, server)
-    assert missing(name, done.stdout) == []
+    assert missing(name, done.out) == []
     verdicts = re.findall(r"^\| `[\w.-]+` \| `(\w+)` \|", page(name), re.MULTILINE)
-    assert re.findall(r"^(\w*match): ", done.stdout, re.MULTILINE) == verdicts
-    assert re.search(r"^where: .*, mostly floor \(shapes/0\)$", done.stdout, re.MULTILINE)
-    reached = re.search(r"^good\.png: .*, error ([\d.e-]+) ", done.stderr, re.MULTILINE)
+    assert re.findall(r"^(\w*match): ", done.out, re.MULTILINE) == verdicts
+    assert re.search(r"^where: .*, mostly floor \(shapes/0\)$", done.out, re.MULTILINE)
+    reached = re.search(r"^good\.png: .*, error ([\d.e-]+) ", done.err, re.MULTILINE)
     assert reached
     assert float(reached[1]) <= 0.004
     made = ["my-scene.png", "small-lamp.png", "noisy.png", "difference.png", "study/report.html"]
     assert [name for name in made if not (checkout / name).exists()] == []
 
 
+@pytest.mark.slow
 def test_first_assignment_tutorial_gives_what_it_shows(server: Server, checkout: Path) -> None:
-    # The wheel is built by a command that needs the package index.
-    (checkout / "dist").mkdir()
-    (checkout / "dist" / "penumbra_render-1-py3-none-any.whl").touch()
     name = "tutorials/first-assignment.md"
     done = follow(name, checkout, server)
-    assert missing(name, done.stdout) == []
+    assert missing(name, done.out) == []
     assert "hard_shadows" in (checkout / "graded" / "page.html").read_text()

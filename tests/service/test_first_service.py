@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.acceptance.conftest import ENVIRONMENT, ROOT
 from tests.pages import blocks, missing, page
 from tests.postgres_server import PostgresServer
+from tests.service.cli.conftest import ENVIRONMENT, ROOT
 
 NAME = "tutorials/first-service.md"
 PORTS = ("8000", "8001", "8002")

@@ -1,10 +1,14 @@
+"""The command line: in this process where its text and exit status are tried, or as one of its own."""
+
 from __future__ import annotations
 
+import copy
 import io
 import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,29 +17,21 @@ from typing import Any
 import pytest
 
 from service.cli.process import outcome
+from tests.service import support
 
+ROOT = Path(__file__).parents[3]
 COMMAND = [sys.executable, "-m", "service.cli.main"]
-# Nothing of the machine that the tests run on may leak into them.
+# Nothing of the machine that the tests run on may leak into them; `penumbra` is that of this Python.
 CLEAN = {name: value for name, value in os.environ.items() if not name.startswith("PENUMBRA_")}
-
-SCENE: dict[str, Any] = {
-    "version": 1,
-    "camera": {"position": [0, 2, 8], "look_at": [0, 1, 0], "vertical_fov": 38, "width": 48, "height": 32},
-    "materials": {"floor": {"type": "phong", "color": [0.75, 0.75, 0.75]}},
-    "shapes": [
-        {
-            "type": "rectangle",
-            "center": [0, 0, 0],
-            "normal": [0, 1, 0],
-            "tangent": [1, 0, 0],
-            "size": [4, 4],
-            "material": "floor",
-        },
-        {"type": "ellipsoid", "center": [0, 1, 0], "radius": 0.5, "material": "floor"},
-    ],
-    "lights": [{"type": "point", "position": [0, 4, 0], "color": [0.8, 0.8, 0.8]}],
-    "sampling": {"antialiasing": {"pattern": "center", "samples": 1}},
+ENVIRONMENT = CLEAN | {
+    "PYTHONPATH": str(ROOT),
+    "PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}",
 }
+TIMEOUT = 120
+
+SCENE = support.scene(48, 32, samples=1, light_samples=1)
+LONG = support.scene(1024, 1024, samples=1024)
+"""Takes far longer than any test."""
 
 
 @dataclass(frozen=True)
@@ -53,34 +49,70 @@ class Outcome:
 Penumbra = Callable[..., Outcome]
 
 
+def ended(
+    folder: Path,
+    *words: object,
+    program: list[str] = COMMAND,
+    stdin: str = "",
+    timeout: float = TIMEOUT,
+    **environment: str,
+) -> Outcome:
+    """Run the command, or another program, in a process until it ends."""
+    done = subprocess.run(
+        [*program, *map(str, words)],
+        input=stdin,
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        env=ENVIRONMENT | environment,
+        timeout=timeout,
+        check=False,
+    )
+    return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+def begun(
+    folder: Path, *words: object, stderr: Any = subprocess.PIPE, **environment: str
+) -> subprocess.Popen[str]:
+    """Start the command as the leader of a group of processes, to be sent signals."""
+    # What starts the tests in the background may have made them ignore these.
+    command = ["env", "--default-signal=INT,HUP", *COMMAND, *map(str, words)]
+    return subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=stderr,
+        text=True,
+        cwd=folder,
+        env=ENVIRONMENT | environment,
+        process_group=0,
+    )
+
+
+def until(condition: Callable[[], object]) -> None:
+    deadline = time.monotonic() + TIMEOUT
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
 @pytest.fixture
 def penumbra(tmp_path: Path) -> Penumbra:
-    """Run the command in an empty folder."""
+    """Run the command in a process, in an empty folder."""
 
     def run(*words: object, stdin: str = "") -> Outcome:
-        done = subprocess.run(
-            [*COMMAND, *map(str, words)],
-            input=stdin,
-            capture_output=True,
-            text=True,
-            cwd=tmp_path,
-            env=CLEAN | {"PYTHONPATH": str(Path(__file__).parents[3])},
-            timeout=120,
-            check=False,
-        )
-        return Outcome(done.returncode, done.stdout, done.stderr)
+        return ended(tmp_path, *words, stdin=stdin)
 
     return run
 
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Penumbra:
-    """Run the command in this process, which has loaded everything, as if it were one of its own.
-
-    For commands that only read files, write files and print; each of them runs in a process of its own, too.
-    """
+    """Run the command in this process, which has loaded everything, as if it were one of its own."""
     for name in set(os.environ) - set(CLEAN):
         monkeypatch.delenv(name)
+    # Commands set it to what --config names.
+    monkeypatch.setenv("PENUMBRA_CONFIG", "")
+    monkeypatch.delenv("PENUMBRA_CONFIG")
     monkeypatch.chdir(tmp_path)
 
     def run(*words: object, stdin: str = "") -> Outcome:
@@ -92,10 +124,17 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
 
 
 @pytest.fixture
+def on_a_terminal(here: Penumbra, monkeypatch: pytest.MonkeyPatch) -> Penumbra:
+    """Run the command as if stdout were a terminal of 80 columns."""
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", "80")
+    return here
+
+
+@pytest.fixture
 def scene() -> dict[str, Any]:
     """A small scene, to be changed."""
-    document: dict[str, Any] = json.loads(json.dumps(SCENE))
-    return document
+    return copy.deepcopy(SCENE)
 
 
 @pytest.fixture

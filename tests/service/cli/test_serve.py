@@ -1,10 +1,12 @@
+"""Settings of a service, and its keys, which are made where it has its database."""
+
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
 
-from service.cli.errors import CommandError
+from service.cli.errors import CommandError, ExitCode
 from service.cli.serve import read_settings
 from service.settings import Settings
 from tests.service.cli.conftest import Penumbra
@@ -20,9 +22,7 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.usefixtures("file")
-def test_option_before_variable_before_file(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_option_before_variable_before_file(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("PORT", "WORKERS", "LIMITS__MAX_PIXELS"):
         monkeypatch.setenv(f"PENUMBRA_{name}", "2")
     settings = read_settings({"workers": 3})
@@ -35,48 +35,59 @@ def test_option_before_variable_before_file(
     ("content", "said"),
     [
         ("wokers = 2", "There is no such setting"),
-        ("workers = 0", "workers in"),
         ('[limits]\nmax_pixels = "many"', "limits.max_pixels in"),
         ("workers =", "is not TOML"),
+        (None, "cannot be read"),
     ],
 )
-def test_invalid_file_is_named(file: Path, content: str, said: str) -> None:
-    file.write_text(content)
-    with pytest.raises(CommandError) as caught:
+def test_unusable_file_is_named(file: Path, content: str | None, said: str) -> None:
+    if content is None:
+        file.unlink()
+    else:
+        file.write_text(content)
+    with pytest.raises(CommandError, match=said) as caught:
         read_settings({})
-    assert said in str(caught.value)
     assert file.name in str(caught.value)
 
 
-def test_missing_file_is_named(file: Path) -> None:
-    file.unlink()
-    with pytest.raises(CommandError, match="cannot be read"):
-        read_settings({})
+@pytest.mark.parametrize("store", ["gs://bucket", "s3://ab", "s3://bucket/a b"])
+def test_store_that_is_no_bucket(store: str) -> None:
+    with pytest.raises(CommandError, match="s3://BUCKET/PREFIX"):
+        read_settings({"store": store})
 
 
-@pytest.mark.slow
-def test_doctor_shows_the_source_of_each_setting(penumbra: Penumbra, tmp_path: Path) -> None:
-    (tmp_path / "p.toml").write_text(
-        'database = "postgresql://me:secret@localhost/x"\n[limits]\nmax_lights = 7\n'
-    )
-    document = penumbra("doctor", "--config", "p.toml", "--json").document
-    settings = {setting["name"]: (setting["value"], setting["source"]) for setting in document["settings"]}
-    assert settings["limits.max_lights"] == ("7", "p.toml")
-    assert settings["port"] == ("8000", "default")
-    assert settings["database"] == ("postgresql://me:***@localhost/x", "p.toml")
-    found = set(Settings.model_fields) - {"limits"}
-    assert found == {name for name in settings if "." not in name}
+def test_bucket_with_prefix() -> None:
+    store = "s3://my-bucket.x/renders/2026"
+    assert read_settings({"store": store}).place == store
+
+
+def test_new_key_is_alone_on_stdout(here: Penumbra) -> None:
+    outcome = here("keys", "add", "ada", "--data", "lab")
+    assert outcome.code == 0
+    assert outcome.out.startswith("pnm_")
+    assert outcome.out.count("\n") == 1
+    assert outcome.out.strip() not in outcome.err
+
+
+@pytest.mark.parametrize("words", [["ls"], ["revoke", "0123"]], ids=lambda words: words[0])
+def test_keys_of_a_misspelt_folder(here: Penumbra, tmp_path: Path, words: list[str]) -> None:
+    outcome = here("keys", *words, "--data", "typo")
+    assert outcome.code == ExitCode.USAGE
+    assert "There is no database of a service in typo." in outcome.err
+    assert not (tmp_path / "typo").exists()
 
 
 @pytest.mark.parametrize(
-    "store", ["gs://bucket", "s3://", "s3://ab", "s3://Bucket", "bucket", "s3://bucket/a b"]
+    ("option", "value", "reason"),
+    [
+        ("--data", "scene.json", "it is a file"),
+        ("--database", "mysql://localhost/penumbra", "postgresql://user@host/name"),
+        ("--database", "postgresql://127.0.0.1:1/penumbra", "Connection refused"),
+    ],
 )
-def test_store_that_is_no_bucket(store: str) -> None:
-    with pytest.raises(CommandError) as caught:
-        read_settings({"store": store})
-    assert "s3://BUCKET/PREFIX" in str(caught.value)
-
-
-@pytest.mark.parametrize("store", ["s3://abc", "s3://my-bucket.x/renders/2026", "s3://bucket/"])
-def test_bucket_with_prefix(store: str) -> None:
-    assert read_settings({"store": store}).place == store
+@pytest.mark.usefixtures("scene_file")
+def test_keys_of_an_unusable_database(here: Penumbra, option: str, value: str, reason: str) -> None:
+    outcome = here("keys", "add", "ada", option, value)
+    assert (outcome.code, outcome.out) == (ExitCode.USAGE, "")
+    assert reason in outcome.err
+    assert "Traceback" not in outcome.err

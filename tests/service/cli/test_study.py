@@ -1,39 +1,13 @@
-"""`penumbra study`, run as a user runs it."""
-
 from __future__ import annotations
 
 import csv
 import json
-import signal
-import subprocess
-import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from accuracy.study.report import CSV_COLUMNS
-from tests.service.cli.conftest import CLEAN, COMMAND, Penumbra
-
-ROOT = Path(__file__).parents[3]
-FILES = ("results.json", "results.csv", "report.html", "report.md")
-
-
-@pytest.mark.slow
-def test_study_leaves_a_report(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
-    out = tmp_path / "new" / "folder"
-    done = penumbra("study", scene_file, "--out", out, "--quick")
-    assert done.code == 0, done.err
-    assert [question for question in QUESTIONS if question in done.out] == QUESTIONS
-    assert str(out / "report.html") in done.err
-    assert [name for name in FILES if not (out / name).stat().st_size] == []
-    results = json.loads((out / "results.json").read_text())
-    with (out / "results.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert list(rows[0]) == list(CSV_COLUMNS)
-    assert [row["name"] for row in rows] == [row["name"] for row in results["settings"]]
-    assert {float(row["reference_rmse_255"]) for row in rows} == {results["reference"]["rmse_255"]}
-
+from tests.service.cli.conftest import Penumbra, begun, until
 
 QUESTIONS = [
     "How long for this error?",
@@ -45,23 +19,27 @@ QUESTIONS = [
 
 
 @pytest.mark.slow
-def test_killed_study_resumes(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    words = [*COMMAND, "study", str(scene_file), "--out", str(out), "--quick"]
-    with subprocess.Popen(words, cwd=ROOT, env=CLEAN, stderr=subprocess.DEVNULL) as process:
-        while len(journal(out)) < 10:
-            assert process.poll() is None
-            time.sleep(0.01)
-        process.send_signal(signal.SIGKILL)
-    begun = [line for line in journal(out) if line.endswith("}")]
+def test_killed_study_resumes_and_leaves_a_report(here: Penumbra, scene_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "folder"
+    words = ("study", scene_file, "--out", out, "--quick")
+    with begun(tmp_path, *words) as process:
+        until(lambda: len(journal(out)) >= 10)
+        assert process.poll() is None
+        process.kill()
+    before = [line for line in journal(out) if line.endswith("}")]
     assert not (out / "results.json").exists()
-    results = penumbra("study", scene_file, "--out", out, "--quick", "--json").document
-    entries = [json.loads(line) for line in journal(out) if line.endswith("}")]
-    keys = [entry["key"] for entry in entries]
-    assert journal(out)[: len(begun)] == begun
+    results = here(*words, "--json").document
+    lines = journal(out)
+    assert lines[: len(before)] == before
+    keys = [json.loads(line)["key"] for line in lines if line.endswith("}")]
     assert len(set(keys)) == len(keys)
-    assert results == json.loads((out / "results.json").read_text())
     assert results["runs"]["done"] == results["runs"]["planned"]
+    assert results == json.loads((out / "results.json").read_text())
+    with (out / "results.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == list(CSV_COLUMNS)
+    assert [row["name"] for row in rows] == [row["name"] for row in results["settings"]]
+    assert all((out / f"report.{form}").stat().st_size for form in ("html", "md"))
 
 
 def journal(out: Path) -> list[str]:
@@ -71,37 +49,26 @@ def journal(out: Path) -> list[str]:
 
 
 @pytest.mark.slow
-def test_budget_leaves_runs_out(penumbra: Penumbra, scene_file: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    results: Any = penumbra(
-        "study", scene_file, "--out", out, "--quick", "--budget", "0.1", "--json"
-    ).document
-    assert results["runs"]["done"] < results["runs"]["planned"]
-    assert "did not fit the budget" in (out / "report.md").read_text()
+def test_budget_leaves_runs_out(here: Penumbra, scene_file: Path, tmp_path: Path) -> None:
+    done = here("study", scene_file, "--out", "out", "--quick", "--budget", "0.1")
+    assert done.code == 0
+    assert [question for question in QUESTIONS if question in done.out] == QUESTIONS
+    runs = json.loads((tmp_path / "out" / "results.json").read_text())["runs"]
+    assert runs["done"] < runs["planned"]
+    assert "did not fit the budget" in (tmp_path / "out" / "report.md").read_text()
 
 
-@pytest.mark.parametrize("words", [["--budget", "0"], ["--side", "3"], []])
-def test_invalid_options(penumbra: Penumbra, scene_file: Path, words: list[str]) -> None:
-    out = ["--out", "out"] if words else []
-    assert penumbra("study", scene_file, *out, *words).code == 2
-
-
-def test_unusable_scene_is_refused_before_work(penumbra: Penumbra, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (["scene.json", "--out", "out", "--budget", "0"], 2),
+        (["scene.json", "--out", "out", "--side", "3"], 2),
+        (["scene.json"], 2),
+        (["bad.json", "--out", "out"], 3),
+    ],
+)
+@pytest.mark.usefixtures("scene_file")
+def test_unusable_arguments(here: Penumbra, tmp_path: Path, words: list[str], code: int) -> None:
     (tmp_path / "bad.json").write_text('{"version": 1}')
-    done = penumbra("study", "bad.json", "--out", tmp_path / "out", "--quick")
-    assert done.code == 3
-    assert not (tmp_path / "out").exists()
-
-
-def test_missing_extra_is_refused_before_work(scene_file: Path, tmp_path: Path) -> None:
-    """A module that says it is not there stands where the library would be."""
-    stand_in = tmp_path / "matplotlib.py"
-    stand_in.write_text('raise ModuleNotFoundError("No module named matplotlib")')
-    path = f"{tmp_path}:{ROOT}"
-    words = [*COMMAND, "study", str(scene_file), "--out", str(tmp_path / "out")]
-    done = subprocess.run(
-        words, cwd=tmp_path, env=CLEAN | {"PYTHONPATH": path}, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 2
-    assert "pip install 'penumbra-render[study]'" in done.stderr
+    assert here("study", *words).code == code
     assert not (tmp_path / "out").exists()

@@ -74,7 +74,7 @@ def test_folder_may_be_a_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_scenes_of_numpy_and_models() -> None:
-    camera = SCENE["camera"] | {"width": np.int64(48), "position": np.array([0, 2, 8])}
+    camera = SCENE["camera"] | {"width": np.int64(48), "position": np.array(SCENE["camera"]["position"])}
     assert pack(SCENE | {"camera": camera}).document == SCENE
     checked = schemas.Scene.model_validate(SCENE)
     again = schemas.Scene.model_validate(pack(checked).document)
