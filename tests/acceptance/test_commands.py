@@ -80,9 +80,10 @@ def test_running_job_has_a_picture_times_out_and_is_cancelled(
 ) -> None:
     timed_out = penumbra("submit", endless_file, "--wait", "--timeout", 0.5, "--json")
     job = timed_out.document["job_id"]
-    partial = penumbra("get", job, "-o", "part.npy")
-    assert (timed_out.code, partial.code) == (5, 0)
-    assert "so far" in partial.err
+    assert timed_out.code == 5
+    # A loaded machine may have no pixel yet.
+    until(lambda: penumbra("get", job, "-o", "part.npy").code == 0)
+    assert "so far" in penumbra("get", job, "-o", "part.npy").err
     assert np.load(tmp_path / "part.npy").max() > 0
     assert penumbra("cancel", job).code == 0
     assert penumbra("get", job, "--json").document["state"] == "cancelled"
