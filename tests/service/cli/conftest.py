@@ -6,11 +6,12 @@ import copy
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -125,10 +126,15 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
 
 @pytest.fixture
 def on_a_terminal(here: Penumbra, monkeypatch: pytest.MonkeyPatch) -> Penumbra:
-    """Run the command as if stdout were a terminal of 80 columns."""
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    """Run the command as if stdout were a terminal of 80 columns; without its colors."""
     monkeypatch.setenv("COLUMNS", "80")
-    return here
+
+    def run(*words: object) -> Outcome:
+        monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+        done = here(*words)
+        return replace(done, out=re.sub(r"\x1b\[[\d;]*m", "", done.out))
+
+    return run
 
 
 @pytest.fixture

@@ -40,6 +40,7 @@ def test_line_a_test_on_a_pipe(penumbra: Penumbra, assignment: Assignment) -> No
     assert whole.endswith(" mismatch")
 
 
+@pytest.mark.slow
 def test_result_with_pictures_and_exports(here: Penumbra, assignment: Assignment, tmp_path: Path) -> None:
     assignment.manifest(image_test(), flipped())
     exports = ("--export", "gradescope=results.json", "--export", "junit=report.xml")
@@ -95,6 +96,7 @@ def test_unusable_arguments(
     assert reported in outcome.err
 
 
+@pytest.mark.slow
 def test_lines_fit_a_terminal(on_a_terminal: Penumbra, assignment: Assignment) -> None:
     assignment.manifest(image_test(), flipped(advice="See lecture 2, and " + "then " * 30))
     lines = on_a_terminal(*WORDS).out.splitlines()

@@ -34,6 +34,7 @@ def test_closed_pipe_is_silent(tmp_path: Path, words: list[str]) -> None:
     assert (done.returncode, done.stderr) == (141, b"")
 
 
+@pytest.mark.slow
 @FULL
 @pytest.mark.parametrize(
     "words", [["validate", "scene.json"], ["explain", "missing.json", "--json"]], ids=" ".join
@@ -45,6 +46,7 @@ def test_full_stdout_is_reported(scene_file: Path, words: list[str]) -> None:
     assert done.stderr.startswith(b"error: stdout (/dev/full) ")
 
 
+@pytest.mark.slow
 @FULL
 def test_full_stderr_harms_nothing(scene_file: Path) -> None:
     words = ["render", "scene.json", "-o", "a.png", "--workers", "1"]
@@ -61,6 +63,7 @@ def test_closed_streams(scene_file: Path, closed: str, code: int) -> None:
     assert (done.code, done.err) == (code, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [[], ["--json"]], ids=["lines", "document"])
 def test_name_in_an_ascii_terminal(scene_file: Path, form: list[str]) -> None:
     name = "Kugel \u00fc \u7403.json"
@@ -80,6 +83,7 @@ def test_name_in_an_ascii_terminal(scene_file: Path, form: list[str]) -> None:
         assert done.stdout == "Kugel \u00fc \\u7403.json: ok\n".encode("latin-1")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("target", "name"), [("-", "a.png"), ("-.npy", "a.npy")])
 def test_picture_on_stdout(scene_file: Path, here: Penumbra, tmp_path: Path, target: str, name: str) -> None:
     assert here("render", scene_file, "-o", name, "--workers", 1).code == 0
