@@ -25,7 +25,7 @@ pytestmark = pytest.mark.slow
 
 SIDE = 48
 TARGETS = 4 / 255, 1 / 255
-SEEDS = 3, 4, 5
+SEEDS = 3, 4
 RARE = 1e-3
 """Probability that a right renderer fails one of these tests."""
 
