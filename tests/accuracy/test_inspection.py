@@ -13,7 +13,6 @@ from accuracy.inspection import inspect, inspection_plan
 from renderer.assets import FolderAssets
 from renderer.math.numerics import gamma
 from schemas.api.inspections import InspectedLight, InspectedRay, InspectedSurface, Inspection
-from schemas.quality import FixedQuality, TargetQuality
 from tests.documents import Json, bulb, lamp, phong, rectangle, sampled, scene, sphere, sun
 
 GALLERY = Path(scenes.__file__).parent / "gallery"
@@ -200,14 +199,6 @@ def test_ray_of_a_lens_passes_its_middle() -> None:
     assert inspect(inspection_plan(through), 0, 2) == inspect(inspection_plan(document), 0, 2)
 
 
-def test_lights_are_sampled_as_in_the_picture() -> None:
-    """Or by 64 points, where the picture takes as many as it needs."""
-    document = down(FLOOR, lights=[lamp([-1, 4, 1], [2, 0, 0], [0, 0, -2])])
-    few = FixedQuality.model_validate({"light": {"pattern": "sobol", "samples": 2}})
-    plans = [inspection_plan(document, quality) for quality in (None, few, TargetQuality(error=0.01))]
-    assert [plan.lightings[0].emitter.count for plan in plans] == [16, 2, 64]
-
-
 @pytest.mark.slow
 def test_tree_of_thousands_of_rays_is_reported_in_part() -> None:
     """Each of six walls splits a ray in two: 2^12 paths, if none leaves the glass."""
@@ -221,18 +212,3 @@ def test_tree_of_thousands_of_rays_is_reported_in_part() -> None:
 def test_pixel_outside_the_picture_is_refused(x: int, y: int) -> None:
     with pytest.raises(IndexError, match="3 x 3"):
         inspect(inspection_plan(down(FLOOR)), x, y)
-
-
-def test_reasons_come_in_the_order_of_what_they_add() -> None:
-    lights = [bulb([3, 4, 0], [0.1, 0.1, 0.1]), bulb([-3, 4, 0], [1, 1, 1])]
-    found = middle(down(FLOOR, lights=lights))
-    assert [reason.pointers[0] for reason in found.reasons] == ["/lights/1", "/lights/0"]
-    # Through glass whose highlight is (r . v)^90: nothing, but not zero.
-    shiny = {"specular": 1, "shininess": 90, "transmission": 1, "ior": 1.5, "max_depth": 4}
-    materials = MATT | {"glass": phong([0, 0, 0], ambient=0, diffuse=0, **shiny)}
-    ball = sphere([0, 2, 0], 1, material="glass")
-    light = bulb([3, 6, 0], [1, 1, 1])
-    found = middle(down(ball, FLOOR, lights=[light], materials=materials, background=[0] * 3, **LIT))
-    assert 0 < max(light_of(found).specular) < 1e-10
-    assert codes(found)[0] == "refraction"
-    assert "lit" not in codes(found)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import re
 from collections.abc import Iterator
 
 import httpx2
 import numpy as np
 import pytest
-from PIL import Image
 from playwright.sync_api import Page, expect
 
 from service.server import RunningServer
@@ -99,18 +96,6 @@ def test_picture_brighter_than_white(open_page: Open, client: httpx2.Client, kin
 
 
 @pytest.mark.slow
-def test_heat_map_of_the_service(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
-    request = {"image": {"job": pair[0]}, "reference": {"job": pair[1]}, "pictures": True}
-    png = client.post("/v1/comparisons", json=request).raise_for_status().json()["images"]["heat_map"]
-    expected = np.asarray(Image.open(io.BytesIO(base64.b64decode(png)))).astype(int)
-    page = open_page("/compare/{}/{}".format(*pair))
-    page.get_by_label("Heat map").check()
-    # A colour is one of 256, and half a step is at most two code values.
-    assert np.abs(codes_of(page) - expected).max() <= 2
-    assert expected.max() > 100
-
-
-@pytest.mark.slow
 def test_refused_file_is_replaced(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
     page = open_page(f"/compare/{pair[0]}/file")
     choose_reference(page, "exr", b"not a picture")
@@ -119,21 +104,3 @@ def test_refused_file_is_replaced(open_page: Open, client: httpx2.Client, pair: 
     )
     choose_reference(page, "npy", client.get(f"/v1/jobs/{pair[1]}/image.npy").content)
     expect(page.locator(".verdict")).to_contain_text("Not the same")
-
-
-@pytest.mark.slow
-def test_pictures_stay_without_a_verdict(open_page: Open, pair: tuple[str, str]) -> None:
-    page = open_page("/jobs")
-    page.route("**/v1/comparisons", lambda route: route.abort("internetdisconnected"))
-    page.goto("/compare/{}/{}".format(*pair))
-    verdict = page.get_by_role("region", name="Verdict")
-    expect(verdict.get_by_role("alert")).to_have_text("The service does not answer.")
-    expect(verdict.get_by_text("Comparing …")).to_be_hidden()
-    expect(verdict.get_by_role("row", name="RMSE")).to_be_visible()
-
-
-@pytest.mark.slow
-def test_pictures_of_two_sizes(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
-    small = finished(client, scene(16, 16, samples=1, light_samples=1))
-    page = open_page(f"/compare/{pair[0]}/{small}")
-    expect(page.get_by_role("alert")).to_contain_text("80")

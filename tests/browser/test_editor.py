@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -21,12 +20,6 @@ from tests.browser.scenes import (
     small,
     write,
 )
-
-FIELD = """async (steps) => {
-  const { fieldAt } = await import("/web/scene_fields.js");
-  const schema = await (await fetch("/v1/schemas/scene.json")).json();
-  return fieldAt(schema, steps);
-}"""
 
 
 def line(page: Page, text: str) -> Locator:
@@ -72,18 +65,6 @@ def test_field_under_the_pointer(page: Page) -> None:
 
 
 @pytest.mark.slow
-def test_field_is_explained_once(page: Page) -> None:
-    opened(page)
-    write(page, small("basic"))
-    line(page, "vertical_fov").locator(".key").click()
-    hint = page.locator(".field-hint")
-    expect(hint).to_have_count(1, timeout=TIMEOUT)
-    editor(page).press("Control+i")
-    expect(page.locator("#announcer")).to_contain_text("Angle of view from bottom to top")
-    expect(hint).to_have_count(1)
-
-
-@pytest.mark.slow
 def test_field_at_the_cursor(page: Page) -> None:
     opened(page)
     write(page, small("basic"))
@@ -96,28 +77,6 @@ def test_field_at_the_cursor(page: Page) -> None:
     expect(hint).to_have_count(0)
 
 
-def step(name: str | None, of: str | None = None, inner: str | None = None) -> dict[str, str | None]:
-    return {"name": name, "type": of, "inner": inner}
-
-
-SHAPES = (step("shapes"), step(None, inner="ellipsoid"))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("steps", "said"),
-    [
-        pytest.param([step("camera"), step("look_at")], "in the middle of the picture", id="referenced"),
-        pytest.param([*SHAPES, step("radius", "ellipsoid")], "radius", id="of-a-type"),
-        pytest.param([step("materials"), step("red", inner="phong")], "Phong", id="named-by-the-user"),
-        pytest.param([step("lights"), step(None), step("type", "point")], "light", id="the-type-itself"),
-    ],
-)
-def test_field_inside_nested_types(bare_page: Page, steps: list[dict[str, str | None]], said: str) -> None:
-    found = bare_page.evaluate(FIELD, steps)
-    assert said.lower() in " ".join(found["paragraphs"]).lower()
-
-
 @pytest.mark.slow
 def test_f8_goes_to_the_next_problem(page: Page) -> None:
     opened(page)
@@ -126,16 +85,6 @@ def test_f8_goes_to_the_next_problem(page: Page) -> None:
     for expected in ("2", "-5", "2"):
         editor(page).press("F8")
         assert selected(page) == expected
-
-
-@pytest.mark.slow
-def test_bracket_with_a_far_partner(page: Page) -> None:
-    # The cursor is before the bracket in which the whole scene stands.
-    opened(page)
-    bracket = page.locator(".cm-line").first.locator("span", has_text="{")
-    expect(bracket.first).to_have_class(re.compile("(non)?matchingBracket"))
-    for part in bracket.all():
-        expect(part).to_have_css("background-color", "rgba(0, 0, 0, 0)")
 
 
 @pytest.mark.slow
@@ -171,19 +120,3 @@ def test_dropped_file_is_opened(page: Page) -> None:
     drop(page, onto=".cm-content", mine__json=small("basic").encode())
     expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible()
     expect_written(page, small("basic"))
-
-
-@pytest.mark.slow
-def test_read_only_takes_no_text(bare_page: Page) -> None:
-    bare_page.evaluate(
-        """async () => {
-          const { makeEditor } = await import("/web/editor.js");
-          const editor = makeEditor({ label: "Only to be read", readOnly: true });
-          document.getElementById("main").append(editor.element);
-          editor.text = "{}";
-        }"""
-    )
-    shown = bare_page.get_by_role("textbox", name="Only to be read")
-    shown.press("x")
-    expect(shown).to_have_text("{}")
-    expect(shown).to_have_attribute("aria-readonly", "true")

@@ -10,43 +10,11 @@ from tests.browser.conftest import Open
 from tests.browser.scenes import TIMEOUT, drop, expect_written, small
 
 
-@pytest.mark.parametrize("path", ["/", "/jobs", "/jobs/0123456789abcdef", "/compare/a/b"])
-def test_addresses_open_directly(client: httpx2.Client, path: str) -> None:
-    answer = client.get(path)
-    assert answer.status_code == 200
-    assert answer.headers["content-type"] == "text/html; charset=utf-8"
-
-
 @pytest.mark.parametrize(
     "path", ["/web/../app.py", "/web/%2e%2e/app.py", "/web/views", "/web/a%00.js", "/web//main.js"]
 )
 def test_other_files_are_not_served(client: httpx2.Client, path: str) -> None:
     assert client.get(path).status_code == 404
-
-
-@pytest.mark.slow
-def test_cached_file_costs_no_transfer(client: httpx2.Client) -> None:
-    first = client.get("/web/main.js")
-    again = client.get("/web/main.js", headers={"If-None-Match": first.headers["etag"]})
-    assert (again.status_code, again.content) == (304, b"")
-    # Browsers replace the headers that they have stored by these.
-    rules = "content-security-policy"
-    assert again.headers[rules] == first.headers[rules] == client.get("/").headers[rules]
-
-
-@pytest.mark.slow
-def test_reopened_page_asks_for_its_document(open_page: Open) -> None:
-    page = open_page("/jobs")
-    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
-    before = page.evaluate("performance.getEntriesByType('resource').length")
-    assert before > 10
-    page.goto(page.url)
-    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
-    # What comes from the browser's cache has no bytes transferred.
-    sent = """() => performance.getEntriesByType("resource")
-      .filter(({ name, transferSize }) => name.includes("/web/") && transferSize > 0)
-      .map(({ name }) => name)"""
-    assert page.evaluate(sent) == []
 
 
 @pytest.mark.slow

@@ -60,26 +60,3 @@ def test_mirrored_surface(open_page: Open, client: httpx2.Client, shoot: Shoot) 
     )
     expect(page.locator(".reasons")).to_contain_text("A mirror shows what lies before it")
     shoot(page, "inspect-mirror-narrow-dark")
-
-
-@pytest.mark.slow
-def test_parts_are_sorted_by_share(open_page: Open, client: httpx2.Client) -> None:
-    document = scene()
-    # A highlight of nearly nothing on glass, through which the background is seen.
-    document["materials"]["ball"] = {
-        "type": "phong", "color": [0, 0, 0], "ambient": 0, "diffuse": 0, "specular": 1, "shininess": 400,
-        "transmission": 1, "ior": 1.5,
-    }  # fmt: skip
-    page = opened(open_page, finished(client, document))
-    click_at(page, 40, 24)
-    rows = page.locator(".parts").first.locator("tbody tr")
-    expect(rows.first).to_contain_text("Refracted ray")
-    shares = [
-        float(text.split()[0])
-        for text in page.locator(".parts").first.locator("td:nth-child(2)").all_inner_texts()
-    ]
-    assert shares == sorted(shares, reverse=True)
-    assert min(shares) > 0
-    assert sum(shares) > 99
-    expect(page.locator(".reasons li").first).to_contain_text("Glass shows what lies behind it")
-    expect(page.locator(".reasons")).not_to_contain_text("fully visible")

@@ -43,42 +43,6 @@ def test_stage_shows_its_line(open_page: Open, job: str, text: str) -> None:
 
 
 @pytest.mark.slow
-def test_left_out_effects(open_page: Open, client: httpx2.Client, job: str) -> None:
-    page = open_page(f"/jobs/{job}")
-    tab(page, "Plan")
-    for effect in client.get(f"/v1/jobs/{job}/plan").json()["left_out"]:
-        expect(page.locator(".left-out")).to_contain_text(effect["reason"], timeout=TIMEOUT)
-
-
-@pytest.mark.slow
-def test_stages_of_the_plan(open_page: Open, client: httpx2.Client, job: str) -> None:
-    page = open_page(f"/jobs/{job}")
-    tab(page, "Plan")
-    stages = client.get(f"/v1/jobs/{job}/plan").json()["stages"]
-    names = [stage["name"] for stage in sorted(stages, key=lambda stage: -stage["share"])]
-    expect(page.locator(".stages .stage-name > strong")).to_have_text(names, timeout=TIMEOUT)
-    # Five of them, and one piece for all others.
-    expect(page.locator(".stages-bar .part")).to_have_count(6)
-    expect(page.locator(".stages .stage-name > strong").nth(5)).to_be_hidden()
-
-
-@pytest.mark.slow
-def test_error_against_time_as_numbers(open_page: Open, client: httpx2.Client) -> None:
-    quality = {
-        "mode": "fixed",
-        "antialiasing": {"pattern": "random", "samples": 64},
-        "light": {"pattern": "random"},
-    }
-    job = submit(client, json.loads(small("basic")), quality=quality)
-    finish(client, job)
-    passes = client.get(f"/v1/jobs/{job}/convergence").json()["passes"]
-    page = open_page(f"/jobs/{job}")
-    page.get_by_text("Show table").click(timeout=TIMEOUT)
-    expect(page.locator(".numbers tbody tr")).to_have_count(len(passes))
-    expect(page.get_by_role("img", name="Error in code values").locator("canvas")).to_be_visible()
-
-
-@pytest.mark.slow
 def test_job_is_rendered_again(open_page: Open, job: str, text: str) -> None:
     page = open_page(f"/jobs/{job}")
     page.get_by_role("link", name="Change and render again").click()

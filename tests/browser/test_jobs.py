@@ -11,11 +11,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import Open
 from tests.browser.scenes import TIMEOUT, endless, small
-from tests.service.support import finish, job_of, submit, until
-
-
-def wide(width: int, height: int) -> dict[str, Any]:
-    return document("")["camera"] | {"width": width, "height": height}
+from tests.service.support import finish, submit
 
 
 def document(name: str) -> dict[str, Any]:
@@ -47,19 +43,6 @@ def test_jobs_by_state(open_page: Open, client: httpx2.Client) -> None:
     expect(row(page, "ready")).to_have_count(1)
     expect(row(page, "on its way")).to_have_count(0)
     client.post(f"/v1/jobs/{running}/cancel")
-
-
-@pytest.mark.slow
-def test_small_pictures_in_the_list(open_page: Open, client: httpx2.Client) -> None:
-    job = submit(client, document("not too large") | {"camera": wide(400, 100)})
-    finish(client, job)
-    page = open_page("/jobs")
-    picture = row(page, "not too large").locator("img")
-    page.wait_for_function("image => image.naturalWidth > 0", arg=picture.element_handle())
-    assert picture.evaluate("image => [image.naturalWidth, image.naturalHeight]") == [96, 24]
-    path = picture.evaluate("image => image.currentSrc")
-    tag = client.get(path).headers["etag"]
-    assert client.get(path, headers={"If-None-Match": tag}).status_code == 304
 
 
 @pytest.mark.slow
@@ -106,23 +89,6 @@ def test_two_jobs_are_compared(open_page: Open, client: httpx2.Client) -> None:
     page.get_by_role("checkbox", name="Choose right").check()
     compare.click()
     page.wait_for_url(f"**/compare/{older}/{newer}")
-
-
-@pytest.mark.slow
-def test_list_without_active_jobs(open_page: Open, client: httpx2.Client) -> None:
-    done(client, "shown")
-    running = endless(client, "not in this list")
-    until(lambda: job_of(client, running)["state"] == "running")
-    page = open_page("/jobs")
-    asked: list[str] = []
-    page.on("request", lambda request: asked.append(request.url))
-    page.get_by_label("State").select_option("succeeded")
-    expect(page.get_by_text("Other jobs are queued or running.")).to_be_visible(timeout=TIMEOUT)
-    # One answer is enough.
-    assert any("state=running&limit=1" in url for url in asked)
-    assert not any("state=queued" in url for url in asked)
-    client.post(f"/v1/jobs/{running}/cancel")
-    expect(page.get_by_text("No job is queued or running.")).to_be_visible(timeout=TIMEOUT)
 
 
 @pytest.mark.slow

@@ -38,12 +38,6 @@ def alternatives(page: Page, *offers: dict[str, Any]) -> list[list[Any]]:
 
 
 @pytest.mark.slow
-def test_fewer_samples_are_not_better(bare_page: Page) -> None:
-    worse = offer("random", 4, seconds=1.0, error=(0.002, 0.001, 0.003))
-    assert alternatives(bare_page, worse) == []
-
-
-@pytest.mark.slow
 def test_half_the_error_beyond_noise(bare_page: Page) -> None:
     noisy = offer("sobol", 4, seconds=3.9, error=(0.004, 0.0, 0.03))
     clear = offer("sobol", 16, seconds=5.0, error=(0.004, 0.003, 0.005))

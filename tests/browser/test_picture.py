@@ -14,7 +14,7 @@ import httpx2
 import numpy as np
 import pytest
 from matplotlib import colormaps
-from playwright.sync_api import Browser, Page, Route, expect
+from playwright.sync_api import Browser, Page, expect
 
 from renderer.images import files as image_files
 from renderer.tiling import TILE
@@ -24,7 +24,6 @@ from service.settings import Settings
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import (
     COVERED,
-    OVERLAY,
     Rectangle,
     at_work,
     click_at,
@@ -172,21 +171,6 @@ def test_read_out_equals_the_npy(open_page: Open, client: httpx2.Client) -> None
 
 
 @pytest.mark.slow
-def test_numbers_in_large_pixels(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
-    page = opened(open_page, finished(client))
-    drawn = f"""(least) => {{{OVERLAY}
-        const {{ data }} = context.getImageData(0, 0, over.width, over.height);
-        return data.filter((alpha, i) => i % 4 === 3 && alpha > 0).length >= least;
-    }}"""
-    assert not page.evaluate(drawn, 1)
-    for _ in range(3):
-        page.get_by_role("button", name="Zoom in").click()
-    # Hundreds of digits, each of some dots.
-    page.wait_for_function(drawn, arg=1000)
-    shoot(page, "picture-numbers")
-
-
-@pytest.mark.slow
 def test_wheel_zooms_and_drag_pans(open_page: Open, client: httpx2.Client) -> None:
     page = opened(open_page, finished(client))
     point_at(page, 20, 30)
@@ -256,32 +240,6 @@ def test_layer_in_false_colours(open_page: Open, client: httpx2.Client, shoot: S
     # The floor faces up: (0, 1, 0) is shown as the middle, the greatest and the middle.
     assert codes_of(page)[47, 0].tolist() == [128, 255, 128]
     shoot(page, "picture-normals")
-
-
-@pytest.mark.slow
-def test_unavailable_layer(open_page: Open, client: httpx2.Client) -> None:
-    job = finished(client, layers=LAYERS)
-    page = opened(open_page, job)
-    # News of the job would fetch the chosen layer again.
-    page.wait_for_load_state("networkidle")
-    held: list[Route] = []
-
-    def hold(route: Route) -> None:
-        held.append(route)
-
-    page.route("**/layers/depth.npy", hold)
-    with page.expect_request("**/layers/depth.npy"):
-        page.get_by_label("Shown").select_option("depth")
-    page.get_by_label("Shown").select_option("normal")
-    directions = "Red, green and blue are x, y and z"
-    expect(page.locator(".legend")).to_contain_text(directions)
-    held.pop().fulfill(body="not a layer")
-    arrived = "() => performance.getEntriesByType('resource').some(({ name }) => /depth/.test(name))"
-    page.wait_for_function(arrived)
-    # The page reads what came before it reads a later answer.
-    page.evaluate("(path) => fetch(path).then((answer) => answer.arrayBuffer())", f"/v1/jobs/{job}/image.npy")
-    expect(page.locator(".legend")).to_contain_text(directions)
-    expect(page.get_by_role("alert")).to_be_hidden()
 
 
 def layer(client: httpx2.Client, job: str, name: str) -> np.ndarray:

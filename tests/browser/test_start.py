@@ -10,7 +10,7 @@ import httpx2
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.browser.conftest import Open, Shoot
+from tests.browser.conftest import Open
 from tests.browser.scenes import (
     GALLERY,
     TIMEOUT,
@@ -132,22 +132,6 @@ def test_price_before_rendering(page: Page, client: httpx2.Client) -> None:
 
 
 @pytest.mark.slow
-def test_expensive_scene_is_priced_by_its_plan(page: Page, shoot: Shoot) -> None:
-    opened(page)
-    (lamp,) = json.loads(small("basic"))["lights"]
-    # With so many lights a single block takes longer than a quote may.
-    write(page, small("basic", name="too expensive to try", lights=[lamp] * 8))
-    ask_for_samples(page, 2048, 4096)
-    quote = page.get_by_role("region", name="Quote")
-    expect(quote).to_contain_text("from the plan alone", timeout=TIMEOUT)
-    expect(quote.get_by_role("term").first).to_have_text("Time")
-    shoot(page, "start-not-tried")
-    with page.expect_response(lambda response: response.url.endswith("/v1/quotes"), timeout=TIMEOUT):
-        quote.get_by_role("button", name="Try again").click()
-    expect(quote.get_by_role("button", name="Try again")).to_be_visible(timeout=TIMEOUT)
-
-
-@pytest.mark.slow
 def test_text_survives_a_reload(page: Page) -> None:
     opened(page)
     text = small("basic", name="not lost")
@@ -202,25 +186,6 @@ def test_service_that_is_away(page: Page) -> None:
     opened(page)
 
 
-@pytest.mark.slow
-def test_long_names_on_a_narrow_screen(open_page: Open) -> None:
-    page = open_page("/", width=390, height=844)
-    opened(page)
-    name = "a_name_without_spaces" * 5
-    text = small().replace("textures/tiles.png", f"textures/{name}.png")
-    drop(page, **{f"{name}__json": text.encode()})
-    for wide in (
-        page.get_by_role("heading", level=2, name=f"{name}.json"),
-        page.get_by_role("listitem").filter(has_text=f"textures/{name}.png").locator("code"),
-        page.get_by_text(f"Choose {name}.png"),
-    ):
-        expect(wide).to_be_visible(timeout=TIMEOUT)
-        box = wide.bounding_box()
-        assert box is not None
-        assert box["x"] + box["width"] <= 390
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
-
-
 def previewed(page: Page) -> str:
     """Wait for a preview, and return the address of its picture."""
     picture = page.get_by_role("img", name="Preview of the scene")
@@ -239,21 +204,6 @@ def test_preview_leaves_no_job(page: Page, client: httpx2.Client) -> None:
     opened(page)
     assert previewed(page) != first
     assert client.get("/v1/jobs").json()["jobs"] == jobs
-
-
-@pytest.mark.slow
-def test_preview_is_turned_off(page: Page) -> None:
-    opened(page)
-    page.get_by_label("Live preview").uncheck()
-    asked: list[str] = []
-    page.on("request", lambda request: asked.append(request.url))
-    page.reload()
-    expect(page.get_by_label("Live preview")).not_to_be_checked(timeout=TIMEOUT)
-    with page.expect_response(lambda response: response.url.endswith("/v1/quotes"), timeout=TIMEOUT):
-        opened(page)
-    assert not [url for url in asked if url.endswith("/v1/previews")]
-    page.get_by_label("Live preview").check()
-    previewed(page)
 
 
 def two_textures() -> str:
@@ -283,18 +233,6 @@ def test_file_for_one_path(page: Page) -> None:
     choosing.value.set_files([{"name": "any.png", "mimeType": "image/png", "buffer": TILES}])
     expect(light).to_contain_text("here", timeout=TIMEOUT)
     expect(dark).not_to_contain_text("here")
-
-
-@pytest.mark.slow
-def test_file_that_fits_two_paths(page: Page) -> None:
-    opened(page)
-    drop(page, mine__json=two_textures().encode(), wood__png=TILES)
-    use = page.get_by_role("button", name="Use wood.png as dark/wood.png")
-    use.click(timeout=TIMEOUT)
-    dark = page.get_by_role("listitem").filter(has_text="dark/wood.png")
-    expect(dark).to_contain_text("here", timeout=TIMEOUT)
-    light = page.get_by_role("listitem").filter(has_text="light/wood.png")
-    expect(light).not_to_contain_text("here")
 
 
 @pytest.mark.slow

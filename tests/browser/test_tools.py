@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 
 import httpx2
 import numpy as np
@@ -61,18 +60,6 @@ def test_stripes_cover_clipped_pixels(open_page: Open, client: httpx2.Client, br
 
 
 @pytest.mark.slow
-def test_automatic_exposure(open_page: Open, client: httpx2.Client, bright: str) -> None:
-    page = opened(open_page, bright)
-    settings(page)
-    page.get_by_role("button", name="Auto exposure").click()
-    exposure = float(page.get_by_label("Exposure", exact=True).input_value())
-    brightest = image(client, bright).max(axis=2)
-    assert (brightest * 2**exposure > 1).mean() <= 0.01
-    # A quarter of a stop more would be too much.
-    assert (brightest * 2 ** (exposure + 0.25) > 1).mean() > 0.01
-
-
-@pytest.mark.slow
 def test_exposure_changes_the_codes(open_page: Open, bright: str) -> None:
     page = opened(open_page, bright)
     point_at(page, 30, 20, (60, 40))
@@ -114,18 +101,6 @@ def test_statistics_of_a_part(open_page: Open, client: httpx2.Client, bright: st
 
 def number(text: str) -> float:
     return float(text.replace("\N{MINUS SIGN}", "-"))
-
-
-@pytest.mark.slow
-def test_histogram_of_clipped_pixels(open_page: Open, client: httpx2.Client, bright: str) -> None:
-    page = opened(open_page, bright)
-    tab(page, "Pixel")
-    pixels = image(client, bright)
-    for exposure in ("0", "-0.75"):
-        page.get_by_label("Exposure", exact=True).fill(exposure)
-        share = 100 * (pixels * 2 ** float(exposure) > 1).mean()
-        caption = page.locator(".histogram-figure figcaption")
-        expect(caption).to_contain_text(re.compile(rf"{re.escape(f'{share:.1f}')} % of the values lie above"))
 
 
 @pytest.mark.slow

@@ -14,7 +14,6 @@ from renderer.cameras import build_pinhole
 from schemas.cameras import Camera
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import (
-    COVERED,
     OVERLAY,
     click_at,
     codes_of,
@@ -89,16 +88,6 @@ def test_wheel_never_scrolls_the_page(open_page: Open, job: str) -> None:
 
 
 @pytest.mark.slow
-def test_one_to_one(open_page: Open, job: str) -> None:
-    page = opened(open_page, job)
-    page.get_by_role("button", name="1:1").click()
-    assert box(page.locator("canvas.pixels"))["width"] == 80
-    expect(page.get_by_label("Zoom", exact=True).locator("output")).to_have_text("100 %")
-    page.get_by_role("button", name="Fit").click()
-    assert box(page.locator("canvas.pixels"))["width"] > 400
-
-
-@pytest.mark.slow
 def test_zoom_is_in_the_address(open_page: Open, client: httpx2.Client, job: str) -> None:
     other = finished(client, scene() | {"shapes": scene()["shapes"][:1]})
     page = opened(open_page, job)
@@ -150,35 +139,6 @@ def test_drawer_by_keyboard(open_page: Open, job: str) -> None:
     # A question opens it.
     click_at(page, 30, 20)
     expect(page.get_by_role("heading", name="Pixel 30, 20")).to_be_visible(timeout=TIMEOUT)
-
-
-@pytest.mark.slow
-def test_settings_in_a_narrow_window(open_page: Open, client: httpx2.Client, job: str) -> None:
-    page = opened(open_page, job, width=360, height=740)
-    expect(page.get_by_label("Exposure")).to_be_hidden()
-    page.get_by_role("button", name="Display").click()
-    page.get_by_label("Exposure").fill("1")
-    assert codes_of(page).mean() > served(client, job).mean()
-
-
-@pytest.mark.slow
-def test_browser_that_stores_nothing(open_page: Open, job: str) -> None:
-    page = open_page("/jobs")
-    for name in ("localStorage", "sessionStorage"):
-        page.add_init_script(
-            f"Object.defineProperty(window, '{name}', "
-            "{ get() { throw new DOMException('Access is denied.', 'SecurityError'); } })"
-        )
-    page.goto(f"/jobs/{job}")
-    page.wait_for_function(COVERED)
-    page.get_by_role("button", name="Display").click()
-    page.get_by_label("Background").select_option("black")
-    expect(page.locator(".stage")).to_have_attribute("data-background", "black")
-    page.goto("/")
-    expect(page.get_by_role("button", name="Render", exact=True)).to_be_enabled()
-    page.get_by_label("Labels").fill("week:3")
-    page.get_by_role("link", name="Jobs", exact=True).click()
-    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
 
 
 @pytest.mark.slow

@@ -16,8 +16,6 @@ from renderer.tiling import blocks
 from schemas.quality import FixedQuality, Quality
 from schemas.tiles import Pass, Tile
 
-__all__ = ["DOUBLE", "SINGLE", "Files", "few_of", "image_of", "plan_of", "png", "same", "samples_of"]
-
 SINGLE = FixedQuality(mode="fixed", precision="single")
 DOUBLE = FixedQuality(mode="fixed", precision="double")
 

@@ -2,7 +2,6 @@
 
 import io
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -181,12 +180,6 @@ def test_data_window_lies_in_the_display_window(corner: tuple[int, int]) -> None
     assert "columns 2 to 3, rows 1 to 2" in picture.notes[0]
 
 
-def test_exr_with_more_than_its_picture_is_cut() -> None:
-    windows = {"displayWindow": ((1, 0), (1, 1)), "dataWindow": ((0, 0), (2, 1))}
-    picture = picture_of(exr({name: PLANES[name] for name in "RGB"}, **windows), "a.exr")
-    assert picture.linear.tolist() == LIGHT[:, 1:2].tolist()
-
-
 def clear() -> np.ndarray:
     codes = np.full((2, 2, 4), 255, np.uint8)
     codes[1, 0, 3] = 254
@@ -233,18 +226,6 @@ def with_nan() -> np.ndarray:
 def test_what_is_no_picture_is_refused(content: bytes, word: str) -> None:
     with pytest.raises(NotComparableError, match=word):
         picture_of(content, "picture")
-
-
-def test_whole_numbers_in_an_array_are_read_as_stated() -> None:
-    picture = picture_of(npy(np.full((1, 1, 3), 65535, np.uint16)), "a.npy", "linear")
-    assert picture.linear.tolist() == [[[1.0, 1.0, 1.0]]]
-    assert picture.bits == 16
-
-
-def test_layers_of_another_size_are_refused(tmp_path: Path) -> None:
-    layers: dict[str, Any] = {"samples": np.ones((3, 3))}
-    with pytest.raises(NotComparableError, match="'samples'"):
-        picture_of(npy(np.zeros((2, 2, 3))), "a.npy", layers=layers)
 
 
 def test_rounding_is_half_a_code_or_two_float32_spacings() -> None:

@@ -36,18 +36,9 @@ def test_fireflies_make_no_block_a_mismatch() -> None:
     assert compared(image, reference).judgement.verdict == "noisy_match"
 
 
-def test_small_block_is_never_beyond_doubt() -> None:
-    assert not Bias(np.array([[math.inf]]), np.array([[0.5]]), pixels=1).beyond_doubt(0.0).any()
-
-
 def test_noise_decides_where_too_few_blocks_are_biased() -> None:
     found = judge(equal=False, bias=CALM, scores=None, explained=False, policy=Policy(samples=4), noise=LOUD)
     assert (found.verdict, found.test, found.margin) == ("mismatch", "noise", pytest.approx(1 - 1 / 0.02))
-
-
-def test_mistake_outranks_noise_as_the_reason() -> None:
-    found = judge(equal=False, bias=CALM, scores=None, explained=True, policy=Policy(samples=4), noise=LOUD)
-    assert (found.verdict, found.test) == ("mismatch", "diagnosis")
 
 
 def judged(ratios: list[float], explained: bool = False, **policy: Any) -> Judgement:
@@ -64,10 +55,6 @@ def test_verdict_depends_on_the_share_of_biased_blocks() -> None:
     assert verdict([2.0, 2.0, 0.5, 0.5]) == "mismatch"
     assert verdict([1.0, 1.0, 1.0, 1.0]) == "noisy_match"
     assert verdict([math.inf, 0.0, 0.0, 0.0], 0.0) == "mismatch"
-
-
-def test_margin_is_the_share_of_the_limit_that_is_left() -> None:
-    assert judged([2.0, 0.0, 0.0, 0.0, 0.0], most_bias=0.4).margin == pytest.approx(0.5)
 
 
 def test_factor_of_samples_settles_blocks() -> None:

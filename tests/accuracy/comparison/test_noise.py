@@ -54,24 +54,11 @@ def test_allowed_variance_adds_all_sources() -> None:
     assert allowed_variances(drawn(1, 4), 4, rounding, 0.01) is None
 
 
-@pytest.mark.parametrize("samples", [4, 16, 64])
-def test_enough_samples_are_accepted(samples: int) -> None:
-    """A block is called noisier by chance once in 10,000: two of 64 blocks once in 25,000 pictures."""
-    found = compare(drawn(2, samples), reference(), policy=STRICT)
-    assert found.judgement.verdict == "noisy_match"
-
-
 @pytest.mark.parametrize("samples", [1, 1.5])
 def test_fewer_samples_are_not_accepted(samples: float) -> None:
     """1.5 samples have 2.7 times the variance that is allowed."""
     found = compare(drawn(3, samples), reference(), policy=STRICT)
     assert (found.judgement.verdict, found.judgement.test) == ("mismatch", "noise")
-
-
-def test_any_noise_is_accepted_without_a_bound() -> None:
-    noisy = drawn(4, 0.5)
-    assert compare(noisy, reference(), policy=Policy()).passed
-    assert compare(noisy, picture(np.full((SIDE, SIDE, 3), 0.5)), policy=STRICT).passed
 
 
 def test_noise_does_not_hide_a_brighter_block() -> None:
@@ -97,9 +84,3 @@ def test_two_spots_in_a_block_are_noise(spots: int, share: float) -> None:
     rare = np.zeros((8, 8, 3))
     rare[0, : 2 * spots : 2] = 0.25
     assert noise(rare, np.full(rare.shape, 1e-4), 4).share == share
-
-
-def test_line_of_pixels_is_no_spots() -> None:
-    line = np.zeros((8, 8, 3))
-    line[3, 1:7] = 0.25
-    assert noise(line, np.full(line.shape, 1e-4), 4).share == 0

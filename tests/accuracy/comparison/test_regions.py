@@ -1,7 +1,5 @@
 """Where pictures differ, from differences put in by hand."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -37,20 +35,6 @@ def test_region_has_the_name_of_its_shape() -> None:
     assert named(region.shape, ["floor", "wall", "ball"]) == "ball"
     assert named(-1, []) == "background"
     assert named(None, []) is None
-
-
-def test_region_at_the_border_of_an_odd_size() -> None:
-    difference = np.zeros((13, 13, 3))
-    difference[12, 12] = 1.0
-    (region,) = worst(difference, everything(difference), None)
-    assert (region.x0, region.y0, region.x1, region.y1) == (5, 5, 13, 13)
-    assert region.share == 1.0
-    assert region.rmse == pytest.approx(math.sqrt(1 / 64))
-
-
-def test_equal_pictures_have_no_region() -> None:
-    difference = np.zeros((9, 9, 3))
-    assert worst(difference, everything(difference), None) == ()
 
 
 def test_region_is_only_where_noise_is_no_reason() -> None:

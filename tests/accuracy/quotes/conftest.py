@@ -25,11 +25,6 @@ def edge(width: int = 64, height: int = 32, **sampling: Any) -> dict[str, Any]:
 
 
 @pytest.fixture
-def edge_scene() -> LoadedScene:
-    return renderer.load_scene(edge())
-
-
-@pytest.fixture
 def ball_scene() -> LoadedScene:
     """A ball over a floor under a square light."""
     return renderer.load_scene(

@@ -60,16 +60,6 @@ def test_error_of_a_fixed_grid_is_known() -> None:
     assert_mean_squares(runs, 0, 4, (0.5 * 0.25) ** 2 / WIDE)
 
 
-def test_picture_without_error_has_none() -> None:
-    run = sampled(renderer.load_scene(edge() | {"shapes": []}), RANDOM, RANDOM, (1,), 0)
-    assert run.pixels * 16 == sum(run.weights) == 64 * 32
-    run.squares = [{count: found * 3 for count, found in ladder.items()} for ladder in run.squares]
-    run.weights *= 3
-    accuracy = run.accuracy(0)
-    assert accuracy.error(64) == Interval(0.0, 0.0, 0.0)
-    assert accuracy.count(0.001) == 1
-
-
 @pytest.mark.parametrize("ladder", [RANDOM, UNIFORM, SOBOL], ids=lambda ladder: ladder.pattern)
 def test_few_or_flat_pixels_give_no_accuracy(ladder: Ladder) -> None:
     """One pixel in 256 is on the edge: that none of them was sampled says little."""
@@ -82,14 +72,6 @@ def test_few_or_flat_pixels_give_no_accuracy(ladder: Ladder) -> None:
         for number in (0, 1):
             with pytest.raises(UnknownAccuracyError):
                 part.accuracy(number)
-
-
-def test_counts_with_negative_squares_are_ignored(edge_scene: LoadedScene) -> None:
-    run = sampled(edge_scene, RANDOM, RANDOM, (1, 4), 0)
-    run.squares[0] = {1: [0.01, 0.02], 4: [0.001, -0.002]}
-    run.weights *= 2
-    assert set(run.accuracy(0).known) == {1}
-    assert run.accuracy(0).error(4).estimate > 0
 
 
 def test_errors_between_and_beyond_counts_follow_the_law() -> None:

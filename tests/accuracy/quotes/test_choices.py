@@ -114,20 +114,6 @@ def test_time_becomes_a_target_with_a_limit() -> None:
     assert ADAPTIVE.for_seconds(0.5) is None
 
 
-def test_limit_bounds_the_price_of_a_target() -> None:
-    offer = ADAPTIVE.priced(0.01, limit=1.0)
-    assert (offer.seconds.estimate, offer.error) == (1.0, None)
-    assert offer.cpu_seconds.estimate == pytest.approx(1.5)
-    assert ADAPTIVE.priced(0.01, limit=5.0).error == ADAPTIVE.priced(0.01).error
-
-
-def test_targets_are_offered_between_those_measured() -> None:
-    assert POWER.errors([0.1, 0.02, 0.001]) == {0.04, 0.02, 0.01}
-    nothing = Adaptive({}, "double")
-    assert nothing.errors([0.1, 0.02]) == set()
-    assert nothing.for_error(0.1) is nothing.for_seconds(100.0) is None
-
-
 def test_target_error_is_that_of_the_picture_rendered_whole() -> None:
     """A picture without anything to refine is far better than its target asks for."""
     whole = Interval(0.002, 0.0015, 0.003)

@@ -83,11 +83,6 @@ def test_target_quality_is_priced(ball_scene: LoadedScene, error: float, limit: 
     assert limit or quoted.pilot.seconds < quoted.asked.cpu_seconds.estimate
 
 
-def test_quality_may_be_a_dict_in_double_precision(ball_scene: LoadedScene) -> None:
-    quoted = quote(ball_scene, {"precision": "double", "mode": "fixed"}, limit=2.0)
-    assert {offer.quality.precision for offer in quoted.offers} == {"double"}
-
-
 def test_quote_without_time_has_the_price_alone(ball_scene: LoadedScene) -> None:
     quality = FixedQuality(mode="fixed", light=LightSampling(pattern="uniform", samples=64))
     quoted = quote(ball_scene, quality, target_error=0.01, seconds=1.0, limit=0.0)
@@ -95,13 +90,6 @@ def test_quote_without_time_has_the_price_alone(ball_scene: LoadedScene) -> None
     assert quoted.asked is quoted.for_error is quoted.for_seconds is None
     assert quoted.offers == quoted.effects == ()
     assert quoted.pilot.model_dump(exclude={"seconds"}) == {"blocks": 0, "pixels": 0, "target_errors": 0}
-
-
-@pytest.mark.parametrize("size", [(1, 1), (1, 300), (5, 3)])
-def test_pictures_of_any_size_are_quoted(size: tuple[int, int]) -> None:
-    quoted = quote(renderer.load_scene(edge(*size)), limit=0.5)
-    assert quoted.asked is not None
-    assert quoted.asked.cpu_seconds.estimate > 0
 
 
 def test_pilot_ends_long_before_the_picture_would() -> None:

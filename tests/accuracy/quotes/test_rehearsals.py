@@ -12,7 +12,6 @@ from accuracy.quotes.rehearsals import FEWEST, SIDE, Rehearsal, Trial, mosaic
 from accuracy.quotes.settings import target
 from renderer.compiling import compile_scene
 from renderer.plan.plan import adaptive_part, seen_by
-from renderer.rendering import render
 from renderer.scenes import LoadedScene
 
 HOUR, OVER = Deadline.after(3600.0), Deadline.after(-1.0)
@@ -48,11 +47,6 @@ def test_rehearsal_renders_what_fits_the_time(ball_scene: LoadedScene) -> None:
     assert rehearsal.whole
     assert known is not None
     assert known.high < 1.2 * known.estimate
-
-
-def test_trial_takes_the_rays_of_the_picture(ball_scene: LoadedScene) -> None:
-    plan = compile_scene(ball_scene, target(2 / 255, "single"))
-    assert finished(Trial(plan, HOUR, RAY)).rays.total() == render(plan).report["rays"]["camera"]
 
 
 def test_trial_ends_within_a_pass_when_its_time_is_over(ball_scene: LoadedScene) -> None:

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import time
-from functools import partial
 
 import numpy as np
 import pytest
 
 import renderer
-from accuracy.quotes.deadlines import Deadline, within
-from accuracy.quotes.places import cells, scattered, spread
+from accuracy.quotes.deadlines import Deadline
+from accuracy.quotes.places import cells, spread
 from accuracy.quotes.prices import price
 from accuracy.quotes.settings import compiled, sobol_ladder
-from accuracy.quotes.timings import Stopwatch, Timing
-from renderer.math.intervals import Interval
+from accuracy.quotes.timings import Stopwatch
 from renderer.scenes import LoadedScene
 from schemas.quality import Antialiasing, FixedQuality, TargetQuality
-from schemas.tiles import Tile
 
 HOUR, OVER = Deadline.after(3600.0), Deadline.after(-1.0)
 
@@ -26,17 +23,6 @@ def busy(seconds: float) -> None:
     end = time.thread_time() + seconds
     while time.thread_time() < end:
         pass
-
-
-def test_units_begin_while_there_is_time() -> None:
-    assert list(within(HOUR, [partial(int, number) for number in (3, 1, 2)])) == [3, 1, 2]
-    assert list(within(OVER, [partial(int, 1)])) == []
-    assert list(within(HOUR, [partial(int, 1)], first=7200.0)) == []
-    # After the first unit less than its own time is left, however slow the machine is.
-    begun: list[float] = []
-    units = [lambda each=each: begun.append(each) or busy(each) for each in (0.1, 0.0)]
-    list(within(Deadline.after(0.15), units))
-    assert begun == [0.1]
 
 
 def test_deadline_counts_cpu_seconds_alone() -> None:
@@ -62,17 +48,6 @@ def test_cells_come_once_and_spread_evenly(columns: int, rows: int) -> None:
     for cell in cells(100, 130, 32, seed=columns):
         hits[cell.y0 : cell.y1, cell.x0 : cell.x1] += 1
     assert (hits == 1).all()
-
-
-@pytest.mark.parametrize("tile", [Tile(0, 64, 32, 128, 96), Tile(3, 0, 0, 9, 6), Tile(1, 5, 5, 6, 6)])
-def test_pixels_are_scattered_one_in_each_square_of_four(tile: Tile) -> None:
-    block = scattered(tile, seed=2)
-    x, y = block.columns - tile.x0, block.rows - tile.y0
-    squares = set(zip((x // 4).tolist(), (y // 4).tolist(), strict=True))
-    assert len(squares) == x.size == -(-tile.width // 4) * -(-tile.height // 4)
-    assert ((x >= 0) & (x < tile.width) & (y >= 0) & (y < tile.height)).all()
-    assert block.bounds == (tile.x0, tile.y0, tile.x1, tile.y1)
-    assert scattered(tile, seed=2).columns.tolist() == block.columns.tolist()
 
 
 @pytest.fixture
@@ -121,14 +96,6 @@ def test_seconds_of_blocks_give_those_of_the_picture(
     assert timing.first.estimate == pytest.approx(first * 48 * 40)
     assert timing.later.estimate == pytest.approx(later * 48 * 40)
     assert pair is not None or timing.later.low < timing.later.estimate < timing.later.high
-
-
-def test_further_samples_cost_the_same() -> None:
-    timing = Timing(Interval(3.0, 2.0, 5.0), Interval(2.0, 1.0, 3.0))
-    assert [timing.cpu_seconds(count).estimate for count in (1, 4, 16)] == [3.0, 9.0, 33.0]
-    one = timing.cpu_seconds(1)
-    assert one.low < 2.0
-    assert one.high > 5.0
 
 
 def test_price_without_a_pilot_is_that_of_the_samples(ball_scene: LoadedScene) -> None:

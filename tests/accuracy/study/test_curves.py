@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from accuracy.study import curves
-from accuracy.study.results import at_equal_time
 
 
 def row(seconds: float, error: float, *, known: bool = True, **more: Any) -> dict[str, Any]:
@@ -66,11 +65,3 @@ def test_order_of_a_power_law_is_its_power(power: float) -> None:
     assert halving is not None
     assert halving.estimate == pytest.approx(2 ** (-1 / power), rel=1e-9)
     assert curves.order([row(1, 8), row(2, 4)]) is None
-
-
-def test_pictures_at_equal_time_are_the_most_alike() -> None:
-    made = [(1, 8, "uniform"), (4, 4, "uniform"), (1.5, 8, "sobol"), (4.2, 2, "sobol"), (4.1, 1, "target")]
-    settings = [row(seconds, error, method=method, hot=0.0) for seconds, error, method in made]
-    chosen = at_equal_time({"settings": settings})
-    assert [one["name"] for one in chosen] == ["4 s", "4.2 s", "4.1 s"]
-    assert at_equal_time({"settings": []}) == []

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import pytest
-from PIL import Image
 
 from accuracy.study.program import Program
-from accuracy.study.settings import FULL, METHODS, PATTERNS, QUICK, fixed, swept
-from accuracy.study.tasks import Subject, Task
-from renderer import load_scene
+from accuracy.study.settings import FULL, METHODS, QUICK, fixed, swept
+from accuracy.study.tasks import Task
 from tests.accuracy.study.scenes import SCENE, TINY, scene
-
-POINT_LIGHT = {"type": "point", "position": [1, 3, 1], "color": [0.8, 0.8, 0.8]}
 
 
 def program(**members: object) -> Program:
@@ -31,13 +24,6 @@ def test_methods_are_all_tried_and_no_setting_twice(scale: object) -> None:
     assert {setting.method for setting in settings} == set(METHODS)
     names = [setting.name for setting in settings]
     assert len(set(names)) == len(names)
-
-
-def test_light_points_are_varied_for_area_lights_alone() -> None:
-    point = program(lights=[POINT_LIGHT])
-    assert not point.area_lights
-    assert {setting.points for setting in point.settings if setting.method in PATTERNS} == {1}
-    assert program().area_lights
 
 
 def test_pictures_have_at_most_the_side_of_the_study() -> None:
@@ -84,12 +70,6 @@ def test_effects_are_left_out_once_a_round() -> None:
     assert sorted(effects) == sorted(2 * once)
 
 
-def test_setting_that_is_expensive_is_rendered_once() -> None:
-    large = Program(scene(camera=SCENE["camera"] | {"width": 4000, "height": 4000}), FULL, "here")
-    runs = [task.name for task in large.rounds(large.references(16)) if task.part == "setting"]
-    assert (runs.count("sobol 64 x 4"), runs.count("sobol 1 x 1")) == (1, FULL.seeds)
-
-
 def key(**changes: object) -> str:
     members = {"subject": program().subject, "quality": fixed("sobol", 4, 4).quality, "seed": 1, "place": ""}
     return Task("setting", "name", **(members | changes)).key  # type: ignore[arg-type]
@@ -111,14 +91,3 @@ def test_key_differs_with_anything_that_matters(changes: dict[str, object]) -> N
     """Not with the name of the scene, how it is displayed, or its own seed."""
     other = program(name="another", display={"transfer": "linear"}, sampling={"seed": 7})
     assert key(subject=other.subject) == key() != key(**changes)
-
-
-def test_key_differs_with_the_files_of_a_scene(tmp_path: Path) -> None:
-    document = SCENE | {"textures": {"wood": {"type": "image", "asset": "wood.png"}}}
-    (tmp_path / "scene.json").write_text(json.dumps(document))
-
-    def painted(color: tuple[int, int, int]) -> str:
-        Image.new("RGB", (2, 2), color).save(tmp_path / "wood.png")
-        return Subject.of(load_scene(tmp_path / "scene.json")).key
-
-    assert painted((255, 0, 0)) == painted((255, 0, 0)) != painted((0, 255, 0))

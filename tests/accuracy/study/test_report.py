@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -13,7 +12,7 @@ import pytest
 
 from accuracy.study import answers, figures, pages, report
 from accuracy.study.curves import rays, seconds
-from accuracy.study.pages import Heading, Strip, Table
+from accuracy.study.pages import Table
 from accuracy.study.running import Study
 from tests.accuracy.study.scenes import SCENE, TINY, scene
 
@@ -77,14 +76,6 @@ def test_report_begins_with_the_answers(found: Found) -> None:
     assert files["report.html"].decode().count('<tr class="grey">') == beaten
 
 
-def test_report_has_its_results_and_images(found: Found) -> None:
-    results, files = found
-    assert json.loads(files["results.json"]) == results
-    named = re.findall(r"\]\(([^)]+)\)", files["report.md"].decode())
-    assert len(named) > 10
-    assert set(named) == {name for name in files if name.startswith("images/")}
-
-
 def test_plots_are_whole_and_reproducible(found: Found) -> None:
     """Each draws the error of the reference itself."""
     results, files = found
@@ -112,13 +103,6 @@ def test_report_may_have_no_runs_or_no_errors(tmp_path: Path) -> None:
     assert results["reference"]["rmse_255"] == 0
     assert not any(row["resolved"] for row in results["settings"])
     assert b"0/255" in report.files(study, results)["images/seconds.svg"]
-
-
-def test_pictures_that_do_not_fill_a_line_leave_cells_empty() -> None:
-    strip = Strip("below", [(f"{n}.png", b"", str(n)) for n in range(4)])
-    lines = pages.markdown([Heading("title", 1), strip]).splitlines()
-    assert {line.count("|") for line in lines if line.startswith("|")} == {4}
-    assert "| ![3](images/3.png) |  |  |" in lines
 
 
 def setting(name: str, spent: float, off: float) -> dict[str, Any]:

@@ -82,9 +82,3 @@ def test_precision_and_size_are_compared_seed_by_seed(runs: tuple[list[Task], Jo
     size = results.size(*runs)
     assert size is not None
     assert (size["name"], size["ratio"]) == ("sobol 4 x 1", pytest.approx(8.015 / 2.015))
-
-
-def test_runs_that_are_missing_are_not_compared(runs: tuple[list[Task], Journal]) -> None:
-    _, journal = runs
-    assert results.effects([], journal) == results.precision([], journal, []) == []
-    assert results.size([], journal) is None

@@ -8,14 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from accuracy.statistics import rms_difference
 from accuracy.study import report
 from accuracy.study.journal import JOURNAL
 from accuracy.study.running import Forecast, Study
-from accuracy.variations import seeded
 from renderer import compile_scene, render
 from tests.accuracy.study.scenes import TINY, scene
 
@@ -97,14 +95,6 @@ def test_study_that_was_killed_renders_nothing_twice(tmp_path: Path, finished: F
     assert without_times(document) == without_times(finished[1])
 
 
-def test_picture_that_is_gone_is_rendered_again(tmp_path: Path) -> None:
-    killed_after(2, tmp_path)
-    next((tmp_path / "pictures").glob("*.npy")).unlink()
-    killed_after(3, tmp_path)
-    keys = [line["key"] for line in lines(tmp_path)]
-    assert (len(keys), len(set(keys))) == (4, 3)
-
-
 @pytest.mark.slow
 def test_forecast_counts_runs_and_ends_at_nothing(tmp_path: Path) -> None:
     """Settings of more seeds have intervals around their means."""
@@ -144,17 +134,3 @@ def test_difference_of_an_effect_is_that_of_two_pictures(finished: Finished) -> 
     dark = whole.model_copy(update={"lights": ()})
     images = [render(compile_scene(one)).image for one in (whole, dark)]
     assert row["difference_255"] == pytest.approx(255 * rms_difference(*images), rel=1e-12)
-
-
-def test_picture_is_found_by_its_key(finished: Finished) -> None:
-    folder, document = finished
-    study = Study(scene(), folder, TINY)
-    row = next(row for row in document["pictures"] if row["name"].startswith("rotated"))
-    samples, points = (int(count) for count in row["name"].split()[1::2])
-    (setting,) = (
-        known.quality
-        for known in study.program.settings
-        if (known.method, known.samples, known.points) == ("rotated", samples, points)
-    )
-    image = render(compile_scene(seeded(study.program.subject.scene, 1), setting)).image
-    assert np.array_equal(study.picture(row["key"]), image)
