@@ -107,6 +107,19 @@ def test_node_transforms(converted: Convert, made: Made) -> None:
     np.testing.assert_allclose(vertices_of(converted, made), expected, rtol=0, atol=16 * 10 * EPS)
 
 
+def test_matrix_is_column_major(converted: Convert, made: Made) -> None:
+    made.node(mesh=0, matrix=[0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 7, 8, 9, 1])
+    assert vertices_of(converted, made) == [(7, 8, 9), (7, 9, 9), (6, 8, 9)]
+
+
+def test_normalised_bytes(converted: Convert) -> None:
+    made = Made()
+    uv = made.accessor([(0, 255), (255, 0), (51, 0)], np.uint8, normalized=True)
+    made.node(mesh=made.mesh(attributes={"TEXCOORD_0": uv}))
+    (content,) = converted("m.glb", made.glb()).files.values()
+    assert statements(content, "vt") == [(0, 0), (1, 1), (51 / 255, 1)]
+
+
 def test_mirrored_mesh_keeps_its_outside(converted: Convert, made: Made) -> None:
     made.node(mesh=0, scale=[-1, 1, 1])
     (content,) = converted("m.glb", made.glb()).files.values()
