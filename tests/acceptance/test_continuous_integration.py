@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import sys
 from pathlib import Path
 
 import pytest
@@ -69,19 +68,6 @@ def test_build_fails_after_a_scene_has_changed(with_references: Path) -> None:
         assert (with_references / "out" / f"{name}.difference.png").exists()
     (with_references / "scenes" / "basic.json").write_text("{")
     assert shell(build, with_references).code == 3
-
-
-def test_renderer_is_tested_against_its_references(with_references: Path) -> None:
-    words = [sys.executable, "-m", "service.cli.main", "render", "--samples", "4", "--light-samples", "16"]
-    (with_references / "renderer.json").write_text(json.dumps(words))
-    build = job(".github/workflows/renderer.yml", "tests")
-    succeeds(build, with_references)
-    dim(with_references / "scenes" / "basic.json")
-    failed = shell(build, with_references)
-    assert failed.code == 1
-    assert "1 failed, 1 passed" in failed.out
-    assert list((with_references / "out").glob("*/difference.png"))
-    assert (with_references / "out" / "report.xml").exists()
 
 
 def test_submission_passes_or_fails_by_its_points(repository: Path) -> None:

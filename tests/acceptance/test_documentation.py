@@ -11,7 +11,8 @@ import pytest
 from PIL import Image
 
 import renderer
-from tests.acceptance.conftest import Server, shrink, succeeds
+from service.server import RunningServer
+from tests.acceptance.conftest import shrink, succeeds
 from tests.pages import blocks, missing, page
 from tests.service.cli.conftest import ROOT, Outcome
 
@@ -28,7 +29,7 @@ def test_recipe_is_valid_and_its_picture_has_its_size(picture: str) -> None:
         assert shown.size == (camera.width, camera.height)
 
 
-def follow(name: str, folder: Path, server: Server) -> Outcome:
+def follow(name: str, folder: Path, server: RunningServer) -> Outcome:
     """Run all commands of a page in a folder, one after another, in one shell."""
     script = "\n".join(blocks(page(name), "sh")).replace("http://127.0.0.1:8000", server.url)
     return succeeds(script, folder, PENUMBRA_SERVER=server.url)
@@ -36,14 +37,14 @@ def follow(name: str, folder: Path, server: Server) -> Outcome:
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("curl") is None, reason="the examples use curl")
-def test_http_page_requests_work(server: Server, checkout: Path) -> None:
+def test_http_page_requests_work(server: RunningServer, checkout: Path) -> None:
     done = follow("reference/http.md", checkout, server)
     assert "304" in done.out
     assert "unknown_field" in done.out
 
 
 @pytest.mark.slow
-def test_python_page_examples_work(server: Server, checkout: Path) -> None:
+def test_python_page_examples_work(server: RunningServer, checkout: Path) -> None:
     examples = blocks(page("reference/python.md"), "python")
     (test,) = [block for block in examples if "def test_" in block]
     script = "\n".join(block for block in examples if block is not test)
@@ -63,13 +64,13 @@ def test_python_page_examples_work(server: Server, checkout: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["reference/command-line.md", "how-to/choosing-quality.md"])
-def test_page_commands_work(name: str, server: Server, checkout: Path) -> None:
+def test_page_commands_work(name: str, server: RunningServer, checkout: Path) -> None:
     shrink(checkout / "scenes" / "gallery")
     follow(name, checkout, server)
 
 
 @pytest.mark.slow
-def test_first_picture_tutorial_gives_what_it_shows(server: Server, checkout: Path) -> None:
+def test_first_picture_tutorial_gives_what_it_shows(server: RunningServer, checkout: Path) -> None:
     name = "tutorials/first-picture.md"
     done = follow(name, checkout, server)
     assert missing(name, done.out) == []
@@ -84,7 +85,7 @@ def test_first_picture_tutorial_gives_what_it_shows(server: Server, checkout: Pa
 
 
 @pytest.mark.slow
-def test_first_assignment_tutorial_gives_what_it_shows(server: Server, checkout: Path) -> None:
+def test_first_assignment_tutorial_gives_what_it_shows(server: RunningServer, checkout: Path) -> None:
     name = "tutorials/first-assignment.md"
     done = follow(name, checkout, server)
     assert missing(name, done.out) == []

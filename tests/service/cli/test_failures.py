@@ -60,7 +60,7 @@ CASES = [(code, words) for code, table in FAILURES.items() for words in table]
 
 
 @pytest.fixture(autouse=True)
-def _files(tmp_path: Path, scene_file: Path, scene: dict[str, Any]) -> None:
+def files(tmp_path: Path, scene_file: Path, scene: dict[str, Any]) -> None:
     (tmp_path / "folder.png").mkdir()
     (tmp_path / "empty.json").touch()
     (tmp_path / "broken.json").write_text('{"version": 1,\n "camera": }')

@@ -4,8 +4,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from tests.service.cli.conftest import Penumbra
 
 
@@ -47,18 +45,8 @@ def test_scene_from_stdin(here: Penumbra, scene: dict[str, Any]) -> None:
     assert here("validate", "-", stdin="{").code == 3
 
 
-@pytest.mark.parametrize(
-    ("content", "detail"),
-    [
-        (b"", "empty"),
-        (b'{"name": "' + b"x" * (16 << 20) + b'\xff"}', "16777216"),
-        (b"\x00\xff", "UTF-8"),
-    ],
-    ids=["empty", "large", "binary"],
-)
-def test_file_that_is_no_document(here: Penumbra, tmp_path: Path, content: bytes, detail: str) -> None:
-    (tmp_path / "scene.json").write_bytes(content)
+def test_file_beyond_the_limit(here: Penumbra, tmp_path: Path) -> None:
+    (tmp_path / "scene.json").write_bytes(b'{"name": "' + b"x" * (16 << 20) + b'\xff"}')
     outcome = here("validate", "scene.json")
     assert outcome.code == 3
-    assert detail in outcome.out
-    assert "Traceback" not in outcome.err
+    assert "16777216" in outcome.out

@@ -1,8 +1,9 @@
-"""The commands of the client against a running service, its restarts, and Ctrl-C while waiting."""
+"""The commands of the client against a running service, and how that starts and stops."""
 
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -13,14 +14,29 @@ import numpy as np
 import pytest
 
 from service.client import Client
-from tests.acceptance.conftest import Server
-from tests.service.cli.conftest import ENVIRONMENT, TIMEOUT, Penumbra, ended, until
-from tests.service.processes import is_alive
+from service.server import RunningServer
+from tests.service import support
+from tests.service.cli.conftest import ENVIRONMENT, TIMEOUT, Penumbra, begun, ended, until
+from tests.service.processes import is_alive, workers_of
 from tests.tev_server import CREATE, UPDATE_V3, TevServer
 
-pytestmark = pytest.mark.slow
+
+@pytest.fixture
+def penumbra(here: Penumbra, server: RunningServer, monkeypatch: pytest.MonkeyPatch) -> Penumbra:
+    """Run the command in this process, with the shared service as its server."""
+    monkeypatch.setenv("PENUMBRA_SERVER", server.url)
+    return here
 
 
+@pytest.fixture
+def endless_file(tmp_path: Path) -> Path:
+    """A scene that takes far longer than any test, and less than the service allows."""
+    path = tmp_path / "endless.json"
+    path.write_text(json.dumps(support.scene(512, 512, samples=256)))
+    return path
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ending", "options"),
     [
@@ -108,7 +124,9 @@ def test_refusal_points_into_the_users_file(
     }
 
 
-def test_tev_shows_the_picture_and_may_go_away(penumbra: Penumbra, server: Server, scene_file: Path) -> None:
+def test_tev_shows_the_picture_and_may_go_away(
+    penumbra: Penumbra, server: RunningServer, scene_file: Path
+) -> None:
     job = penumbra("submit", scene_file).out.strip()
     tev, leaving = TevServer(), TevServer(packets=1)
     watched = [penumbra("watch", job, "--tev", each.address) for each in (tev, leaving)]
@@ -120,7 +138,7 @@ def test_tev_shows_the_picture_and_may_go_away(penumbra: Penumbra, server: Serve
     assert (tev.kinds[0], {*tev.kinds[1:]}, leaving.kinds) == (CREATE, {UPDATE_V3}, [CREATE])
 
 
-def test_ctrl_c_while_waiting_names_the_job(server: Server, endless_file: Path) -> None:
+def test_ctrl_c_while_waiting_names_the_job(server: RunningServer, endless_file: Path) -> None:
     script = (
         "import sys; from service.client import Client; job = Client(sys.argv[1]).submit(sys.argv[2]); "
         "job.wait(on_progress=lambda batch: print(job.id, flush=True))"
@@ -138,25 +156,18 @@ def test_ctrl_c_while_waiting_names_the_job(server: Server, endless_file: Path) 
         assert client.get(job).cancel().state == "cancelled"
 
 
-def test_stopped_server_leaves_no_process_and_commands_say_so(penumbra: Penumbra, server: Server) -> None:
-    tasks = Path(f"/proc/{server.process.pid}/task").glob("*/children")
-    children = [int(child) for task in tasks for child in task.read_text().split()]
-    server.stop()
-    assert children
-    assert server.process.returncode == 0
-    until(lambda: not any(map(is_alive, children)))
-    outcome = penumbra("ls")
-    assert outcome.code == 4
-    assert server.url in outcome.err
-    server.start()
-    assert penumbra("ls").code == 0
-
-
-def test_second_server_on_the_port_or_folder_is_refused(server: Server, tmp_path: Path) -> None:
-    for words in (
-        ["--port", server.port, "--data", "other"],
-        ["--port", 0, "--data", server.folder / "data"],
-    ):
-        outcome = ended(tmp_path, "serve", *words)
-        assert (outcome.code, outcome.out) == (4, "")
-        assert "could not start" in outcome.err
+@pytest.mark.slow
+def test_service_has_its_port_and_folder_alone_and_leaves_no_process(tmp_path: Path) -> None:
+    with begun(tmp_path, "serve", "--port", 0, "--data", "data", "--workers", 2) as serving:
+        assert serving.stderr is not None
+        (port,) = next(found for line in serving.stderr if (found := re.findall(r"127\.0\.0\.1:(\d+)", line)))
+        for words in (["--port", port, "--data", "other"], ["--port", 0, "--data", "data"]):
+            outcome = ended(tmp_path, "serve", *words)
+            assert (outcome.code, outcome.out) == (4, "")
+            assert "could not start" in outcome.err
+        workers = workers_of(serving.pid)
+        serving.terminate()
+        serving.communicate()
+    assert workers
+    assert serving.returncode == 0
+    until(lambda: not any(map(is_alive, workers)))
