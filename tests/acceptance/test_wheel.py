@@ -10,7 +10,6 @@ import os
 import shutil
 import subprocess
 import sys
-import tarfile
 import tomllib
 import zipfile
 from collections.abc import Callable
@@ -83,18 +82,13 @@ def fresh(folder: Path) -> Environment:
 
 
 @pytest.fixture(scope="module")
-def release(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of both files, as one command makes them: the source archive, and from it the wheel."""
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel as one command makes it, from the source archive that it makes before."""
     out = tmp_path_factory.mktemp("dist")
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(out), str(ROOT)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    return out
-
-
-@pytest.fixture(scope="module")
-def wheel(release: Path) -> Path:
-    (found,) = release.glob("*.whl")
+    (found,) = out.glob("*.whl")
     return found
 
 
@@ -113,14 +107,6 @@ def test_wheel_has_every_file_of_the_packages(wheel: Path) -> None:
     sources = {str(path.relative_to(ROOT)) for path in found if "__pycache__" not in path.parts}
     with zipfile.ZipFile(wheel) as archive:
         assert {name for name in archive.namelist() if ".dist-info/" not in name} == sources
-
-
-def test_source_archive_has_tests_and_pages(release: Path) -> None:
-    (source,) = release.glob("*.tar.gz")
-    with tarfile.open(source) as archive:
-        tops = {name.split("/")[1] for name in archive.getnames()}
-    assert {*PACKAGES, "tests", "docs", "tools", "benchmarks", "deploy", "Makefile"} <= tops
-    assert not tops & {".ci", ".venv", "out", "dist"}
 
 
 def test_fresh_environment_runs_the_demo(plain: Environment) -> None:

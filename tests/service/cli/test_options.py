@@ -17,19 +17,6 @@ from service.cli.quality_options import QualityOptions
 from tests.service.cli.conftest import Penumbra, ended
 
 
-def test_target_error_with_its_options() -> None:
-    options = QualityOptions(precision="double", target_error=0.01, confidence=0.8, time_limit=3.0)
-    requested = options.requested({})
-    assert requested is not None
-    assert requested.model_dump() == {
-        "mode": "target",
-        "error": 0.01,
-        "confidence": 0.8,
-        "time_limit": 3.0,
-        "precision": "double",
-    }
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

@@ -22,13 +22,6 @@ def shown(text: str, line: int, column: int) -> tuple[str, str]:
     return source[start:], marker[start:]
 
 
-@pytest.mark.parametrize("column", [1, 12])
-def test_caret_under_the_column(column: int) -> None:
-    line = '  "up": [0, 0, 0]'
-    source, marker = shown(f"{{\n{line}\n}}", 2, column)
-    assert (source, marker.index("^")) == (line, column - 1)
-
-
 def test_caret_after_wide_letters() -> None:
     source, marker = shown('{"\u7403\u9762": x}', 1, 8)
     assert Text(source[: source.index("x")]).cell_len == marker.index("^")

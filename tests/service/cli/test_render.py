@@ -76,6 +76,12 @@ def test_json_report(here: Penumbra, scene_file: Path) -> None:
     assert report["rays"]["camera"] == 48 * 32 * 4
 
 
+def test_picture_is_not_written_to_a_terminal(on_a_terminal: Penumbra, scene_file: Path) -> None:
+    outcome = on_a_terminal("render", scene_file, "-o", "-")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith("error: stdout is a terminal")
+
+
 def test_seed_option(here: Penumbra, scene_file: Path, tmp_path: Path) -> None:
     for name, seed in {"a": 1, "b": 1, "c": 2}.items():
         words = ["--seed", seed, "--pattern", "random", "--samples", 2, "--workers", 1]
