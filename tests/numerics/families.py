@@ -87,17 +87,6 @@ def sliver(chosen: random.Random) -> list[list[float]]:
     return [listed(a), listed(a + along), listed(a + chosen.random() * along + aside)]
 
 
-def tiny(chosen: random.Random) -> list[list[float]]:
-    """Of size 1e-15 to 1e-4."""
-    size = 10 ** chosen.uniform(-15, -4)
-    return [listed(size * np.array(vector(chosen))) for _ in range(3)]
-
-
-def huge(chosen: random.Random) -> list[list[float]]:
-    """Coordinates up to 1e15, the largest of a scene."""
-    return [vector(chosen, 1e15) for _ in range(3)]
-
-
 def offset(chosen: random.Random) -> list[list[float]]:
     """Up to a million units from the origin."""
     place = np.array(vector(chosen, 1e6))
@@ -156,11 +145,9 @@ def long_and_narrow(chosen: random.Random) -> list[list[float]]:
 
 
 def any_size(chosen: random.Random) -> list[list[float]]:
-    """Perpendicular edges, of size 1e-12 to 1e12."""
-    size = 10 ** chosen.uniform(-12, 12)
-    corner, first, second = (size * np.array(vector(chosen)) for _ in range(3))
-    second -= first * (first @ second) / (first @ first)
-    return [listed(corner), listed(first), listed(second)]
+    """Of size 1e-15 to 1e15, from the smallest to the largest of a scene."""
+    size = 10 ** chosen.uniform(-15, 15)
+    return [vector(chosen, size) for _ in range(3)]
 
 
 def axes_near_one(chosen: random.Random) -> list[float]:

@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import random
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,69 +11,17 @@ import pytest
 from renderer.math.arrays import unit
 from tests.documents import Json, ellipsoid, scene, sphere
 from tests.numerics import families, oracle
-from tests.numerics.families import Drawn, Ray, aimed, between, direction, family, listed
+from tests.numerics.families import aimed, between, family
 from tests.numerics.judging import (
     assert_right,
     of_the_axes,
     relative,
     round_details,
     rounded,
-    semi_axes,
 )
-from tests.numerics.oracle import Answer
 from tests.numerics.tracing import EPS, mp, problems, read_shape, traced
 
 Floats = np.ndarray
-RADIUS = 25.0
-ON_SPHERE = [(7, 24, 0), (15, 20, 0), (9, 12, 20), (12, 15, 16), (25, 0, 0)]
-"""Whole numbers whose squares add up to that of the radius."""
-
-
-def placed_exactly(chosen: random.Random) -> tuple[Json, Floats, Floats]:
-    """An ellipsoid, a place exactly on it, and a vector along the normal there; all whole numbers.
-
-    The frame has rows of one length by Euler's parametrisation of rotations.
-    """
-    a, b, c, d = (chosen.randint(low, 3) for low in (-3, -3, -3, 1))
-    rows = np.array(
-        [
-            [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
-            [2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)],
-            [2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
-        ]
-    )
-    place = np.array(chosen.sample(chosen.choice(ON_SPHERE), 3)) * [chosen.choice([-1, 1]) for _ in range(3)]
-    middle = np.array([chosen.randint(-50, 50) for _ in range(3)])
-    powers = 2.0 ** np.array([chosen.randint(-3, 3) for _ in range(3)])
-    shape = ellipsoid(middle, *(RADIUS * powers[:, None] * rows))
-    return shape, middle + (place * powers) @ rows, (place / powers) @ rows
-
-
-def in_tangent_planes(chosen: random.Random) -> Drawn:
-    """Rays in tangent planes through the place where these touch, from up to some million radii away."""
-    shape, place, normal = placed_exactly(chosen)
-
-    def ray() -> Ray:
-        along = np.cross(normal, [chosen.randint(-9, 9) for _ in range(3)])
-        along = along if along.any() else np.cross(normal, normal[[1, 2, 0]])
-        return listed(place - 2.0 ** chosen.randint(0, 16) * along), listed(along)
-
-    return shape, ray
-
-
-def touching(shape: Any, _true: Answer, origin: Floats, along: Floats) -> float:
-    """Half the chord of a line that passes inside by 16 roundings."""
-    axes = semi_axes(shape)
-    rows = axes / (axes * axes).sum(axis=1)[:, None]
-    away, length = (math.hypot(*(rows @ v)) for v in (origin - np.array(shape.center), along))
-    return math.sqrt(16 * EPS * away) / length
-
-
-def from_the_surface(chosen: random.Random) -> Drawn:
-    shape, place, _ = placed_exactly(chosen)
-    return shape, lambda: (listed(place), direction(chosen))
-
-
 NEAR_ONE, FAR_APART = families.axes_near_one, families.axes_far_apart
 FAMILIES: dict[str, tuple[Any, ...]] = {
     "tiny and far": (lambda: family("far and tiny", families.far_and_tiny), relative, round_details),
@@ -91,8 +38,6 @@ FAMILIES: dict[str, tuple[Any, ...]] = {
     ),
     "far centre": (lambda: aimed("far away", NEAR_ONE, center=between(2, 12)), relative, round_details),
     "nearly tangent": (lambda: family("tangent", families.nearly_tangent), relative, round_details),
-    "exactly tangent": (lambda: family("exactly tangent", in_tangent_planes), touching, None),
-    "from the surface": (lambda: family("from the surface", from_the_surface), rounded, round_details),
     "flat, from outside": (lambda: family("flat", families.flat_from_outside), rounded, round_details),
     "directions of any length": (
         lambda: aimed("lengths", NEAR_ONE, length=between(-198, 198)),

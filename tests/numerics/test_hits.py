@@ -72,16 +72,6 @@ def test_normal_is_on_the_side_the_ray_comes_from(shape: str) -> None:
     assert ((hits.normal * directions).sum(axis=1) < 0).all()
 
 
-def test_ray_is_answered_the_same_alone_and_among_thousands() -> None:
-    rng = np.random.default_rng(5)
-    origins, targets = rng.normal(size=(20000, 3)) * 6, rng.normal(size=(20000, 3))
-    together = traced(list(SHAPES.values()), origins, targets - origins)
-    for i in [0, 8191, 8192, 19999]:
-        alone = traced(list(SHAPES.values()), origins[i : i + 1], (targets - origins)[i : i + 1])
-        for name in ("t", "position", "normal", "uv", "shape"):
-            assert getattr(alone, name)[0].tobytes() == getattr(together, name)[i].tobytes()
-
-
 def test_no_rays_are_no_hits() -> None:
     hits = traced([SHAPES["triangle"]], np.zeros((0, 3)), np.zeros((0, 3)))
     assert hits.t.shape == (0,)

@@ -16,8 +16,8 @@ from renderer.shapes.triangles import Triangles
 from renderer.textures import image
 from renderer.textures.heights import Heights
 from schemas.reading import read_scene
-from tests.documents import Json, camera, dark_scene, mesh, phong, rectangle, sphere, sun, triangle
-from tests.numerics.tracing import QUALITIES, radiance
+from tests.documents import Json, camera, dark_scene, mesh, phong, rectangle, sphere, sun
+from tests.numerics.tracing import QUALITIES
 from tests.pictures.parts import DOUBLE, Files, plan_of, png
 from tests.solids import outward
 
@@ -109,33 +109,6 @@ def test_displaced_solid_stays_closed(shapes: list[Json]) -> None:
     targets = np.hstack([fine[0], (fine[0] + fine[1]) / 2]).T
     plan = plan_of(document, DOUBLE, files={"map": png(hills())})
     assert np.isfinite(renderer.trace(plan, np.full_like(targets, 0.05), targets - 0.05).t).all()
-
-
-FLAT = {
-    "rectangle": rectangle([-1.5, -1, 0.3], [3, 0.2, -0.4], [0.1, 2, 0.3]),
-    "smooth triangle": triangle(
-        [-2, -1.5, 0.2], [2, -1, -0.4], [0.3, 2, 0.1], normals=[[-0.5, 0, 1], [0.6, 0, 1], [0, 0.7, 1]]
-    ),
-    "sphere": sphere([0, 0, 0], 1.5),
-}
-
-
-@pytest.mark.parametrize("name", FLAT)
-def test_flat_height_map_changes_nothing(name: str) -> None:
-    """But for the turn of normals within a facet, squared; of a ball its rim is left out."""
-    size, black = 30, np.zeros((1, 1), dtype=np.uint16)
-
-    def seen(document: Json) -> Any:
-        plan = plan_of(document, DOUBLE, files={"map": png(black)})
-        rows, columns = np.divmod(np.arange(size * size, dtype=np.float64), size)
-        return radiance(plan, plan.camera.position, plan.camera.directions(columns + 0.5, rows + 0.5))[0]
-
-    document = relief_scene(FLAT[name], size, HEIGHT)
-    normals = fine_mesh(document, black, HEIGHT).vertex_normals
-    turn = max(np.linalg.norm(normals[i] - normals[i - 1], axis=0).max() for i in range(3))
-    before, after = seen(relief_scene(FLAT[name], size, 0.0)), seen(document)
-    chosen = before > (0.6 if name == "sphere" else -1)
-    assert np.abs(after - before)[chosen].max() <= turn**2 + 2.0**-40
 
 
 SLOPE, RIDGE = 0.002, 4e-4

@@ -1,6 +1,7 @@
-"""Shadow rays: a surface's own shadow, covers near it, lights at horizons and in planes, seams, slivers."""
+"""Shadow rays: own shadows, covers, seams, slivers, corners, and lights at horizons and in planes."""
 
 import itertools
+import math
 from typing import Any
 
 import numpy as np
@@ -11,16 +12,18 @@ from renderer.math.arrays import unit
 from tests import solids
 from tests.documents import (
     bulb,
+    camera,
     dark_scene,
     lamp,
     mesh,
+    phong,
     rectangle,
     sampled,
     scene,
     sphere,
     sun,
+    triangle,
 )
-from tests.documents import triangle as triangle_of
 from tests.numerics.places import (
     COVERS,
     FLOORS,
@@ -37,8 +40,11 @@ from tests.numerics.places import (
     lights,
     on_seams,
     places,
+    rising,
+    room,
+    seen_in_room,
 )
-from tests.numerics.tracing import QUALITIES, UP, points, radiance
+from tests.numerics.tracing import QUALITIES, points, radiance
 from tests.pictures.parts import plan_of
 
 Floats = np.ndarray
@@ -108,7 +114,7 @@ def test_sliver_is_lit(kind: str, thin: float) -> None:
     """Four units long, seen and lit from above."""
     for number, (chosen, place) in enumerate(places(f"sliver {kind} {thin}", offsets=(0.0, 1.0))):
         a, b, c = place.at([-2.0, 2.0, 0.3], [0, 0, thin / 2], 0)
-        sliver = rectangle(a, b - a, c - a) if kind == "rectangle" else triangle_of(a, b, c)
+        sliver = rectangle(a, b - a, c - a) if kind == "rectangle" else triangle(a, b, c)
         targets = chosen.dirichlet([1, 1, 1], 40) @ np.array([a, b, c])
         origins = np.broadcast_to(place.at(0.3, 0.1, 2), targets.shape)
         below = rectangle(place.at(-9, -9, -9), place.way(1, 0, 0), place.way(0, 1, 0))
@@ -185,12 +191,63 @@ def test_terminator_of_a_coarse_mesh_has_no_light_from_behind(offset: float) -> 
 
 
 @BOTH
-def test_lamp_that_sinks_below_the_floor_lights_by_what_is_left(quality: Any) -> None:
-    """Normals lean towards it: the points below the floor count for nothing."""
-    leaning = triangle_of([-4, 0, -4], [-4, 0, 4], [8, 0, 0], normals=[[1.0, 1.0, 0.0]] * 3)
-    for bottom in np.linspace(-0.9, 0.7, 9).tolist():
-        light = lamp([3, bottom, -0.5], [0, 1, 0], [0, 0, 1], [1, 1, 1], visible=False)
-        plan = plan_of(dark_scene(leaning, lights=[light], sampling=sampled(1, 16)), quality)
-        y, z = np.meshgrid(bottom + (np.arange(4) + 0.5) / 4, [-0.375, -0.125, 0.125, 0.375])
-        true = ((3 + y) / np.sqrt(2 * (9 + y * y + z * z)) * (y > 0)).mean()
-        assert abs(radiance(plan, UP, -UP)[0, 0] - true) <= 64 * np.finfo(quality.precision).eps
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_light_below_the_horizon_or_in_the_plane_gives_nothing(pattern: str, quality: Any) -> None:
+    """And costs no shadow ray where it is below."""
+    below = [bulb([0.5, -1, 0]), sun([0.2, 1, 0.1]), lamp([-1, -2, -1], [2, 0, 0], [0, 0.5, 2])]
+    away = lamp([-1, 3, -1], [0, 0, 2], [2, 0, 0], two_sided=False, visible=False)
+    within = [bulb([9, 0, 0]), lamp([8, 0, 8], [1, 0, 0], [0, 0, 1])]
+
+    def result(given: list[Any]) -> renderer.RenderResult:
+        document = scene(
+            rectangle([-7, 0, -7], [0, 0, 14], [14, 0, 0]),
+            sphere([0, 6, 0], 1.0),
+            lights=given,
+            camera=camera(position=[0, 2, 0.5], look_at=[0, 0, 0]),
+            materials={"plain": phong(specular=0.5, shininess=0)},
+            sampling=sampled(1, 9, light=pattern),
+        )
+        return renderer.render(plan_of(document, quality))
+
+    dark = result([])
+    assert (result(within).image == dark.image).all()
+    lit = result([*below, away])
+    assert (lit.image == dark.image).all()
+    assert lit.report["rays"]["shadow"] == 0
+
+
+MIRRORS = pytest.mark.parametrize("mirrors", [(), (0,), (0, 1, 2)], ids=["no mirror", "one", "three"])
+
+
+def rooms(name: str) -> Any:
+    """Turned and upright places of all sizes, near and far, with numbers to draw from."""
+    for chosen, place in places(name, offsets=(0.0, 1e7), scales=SCALES[::4]):
+        yield chosen, place
+        # Along the axes, where planes and edges are exact.
+        yield chosen, Place(place.center, np.eye(3), place.unit)
+
+
+@pytest.mark.parametrize("kind", FLOORS)
+@MIRRORS
+def test_corner_of_a_lit_room_is_never_dark(mirrors: tuple[int, ...], kind: str) -> None:
+    """A room is convex: its lights reach every wall, and a path of at most four bounces ends at one."""
+    for number, (chosen, place) in enumerate(rooms("mirrors")):
+        shapes, quality = room(kind, place, mirrors), QUALITIES[number % 2]
+        assert (seen_in_room(shapes, place, chosen, quality, PATTERNS[number % 4]) > 0).all()
+
+
+@pytest.mark.parametrize("kind", FLOORS)
+@pytest.mark.parametrize("degrees", [90.0, 50.0, 20.0, 1.0])
+def test_foot_of_a_sharp_corner_is_dark(kind: str, degrees: float) -> None:
+    """Three walls on one line, seen within 1e-14 of it from between the outer two; lights behind."""
+    angle = math.radians(degrees)
+    for number, (chosen, place) in enumerate(places(f"sharp {kind} {degrees}", offsets=(0.0, 1e3, 1e7))):
+        walls = list(itertools.chain(*(rising(kind, place, share * angle) for share in (0, 1, 0.45))))
+        away, within = math.pi + angle / 2, angle * chosen.choice([0.2, 0.8])
+        behind = place.at(5 * math.cos(away), 5 * math.sin(away), 0.3)
+        edges = place.way(0, 0, 0.8), place.way(-0.3 * math.sin(away), 0.3 * math.cos(away), 0)
+        foot = place.at(10.0 ** chosen.uniform(-17, -14, 40), 0, chosen.uniform(-3, 3, 40))
+        eye = np.tile(place.at(2.5 * math.cos(within), 2.5 * math.sin(within), 0.2), (40, 1))
+        shining = [bulb(behind), lamp(behind, *edges)]
+        view = View(walls, shining, len(walls), eye, foot - eye, np.zeros((40, 2)))
+        view.check(QUALITIES[number % 2], PATTERNS[number % 4])

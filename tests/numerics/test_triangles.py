@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,27 +12,33 @@ from tests.documents import Json, mesh, rectangle, scene, triangle
 from tests.numerics import families
 from tests.numerics.families import between, grazing, rectangles, triangles
 from tests.numerics.judging import assert_right, flat_details, rounded
-from tests.numerics.tracing import traced
+from tests.numerics.oracle import Answer
+from tests.numerics.tracing import EPS, traced
 from tests.pictures.parts import plan_of
 
 Floats = np.ndarray
 FAMILIES = {
     "slivers": lambda: triangles(families.sliver),
-    "tiny": lambda: triangles(families.tiny),
-    "huge": lambda: triangles(families.huge),
+    "triangles of any size": lambda: triangles(families.any_size),
     "far from the origin": lambda: triangles(families.offset),
     "long rays": lambda: triangles(families.ordinary, between(3, 6.5)),
     "grazing": lambda: grazing("triangle"),
     "skew": lambda: rectangles(families.skew),
     "long and narrow": lambda: rectangles(families.long_and_narrow),
-    "of any size": lambda: rectangles(families.any_size),
+    "rectangles of any size": lambda: rectangles(families.any_size),
     "grazing a rectangle": lambda: grazing("rectangle"),
 }
 
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_flat_shape_is_hit_as_exact_numbers_say(name: str) -> None:
-    assert_right(FAMILIES[name](), flat_details, rounded)
+    assert_right(FAMILIES[name](), from_afar if name == "long rays" else flat_details, rounded)
+
+
+def from_afar(shape: Any, true: Answer, ray: Any, found: Any) -> float:
+    """A long ray ends on the plane within 8 roundings of a vertex, not of the ray's length."""
+    off = abs(float(np.dot(found[0] - true.position, true.normal)))
+    return max(off / (8 * EPS * float(np.abs(shape.vertices).max())), flat_details(shape, true, ray, found))
 
 
 def test_triangle_without_area_is_dropped_and_counted() -> None:

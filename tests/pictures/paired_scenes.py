@@ -158,8 +158,6 @@ HOLLOW = {"sphere", "ellipsoid", "solid", "smooth solid"}
 class Paired:
     """A scene of few shapes, and one of more with the same picture."""
 
-    seen: str
-    between: str
     plain: Json
     rendered: Json
 
@@ -208,7 +206,7 @@ def paired_scene(seed: int) -> Paired:
         },
         materials=_materials(chosen),
     )
-    return Paired(seen, between, plain, _with_more(chosen, plain))
+    return Paired(plain, _with_more(chosen, plain))
 
 
 def _made(chosen: Random, kind: str, place: Place, matters: list[str]) -> Json:

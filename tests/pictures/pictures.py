@@ -197,19 +197,28 @@ def carved(filter_: str = "bilinear") -> Json:
     )
 
 
-def turned_away() -> Json:
-    """Rectangles and triangles that are seen from behind, carved too."""
-    document = carved()
-    for shape in document["shapes"]:
-        if shape["type"] == "rectangle":
-            shape["edges"] = shape["edges"][::-1]
-        elif "vertices" in shape:
-            shape["vertices"] = [shape["vertices"][i] for i in (0, 2, 1)]
-    return document
-
-
 def lamp_in_ceiling() -> Json:
     """A visible lamp that lies in the ceiling."""
     lights = [lamp([-0.5, 4, -0.5], [1, 0, 0], [0, 0, 1])]
     high = camera(position=[0.3, 1, 6.1], look_at=[0.1, 2.6, 0])
     return of_room(lights=lights, camera=high)
+
+
+def mirror_and_glass() -> Json:
+    """A mirror, a ball of glass, and a glossy one with a bent mirror on it; physical falloff."""
+    materials = {
+        "plain": phong(),
+        "mirror": phong([0.1, 0.1, 0.1], mirror=0.8),
+        "glass": phong([0, 0, 0], ambient=0, diffuse=0, transmission=1, ior=1.5),
+        "shiny": phong([0.7, 0.2, 0.2], specular=0.4, shininess=30, mirror=0.2),
+    }
+    return scene(
+        FLOOR,
+        rectangle([-2, 0.1, -1.7], [4, 0, 0.4], [0, 3, -0.2], material="mirror"),
+        sphere([0.6, 1, 1.2], 0.7, material="glass"),
+        ellipsoid([-1.1, 0.8, 0], [0.6, 0, 0.2], [0, 0.7, 0], [-0.2, 0, 0.6], material="shiny"),
+        camera=camera(width=48, height=32),
+        lights=[{**CEILING_LAMP, "falloff": "physical", "color": [14, 12, 11]}],
+        materials=materials,
+        sampling=sampled(1, 9, light="stratified", seed=5),
+    )

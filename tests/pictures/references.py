@@ -4,7 +4,6 @@ import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -69,11 +68,3 @@ def difference_255(image: ArrayLike, reference: ArrayLike) -> NDArray[np.float64
 def root_of_product(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
     """Unbiased RMSE of a picture from its differences from two independent references."""
     return float(np.sqrt(max(float(np.mean(first * second)), 0.0)))
-
-
-def small(document: dict[str, Any], side: int) -> dict[str, Any]:
-    """The scene with `side` pixels along its longer side."""
-    camera = document["camera"]
-    scale = side / max(camera["width"], camera["height"])
-    sizes = {name: round(camera[name] * scale) for name in ("width", "height")}
-    return document | {"camera": camera | sizes}

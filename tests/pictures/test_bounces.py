@@ -145,30 +145,6 @@ def test_planar_mirror_shows_the_mirrored_scene(light: str) -> None:
     assert np.abs(samples_of(plan) - behind)[reached].max() <= 1e-9
 
 
-def glassy(pattern: str) -> Json:
-    materials = {"plain": phong(mirror=0.3), "red": phong([0.9, 0.1, 0.1], transmission=0.8, specular=0.3)}
-    ball = sphere([0.4, 1.2, 2.2], 0.7, material="red")
-    return scene(
-        *furniture(1),
-        ball,
-        lights=[lamp([-0.5, 3, 1.5], [1, 0, 0], [0, 0, 0.75])],
-        materials=materials,
-        camera=camera(width=40, height=32),
-        sampling=sampled(4, 4, pattern, pattern),
-    )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("pattern", ["uniform", "random"])
-def test_bounces_are_free_of_tiles(pattern: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = plan_of(glassy(pattern))
-    whole = renderer.render(plan).image
-    assert renderer.render(plan, tile_size=7).image.tobytes() == whole.tobytes()
-    monkeypatch.setattr("renderer.integrator.PAIRS", 256)
-    monkeypatch.setattr("renderer.tiling.BLOCK_RAYS", 512)
-    assert renderer.render(plan, tile_size=16).image.tobytes() == whole.tobytes()
-
-
 def nested_glass(depth: int, **view: Any) -> Json:
     """Three balls of glass, one in the other, with nothing else that is left to chance."""
     balls = [sphere([0, 1, 0], radius, material="glass") for radius in (1, 0.75, 0.5)]
@@ -212,7 +188,7 @@ def test_glass_leaves_nothing_to_chance_up_to_five_bounces(monkeypatch: pytest.M
 
 def test_bounces_have_their_own_light_points() -> None:
     """The same wall seen twice by one camera sample, once in a mirror, is lit by other random points."""
-    emitter = plan_of(glassy("random")).lightings[0].emitter
+    emitter = plan_of(pictures.of_room(sampling=sampled(4, 4, "random", "random"))).lightings[0].emitter
     first = np.zeros(2, dtype=np.int64)
     points = emitter.points(first, first, np.array([0, 1 << 50], dtype=np.uint64), np.dtype(np.float64))
     for part in points.places(np.arange(2)):

@@ -58,13 +58,7 @@ def test_crop_of_target_quality() -> None:
     assert np.sqrt(np.mean(left**2)) < 0.0125
 
 
-@pytest.mark.parametrize(
-    ("crop", "message"),
-    [
-        ((14, 0, 11, 9), "24 x 16"),
-        ((3, 3, 0, 5), "no pixels"),
-    ],
-)
+@pytest.mark.parametrize(("crop", "message"), [((14, 0, 11, 9), "24 x 16"), ((3, 3, 0, 5), "no pixels")])
 def test_invalid_crop(crop: tuple[int, ...], message: str) -> None:
     with pytest.raises(SceneError) as caught:
         renderer.load_scene(cropped(pictures.of_room(), crop))

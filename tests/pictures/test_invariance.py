@@ -9,7 +9,7 @@ import pytest
 import renderer
 from renderer.film import compose
 from renderer.tiling import tiles
-from tests.documents import Json, bulb, lamp, mesh, phong, sampled, scene, sun, triangle
+from tests.documents import Json, bulb, camera, lamp, mesh, phong, sampled, scene, sun, triangle
 from tests.pictures import pictures
 from tests.pictures.parts import DOUBLE, SINGLE, image_of, plan_of, png, same
 from tests.solids import outward
@@ -31,11 +31,14 @@ DRAWN: dict[str, Json] = {
     "sobol": pictures.of_room(sampling=sampled(4, 16, "sobol", "sobol", seed=3)),
     "random": pictures.many_lights() | {"sampling": sampled(5, 7, "random", "random", seed=9)},
     "stratified": pictures.smooth() | {"sampling": sampled(6, 6, "stratified", "stratified", seed=5)},
+    "lens": pictures.of_room(sampling=sampled(16, 1, "sobol"))
+    | {"camera": camera(lens_radius=0.4, focus_distance=3)},
     "sharp highlights": pictures.gloss(700),
     "normal map": pictures.carved(),
     "picture": pictures.textured(wrap="mirror"),
     "falloff": pictures.of_room(lights=[pictures.CEILING_LAMP | {"falloff": "physical"}]),
     "displaced": scene(pictures.FLOOR, BALL, lights=[pictures.CEILING_LAMP], **RELIEF),
+    "mirror and glass": pictures.mirror_and_glass() | {"sampling": sampled(4, 4, "random", "random")},
 }
 EVERY = pytest.mark.parametrize("name", DRAWN)
 
@@ -97,20 +100,6 @@ def test_culling_changes_nothing(name: str) -> None:
     for precision in (SINGLE, DOUBLE):
         culled = image_of(document, precision, files=FILES)
         assert same(culled, image_of(document, precision, files=FILES, culling=False))
-
-
-@pytest.mark.parametrize("order", [(0, 2, 1), (1, 2, 0)])
-@pytest.mark.parametrize("draw", [pictures.smooth, pictures.textured], ids=["smooth", "textured"])
-def test_order_of_vertices(draw: Any, order: tuple[int, ...]) -> None:
-    """Front or back, left or right. Weights add up in another order: a few roundings."""
-    document, original = draw(), draw()
-    for shape in document["shapes"]:
-        if shape["type"] == "triangle":
-            shape.setdefault("uvs", [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-            for part in {"vertices", "normals", "uvs"} & shape.keys():
-                shape[part] = [shape[part][i] for i in order]
-    changed, before = (image_of(each, DOUBLE, files=FILES) for each in (document, original))
-    assert np.abs(changed - before).max() <= 2.0**-20
 
 
 LOST = {"spare": phong(color_texture="lost", normal_map="lost")}

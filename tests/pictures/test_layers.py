@@ -72,20 +72,6 @@ def test_layers_of_a_wall() -> None:
     assert np.all(layers["samples"] == 9)
 
 
-def test_albedo_is_the_texel() -> None:
-    picture = {"type": "image", "asset": "picture.png", "encoding": "linear", "filter": "nearest"}
-    document = scene(
-        rectangle([-2, -2, 0], [4, 0, 0], [0, 4, 0]),
-        camera=camera(position=[0, 0, 2], look_at=[0, 0, 0], vertical_fov=90),
-        textures={"picture": picture},
-        materials={"plain": phong(color_texture="picture", ambient=0.5, diffuse=0.25)},
-    )
-    layers = renderer.render(plan_with(document, width=40, height=40)).layers
-    u, v = layers["uv"][..., 0], layers["uv"][..., 1]
-    expected = pictures.codes(6, 5)[((1 - v) * 6).astype(int), (u * 5).astype(int)] / np.float64(255)
-    assert np.array_equal(layers["albedo"], expected.astype(np.float32))
-
-
 def test_albedo_of_a_filtered_texture() -> None:
     board = {"type": "checker", "even": [1, 1, 1], "odd": [0, 0, 0], "repeat": [90, 90], "filter": "box"}
     filtered, exact = (

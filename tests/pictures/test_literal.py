@@ -60,7 +60,6 @@ SCENES: dict[str, Json] = {
     "checker": pictures.checkered(),
     "normal map": pictures.carved(),
     "normal map, nearest": pictures.carved("nearest"),
-    "normal map from behind": pictures.turned_away(),
     "visible lamp in the ceiling": pictures.lamp_in_ceiling(),
     "camera in the room": pictures.of_room(**NEAR, sampling=sampled(1, 4)),
     **{
