@@ -9,27 +9,18 @@ import io
 import math
 from functools import cache
 from random import Random
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from PIL import Image
 
-from benchmarks.everyday_shapes import (
-    Json,
-    block,
-    bulb,
-    fence,
-    panel,
-    phong,
-    plants,
-    sheet,
-    sun,
-    things,
-)
+from benchmarks.everyday_shapes import block, bulb, fence, panel, phong, plants, sheet, sun, things
 from scenes.make_meshes import ply, shell
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from benchmarks.report import Json
 
 SIZES = ((64, 64), (80, 60), (96, 64), (72, 96), (96, 96))
 """Width and height of the pictures, pixels: small, so that references are affordable."""
@@ -223,7 +214,7 @@ def _more_lights(drawn: Random, high: float) -> list[Json]:
             ]
 
 
-Parts = tuple[list[Json], list[Json], Json]
+Parts: TypeAlias = "tuple[list[Json], list[Json], Json]"
 """Shapes, lights and camera of a scene."""
 
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from random import Random
 
-Json = dict[str, Any]
+    from benchmarks.report import Json
+
 Vector = list[float]
 
 

@@ -32,23 +32,15 @@ PLACE = "?verbatim?"
 
 
 def gallery() -> list[dict[str, Any]]:
-    """Scenes of the gallery that need no files, small enough to be rendered in an instant."""
+    """Scenes of the gallery that need no files, with few pixels and samples."""
+    one = {"pattern": "uniform", "samples": 1}
     found = []
     for path in sorted(GALLERY.glob("*.json")):
         document = json.loads(path.read_text())
         if '"asset"' not in path.read_text() and isinstance(document.get("camera"), dict):
-            found.append(small(document))
+            document["camera"] |= {"width": 16, "height": 12}
+            found.append(document | {"sampling": {"antialiasing": one, "light": one}})
     return found
-
-
-def small(document: dict[str, Any]) -> dict[str, Any]:
-    """The same scene with few pixels and samples."""
-    document["camera"] |= {"width": 16, "height": 12}
-    document["sampling"] = {
-        "antialiasing": {"pattern": "uniform", "samples": 1},
-        "light": {"pattern": "uniform", "samples": 1},
-    }
-    return document
 
 
 class Bodies:
@@ -57,6 +49,16 @@ class Bodies:
     def __init__(self, source: random.Random) -> None:
         self.random = source
         self._scenes = gallery()
+
+    def body(self, route: str) -> bytes:
+        """The next body for a route."""
+        if route == "assets":
+            return self.file()
+        kinds = {"quotes": self.quote, "traces": self.trace, "comparisons": self.comparison}
+        request = kinds.get(route, self.place if "{}" in route else self.job)()
+        if self.random.random() < 0.1:
+            self.wound(request)
+        return self.written(request)
 
     def scene(self) -> dict[str, Any]:
         """A scene of the gallery with up to four wounds."""
@@ -117,55 +119,46 @@ class Bodies:
     def torn(self, data: bytes) -> bytes:
         """The same bytes with something wrong in the middle."""
         at = self.random.randrange(len(data) + 1)
-        kind = self.random.randrange(6)
+        kind = self.random.randrange(5)
         if kind == 0:
             return data[:at]
         if kind == 1:
-            return data[:at] + bytes([self.random.randrange(256)]) + data[at + 1 :]
+            return data[:at] + self.random.randbytes(self.random.randrange(1, 30)) + data[at + 1 :]
         if kind == 2:
-            return data[:at] + data[at - self.random.randrange(1, 40) : at] + data[at:]
+            return data[:at] + data[at - self.random.randrange(1, 40) :]
         if kind == 3:
-            return (
-                data[:at] + self.random.choice((b"[", b"{", b'"', b",", b"\\u", b"\x00", b"\xff")) + data[at:]
-            )
-        if kind == 4:
-            return data.replace(b":", b':{"a":' * self.random.choice((1, 70, 5000)), 1)
-        return data[:at] + self.random.randbytes(self.random.randrange(1, 30)) + data[at:]
+            more = (b"[", b"{", b'"', b",", b"\\u", b"\x00", b"\xff")
+            return data[:at] + self.random.choice(more) + data[at:]
+        return data.replace(b":", b':{"a":' * self.random.choice((1, 70, 5000)), 1)
 
-    def job(self) -> bytes:
+    def job(self) -> dict[str, Any]:
         """A request for a job."""
         request = {"scene": self.scene() if self.random.random() < 0.93 else self.value()}
         if self.random.random() < 0.3:
-            request |= {
-                "quality": self.quality(),
-                "layers": self.random.choice((["depth"], ["error"], [], "x")),
-            }
+            request["quality"] = self.quality()
+            request["layers"] = self.random.choice((["depth"], ["error"], [], "x"))
         if self.random.random() < 0.1:
             request |= {"labels": {self.text(): self.text()}, "priority": self.value(0)}
-        return self._request(request)
+        return request
 
     def quality(self) -> Any:
         """A requested quality."""
         number = self.random.choice(NUMBERS)
-        return self.random.choice(
-            (
-                {"mode": "fixed", "antialiasing": {"pattern": "random", "samples": number}},
-                {"mode": "target", "error": self.random.choice((0.05, 0.1, number)), "time_limit": 1},
-                self.value(),
-            )
-        )
+        fixed = {"mode": "fixed", "antialiasing": {"pattern": "random", "samples": number}}
+        target = {"mode": "target", "error": self.random.choice((0.05, 0.1, number)), "time_limit": 1}
+        return self.random.choice((fixed, target, self.value()))
 
-    def quote(self) -> bytes:
+    def quote(self) -> dict[str, Any]:
         """A request for a quote."""
-        return self._request({"scene": self.scene(), "target_error": self.random.choice((0.05, *NUMBERS))})
+        return {"scene": self.scene(), "target_error": self.random.choice((0.05, *NUMBERS))}
 
-    def trace(self) -> bytes:
+    def trace(self) -> dict[str, Any]:
         """Rays and a scene."""
         count = self.random.choice((0, 1, 2, 5))
         rays = [[self.random.choice((*NUMBERS[:8], 0.3, -0.7)) for _ in range(3)] for _ in range(2 * count)]
-        return self._request({"scene": self.scene(), "origins": rays[:count], "directions": rays[count:]})
+        return {"scene": self.scene(), "origins": rays[:count], "directions": rays[count:]}
 
-    def comparison(self) -> bytes:
+    def comparison(self) -> dict[str, Any]:
         """Two pictures, or what is said to be."""
         sides = [
             {"content": base64.b64encode(self.file()).decode()}
@@ -173,23 +166,17 @@ class Bodies:
             else {self.random.choice(("job", "content")): self.value(1)}
             for _ in range(2)
         ]
-        return self._request({"image": sides[0], "reference": sides[1]})
+        return {"image": sides[0], "reference": sides[1]}
 
-    def place(self) -> bytes:
+    def place(self) -> dict[str, Any]:
         """A pixel, or a rectangle of a picture."""
         names = self.random.choice((("x", "y"), ("x0", "y0", "x1", "y1")))
-        numbers = (*NUMBERS, 3, 5, 8)
-        return self._request({name: self.random.choice(numbers) for name in names})
+        return {name: self.random.choice((*NUMBERS, 3, 5, 8)) for name in names}
 
     def file(self) -> bytes:
         """A texture or a mesh, mostly wounded."""
         data = self.random.choice((_picture, _png, _ply, _obj, _glb, _npy))(self.random)
         return self.torn(data) if self.random.random() < 0.7 else data
-
-    def _request(self, document: dict[str, Any]) -> bytes:
-        if self.random.random() < 0.1:
-            self.wound(document)
-        return self.written(document)
 
 
 def _places(node: Any) -> Iterator[tuple[Any, Any]]:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 import os
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import httpx2
 
-from benchmarks.report import SCENES
+from benchmarks.report import SCENES, Json
 from schemas.api.administration import Role
 from service.access import keys
+from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
@@ -21,8 +23,7 @@ from service.storage.database.migrations import upgrade
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-Json = dict[str, Any]
-
+CORES = len(os.sched_getaffinity(0))
 LONGEST = 600.0
 """Seconds; a job that takes longer counts as hung."""
 
@@ -31,6 +32,17 @@ def settings(data: Path, **changes: Any) -> Settings:
     """Settings of a service on a free port that says little."""
     chosen: Json = {"data": data, "port": 0, "workers": 1, "log_level": "error"}
     return Settings(**(chosen | changes))
+
+
+@contextmanager
+def service(**changes: Any) -> Iterator[tuple[RunningServer, httpx2.Client]]:
+    """A running service on an empty folder, and a client of it."""
+    with (
+        TemporaryDirectory() as folder,
+        running(settings(Path(folder), **changes)) as server,
+        client(server.url) as own,
+    ):
+        yield server, own
 
 
 def scene(number: int, side: int = 64, sampling: Json | None = None) -> Json:

@@ -11,7 +11,6 @@ multi-jittered ones.
 
 from __future__ import annotations
 
-import argparse
 import datetime
 import hashlib
 import json
@@ -24,18 +23,36 @@ import numpy as np
 from PIL import Image
 from rich.console import Console
 
-from accuracy.statistics import clipped
-from benchmarks import references
+from accuracy.statistics import clipped, rms_difference
 from benchmarks.mitsuba_scene import PeerScene, convert
 from benchmarks.mitsuba_shading import radiance
+from benchmarks.report import SCENES, parser
 from schemas.reading import read_scene
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from schemas.cameras import Camera
 
+FOLDER = SCENES.parent / "tests" / "pictures" / "references"
+FOLDERS = {"mesh": "gallery", "normal_texturing": "gallery"}
+NAMES = ("soft", "chess", "mesh", "normal_texturing", "lamp", "shell", "textured_room", "lens_room")
+PATHS = {name: SCENES / FOLDERS.get(name, "study") / f"{name}.json" for name in NAMES}
+"""The scene file that each reference shows."""
 _LANES = 2**25
+
+
+def reference(name: str) -> tuple[NDArray[np.float64], float]:
+    """A reference, linear, (H, W, 3), and its own RMSE x 255: in the file red is above green above blue."""
+    with Image.open(FOLDER / f"{name}.png") as file:
+        levels = np.asarray(file, dtype=np.float64)
+    provenance = json.loads((FOLDER / f"{name}.json").read_text())
+    return np.stack(np.split(levels, 3), axis=2) / 65535, float(provenance["own_error_255"])
+
+
+def rmse_255(image: ArrayLike, reference: ArrayLike) -> float:
+    """Root mean square difference of linear values clipped to 0..1, in units of 1/255."""
+    return 255 * rms_difference(image, reference)
 
 
 def shot(peer: PeerScene, camera: Camera, samples: int, seed: int) -> NDArray[np.float64]:
@@ -100,7 +117,7 @@ def _camera_ray(camera: Camera, column: Any, row: Any, points: Any) -> Any:
 
 def make_reference(name: str, samples: int, pictures: int) -> float:
     """Average independent pictures, keep the mean, and give its own RMSE x 255, from two halves."""
-    path = references.PATHS[name]
+    path = PATHS[name]
     scene, _ = read_scene(path.read_bytes())
     peer = convert(scene, path.parent)
     halves = [
@@ -108,7 +125,7 @@ def make_reference(name: str, samples: int, pictures: int) -> float:
         for first in (0, 1)
     ]
     content = scene.model_dump_json(exclude={"name", "sampling"}, exclude_unset=True)
-    error = references.rmse_255(*halves) / 2
+    error = rmse_255(*halves) / 2
     provenance = {
         "renderer": f"Mitsuba {mi.__version__} {mi.variant()}",
         "command": f"python -m benchmarks.mitsuba_pictures --samples {samples} --pictures {pictures} {name}",
@@ -117,23 +134,23 @@ def make_reference(name: str, samples: int, pictures: int) -> float:
         "own_error_255": round(error, 4),
         "scene_sha256": hashlib.sha256(content.encode()).hexdigest(),
     }
-    (references.FOLDER / f"{name}.json").write_text(json.dumps(provenance, indent=2) + "\n")
+    (FOLDER / f"{name}.json").write_text(json.dumps(provenance, indent=2) + "\n")
     # A 16-bit greyscale PNG, red above green above blue, is a fifth of an array file.
     levels = np.floor(clipped((halves[0] + halves[1]) / 2) * 65535 + 0.5).astype(np.uint16)
     stacked = np.concatenate(list(np.moveaxis(levels, 2, 0)))
-    Image.fromarray(stacked).save(references.FOLDER / f"{name}.png", optimize=True)
+    Image.fromarray(stacked).save(FOLDER / f"{name}.png", optimize=True)
     return error
 
 
 def main() -> None:
     """Make the references named on the command line, or all of them."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.mitsuba_pictures", description=__doc__)
-    parser.add_argument("names", nargs="*", default=list(references.NAMES), metavar="NAME")
-    parser.add_argument("--samples", type=int, default=1024, help="samples a pixel of each picture")
-    parser.add_argument("--pictures", type=int, default=8, help="independent pictures, an even number")
-    options = parser.parse_args()
-    for name in options.names:
-        error = make_reference(name, options.samples, options.pictures)
+    options = parser("mitsuba_pictures", __doc__)
+    options.add_argument("names", nargs="*", default=[*NAMES], metavar="NAME")
+    options.add_argument("--samples", type=int, default=1024, help="samples a pixel of each picture")
+    options.add_argument("--pictures", type=int, default=8, help="independent pictures, an even number")
+    chosen = options.parse_args()
+    for name in chosen.names:
+        error = make_reference(name, chosen.samples, chosen.pictures)
         Console().print(f"{name}: own error {error:.4f}/255")
 
 

@@ -1,4 +1,4 @@
-"""CPU seconds at equal true error, ours and Mitsuba's: `python -m benchmarks.peers`, half an hour.
+"""CPU seconds at equal true error, ours and Mitsuba's, in half an hour.
 
 It needs the group `bench` and LLVM 17 or newer. Each picture is compared with a converged reference. Seconds
 are user and system time of all threads, without loading and compiling.
@@ -6,15 +6,13 @@ are user and system time of all threads, without loading and compiling.
 
 from __future__ import annotations
 
-import argparse
 import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from accuracy.plotting import BLUE, CYAN, RED, drawn
-from benchmarks.peers_runs import OURS, OURS_FIXED, PEER, Run, runs_of
-from benchmarks.peers_settings import ERRORS_255, SCENES
-from benchmarks.report import OUT, keep, show
+from benchmarks.peers_runs import ERRORS_255, OURS, OURS_FIXED, PEER, SCENES, Run, runs_of
+from benchmarks.report import OUT, keep, parser, show
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -26,16 +24,13 @@ COLORS = {PEER: RED, OURS: BLUE, OURS_FIXED: CYAN}
 
 def main() -> None:
     """Measure the requested scenes, print the comparison, and keep it with a plot."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.peers", description=__doc__)
-    parser.add_argument("scenes", nargs="*", default=[*SCENES], metavar="SCENE", help=", ".join(SCENES))
-    parser.add_argument("--errors", nargs="+", type=float, default=ERRORS_255, metavar="E", help="RMSE x 255")
-    options = parser.parse_args()
-    errors = sorted(options.errors, reverse=True)
+    options = parser("peers", __doc__)
+    options.add_argument("scenes", nargs="*", default=[*SCENES], metavar="SCENE", help=", ".join(SCENES))
     runs: dict[str, list[Run]] = {}
     compared: list[dict[str, Any]] = []
-    for scene in options.scenes:
-        runs[scene] = list(runs_of(scene, errors))
-        compared += (comparison(scene, runs[scene], error) for error in errors)
+    for scene in options.parse_args().scenes:
+        runs[scene] = list(runs_of(scene))
+        compared += (comparison(scene, runs[scene], error) for error in ERRORS_255)
     columns = ("scene", "RMSE x 255", PEER, OURS, OURS_FIXED, f"{OURS} / {PEER}", "asked: CPU s", "its RMSE")
     show("CPU seconds at equal true error", columns, [(*each.values(),) for each in compared])
     keep("peers", {"comparisons": compared, "runs": runs})

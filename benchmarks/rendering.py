@@ -1,17 +1,15 @@
-"""CPU seconds of the gallery, and what each effect costs: `python -m benchmarks.rendering`."""
+"""CPU seconds of two rooms, and what each effect costs."""
 
 from __future__ import annotations
 
-import argparse
-from typing import Any
+import json
 
 import renderer
-from benchmarks.report import SCENES, keep, median_seconds, show
+from benchmarks.report import SCENES, Json, keep, median_seconds, parser, show, uniform
 from renderer.assets import FolderAssets
 
-Json = dict[str, Any]
-
-SIDE = 384
+ROOMS = ("soft", 1), ("soft", 16), ("chess", 16)
+"""Scenes and their camera samples a pixel."""
 SUN = {"type": "directional", "direction": [-0.3, -1, -0.4], "color": [0.7, 0.7, 0.7]}
 BULB = {"type": "point", "position": [2, 4, 2], "color": [0.3, 0.3, 0.3]}
 LAMP = {
@@ -32,11 +30,8 @@ TEXTURES: Json = {
 EFFECTS: dict[str, tuple[Json, Json]] = {
     "point light": ({}, {"lights": [SUN, BULB]}),
     "rectangle light, 16 points": ({}, {"lights": [SUN, LAMP]}),
-    "falloff of a rectangle light": ({"lights": [LAMP]}, {"lights": [LAMP | {"falloff": "physical"}]}),
     "highlights": ({}, {"specular": 0.4, "shininess": 30}),
-    "checker texture": ({}, {"color_texture": "board"}),
     "checker texture, filtered": ({"color_texture": "board"}, {"color_texture": "boxed"}),
-    "image texture": ({}, {"color_texture": "picture"}),
     "image texture, filtered": ({"color_texture": "picture"}, {"color_texture": "pyramid"}),
     "normal map": ({}, {"normal_map": "normals"}),
     "bump map": ({}, {"bump_map": "heights", "bump_height": 0.05}),
@@ -51,27 +46,29 @@ EFFECTS: dict[str, tuple[Json, Json]] = {
 
 def main() -> None:
     """Print and keep both tables."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.rendering", description=__doc__)
-    parser.add_argument("--runs", type=int, default=5, help="timed runs; the median counts")
-    runs = parser.parse_args().runs
-    gallery = []
-    for path in sorted((SCENES / "gallery").glob("*.json")):
-        plan = renderer.compile_scene(path)
+    options = parser("rendering", __doc__)
+    options.add_argument("--runs", type=int, default=5, help="timed runs; the median counts")
+    runs = options.parse_args().runs
+    rooms = []
+    for name, samples in ROOMS:
+        document = json.loads((SCENES / "study" / f"{name}.json").read_text())
+        plan = renderer.compile_scene(document | {"sampling": uniform(samples, 64)})
         shadow = renderer.render(plan).report["rays"]["shadow"]
         seconds = median_seconds(plan, runs)
-        gallery.append({"scene": path.stem, "seconds": seconds, "shadow_rays_a_second": shadow / seconds})
-    show("Gallery", ("scene", "CPU s", "shadow rays a second"), [(*each.values(),) for each in gallery])
+        scene = f"{name}: uniform {samples} x uniform 64"
+        rooms.append({"scene": scene, "seconds": seconds, "shadow_rays_a_second": shadow / seconds})
+    show("Rooms", ("scene", "CPU s", "shadow rays a second"), [(*each.values(),) for each in rooms])
     effects = []
     for name, (without, with_it) in EFFECTS.items():
         before, after = (median_seconds(plan_of(changes), runs) for changes in (without, with_it))
         effects.append({"effect": name, "without": before, "with": after, "ratio": after / before})
     show("Effects", ("effect", "without, CPU s", "with", "ratio"), [(*each.values(),) for each in effects])
-    keep("rendering", {"gallery": gallery, "effects": effects})
+    keep("rendering", {"rooms": rooms, "effects": effects})
 
 
 def plan_of(changes: Json) -> renderer.RenderPlan:
     """Compile a floor and a ball of one matte material under one sun, with some changes."""
-    camera = {"position": [0, 2, 6], "look_at": [0, 0.8, 0], "width": SIDE, "height": SIDE}
+    camera = {"position": [0, 2, 6], "look_at": [0, 0.8, 0], "width": 384, "height": 384}
     material = {
         name: value for name, value in changes.items() if name not in ("lights", "lens_radius", "samples")
     }
@@ -91,10 +88,7 @@ def plan_of(changes: Json) -> renderer.RenderPlan:
             {"type": "ellipsoid", "center": [0, 1, 0], "radius": 1, "material": "plain"},
         ],
         "lights": changes.get("lights", [SUN]),
-        "sampling": {
-            "antialiasing": {"pattern": "uniform", "samples": changes.get("samples", 1)},
-            "light": {"pattern": "uniform", "samples": 16},
-        },
+        "sampling": uniform(changes.get("samples", 1), 16),
     }
     return renderer.compile_scene(renderer.load_scene(document, assets=FolderAssets(SCENES / "gallery")))
 

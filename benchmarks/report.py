@@ -1,12 +1,13 @@
-"""The machine, CPU seconds, and how a benchmark prints its table and keeps its figures."""
+"""What the parts share: command line, CPU seconds, tables, and the figures in out."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import resource
 import statistics
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.console import Console
 from rich.table import Table
@@ -17,8 +18,21 @@ from accuracy.study.journal import describe
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+Json = dict[str, Any]
+
 OUT = Path("out")
 SCENES = Path(__file__).parents[1] / "scenes"
+
+
+def parser(part: str, about: str | None) -> argparse.ArgumentParser:
+    """The command line of a part."""
+    return argparse.ArgumentParser(prog=f"python -m benchmarks.{part}", description=about)
+
+
+def uniform(samples: int, light: int) -> Json:
+    """Sampling by grids: camera samples, and light points for each."""
+    counts = {"antialiasing": samples, "light": light}
+    return {name: {"pattern": "uniform", "samples": count} for name, count in counts.items()}
 
 
 def cpu_seconds() -> float:
@@ -27,32 +41,24 @@ def cpu_seconds() -> float:
     return sum(usage.ru_utime + usage.ru_stime for usage in used)
 
 
-def timed_render(plan: renderer.RenderPlan) -> tuple[renderer.RenderResult, float]:
-    """Render a plan in this process, and give the CPU seconds that it took beside the result."""
-    begun = cpu_seconds()
-    result = renderer.render(plan)
-    return result, cpu_seconds() - begun
-
-
 def median_seconds(plan: renderer.RenderPlan, runs: int) -> float:
     """CPU seconds of a render in the median, after one that warms caches up."""
     renderer.render(plan)
-    return statistics.median(timed_render(plan)[1] for _ in range(runs))
+    seconds = []
+    for _ in range(runs):
+        begun = cpu_seconds()
+        renderer.render(plan)
+        seconds.append(cpu_seconds() - begun)
+    return statistics.median(seconds)
 
 
-class Promise(TypedDict):
-    """A sentence, the figure that was measured, and the limit that it is held to."""
+class Promise(NamedTuple):
+    """A sentence, the figure that was measured, the limit that it is held to, and whether it is held."""
 
     promise: str
     measured: str
-    held: bool
     limit: str
-    details: dict[str, Any]
-
-
-def promise(sentence: str, measured: str, *, held: bool, limit: str, **details: Any) -> Promise:
-    """Make a promise of what was measured."""
-    return Promise(promise=sentence, measured=measured, held=held, limit=limit, details=details)
+    held: bool
 
 
 def show(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
@@ -73,10 +79,7 @@ def keep(name: str, figures: Any) -> None:
 
 def conclude(name: str, promises: list[Promise]) -> None:
     """Print and keep promises; the exit status is 1 if one is not held."""
-    rows = [
-        (one["promise"], one["measured"], one["limit"], "yes" if one["held"] else "NO") for one in promises
-    ]
-    show(name, ("promise", "measured", "limit", "held"), rows)
-    keep(name, promises)
-    if not all(one["held"] for one in promises):
+    show(name, Promise._fields, promises)
+    keep(name, [one._asdict() for one in promises])
+    if not all(one.held for one in promises):
         raise SystemExit(1)

@@ -1,13 +1,11 @@
-"""Random faults among mixed jobs: nothing may be lost, hang or differ: `python -m benchmarks.soak`."""
+"""Random faults among mixed jobs: nothing may be lost, hang or differ."""
 
 from __future__ import annotations
 
-import argparse
 import os
 import signal
-import statistics
 import time
-from collections import defaultdict
+from collections import Counter
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.jobs import LONGEST, Json, client, ended, scene, settings, submit, workers_of
-from benchmarks.report import Promise, conclude, promise
+from benchmarks.jobs import LONGEST, client, ended, scene, settings, submit, workers_of
+from benchmarks.report import Json, Promise, conclude, parser, uniform
 from service.errors import UnavailableError
 from service.server import running
 
@@ -36,15 +34,12 @@ KINDS = 4
 
 def mixed(kind: int) -> Json:
     """A request of one of several kinds: fixed quality, layers, a target error, many samples."""
-    samples = 144 if kind == 3 else 36
-    sampling = {"antialiasing": {"pattern": "uniform", "samples": samples}}
-    sampling["light"] = {"pattern": "uniform", "samples": 36}
-    request = {"scene": scene(kind, sampling=sampling)}
+    sampling = uniform(144 if kind == 3 else 36, 36)
     more: dict[int, Json] = {
         1: {"layers": ["depth", "normal"]},
         2: {"quality": {"mode": "target", "error": 0.01}},
     }
-    return request | more.get(kind, {})
+    return {"scene": scene(kind, sampling=sampling)} | more.get(kind, {})
 
 
 class Ground:
@@ -67,13 +62,10 @@ class Ground:
         """The bytes of a picture."""
         return self.client.get(f"/v1/jobs/{job}/image.npy").content
 
-    def is_open(self, job: str) -> bool:
-        """Whether a job has not ended."""
-        return self.client.get(f"/v1/jobs/{job}").json()["finished_at"] is None
-
-    def tiles(self, jobs: list[str]) -> int:
-        """Number of tiles reported for these jobs."""
-        return sum(int(self.client.get(f"/v1/jobs/{job}").json()["last_seq"]) for job in jobs)
+    def progress(self, jobs: list[str]) -> tuple[int, int]:
+        """How many of these jobs have not ended, and the number of tiles reported for all."""
+        found = [self.client.get(f"/v1/jobs/{job}").json() for job in jobs]
+        return sum(job["finished_at"] is None for job in found), sum(job["last_seq"] for job in found)
 
     def restart(self) -> None:
         """Kill the server, and start it again, which may fail on a busy machine."""
@@ -108,9 +100,10 @@ class Ground:
         self.disturb(fault, chance)
         if fault == "worker stopped for a while":
             begun = time.monotonic()
-        before = self.tiles(jobs)
-        while self.tiles(jobs) == before and any(map(self.is_open, jobs)):
-            if time.monotonic() - begun > LONGEST:
+        _, before = self.progress(jobs)
+        while time.monotonic() < begun + LONGEST:
+            unfinished, tiles = self.progress(jobs)
+            if tiles != before or not unfinished:
                 break
             time.sleep(0.02)
         return time.monotonic() - begun
@@ -120,7 +113,8 @@ def soak(minutes: float, seed: int = 3) -> Promise:
     """Disturb a service at random while mixed jobs are rendered; compare all pictures afterwards."""
     chance = np.random.default_rng(seed)
     sent: list[str] = []
-    times: defaultdict[str, list[float]] = defaultdict(list)
+    faults: Counter[str] = Counter()
+    worst = 0.0
     with TemporaryDirectory() as folder, ExitStack() as stack:
         usual = {"workers": 2, "tile_size": 32}
         calm = Ground(settings(Path(folder) / "before", **usual), stack)
@@ -129,34 +123,29 @@ def soak(minutes: float, seed: int = 3) -> Promise:
         ground = Ground(settings(Path(folder) / "data", **usual, **tough), stack)
         deadline = time.monotonic() + 60 * minutes
         while time.monotonic() < deadline:
-            while sum(map(ground.is_open, sent[-2 * OPEN :])) < OPEN:
+            while ground.progress(sent[-2 * OPEN :])[0] < OPEN:
                 sent.append(ground.submit(len(sent)))
             time.sleep(chance.uniform(*PAUSES))
             fault = str(chance.choice(list(FAULTS), p=list(FAULTS.values())))
-            times[fault].append(ground.recovery(sent[-2 * OPEN :], fault, chance))
+            faults[fault] += 1
+            worst = max(worst, ground.recovery(sent[-2 * OPEN :], fault, chance))
         lost = sum(ended(ground.client, job)["state"] != "succeeded" for job in sent)
         same = sum(ground.image(job) == expected[n % KINDS] for n, job in enumerate(sent))
-    faults = ", ".join(f"{len(found)} x {fault}" for fault, found in sorted(times.items()))
-    recovery = {
-        fault: {"median": statistics.median(found), "worst": max(found)} for fault, found in times.items()
-    }
-    worst = max((one["worst"] for one in recovery.values()), default=0.0)
-    return promise(
+    happened = ", ".join(f"{count} x {fault}" for fault, count in sorted(faults.items()))
+    return Promise(
         "Random faults among mixed jobs lose, hang and change nothing.",
-        f"{minutes:g} minutes, {faults}: {lost} of {len(sent)} jobs lost or hung, {same} pictures the same, "
-        f"{worst:.1f} s to the next tile at worst",
-        held=lost == 0 and same == len(sent),
-        limit="0 lost or hung, all the same",
-        jobs=len(sent),
-        recovery=recovery,
+        f"{minutes:g} minutes, {happened}: {lost} of {len(sent)} jobs lost or hung, {same} pictures "
+        f"the same, {worst:.1f} s to the next tile at worst",
+        "0 lost or hung, all the same",
+        lost == 0 and same == len(sent),
     )
 
 
 def main() -> None:
     """Soak for some minutes; 1 if anything was lost, hung or differed."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.soak", description=__doc__)
-    parser.add_argument("--minutes", type=float, default=30.0, help="how long; 30 by default")
-    conclude("soak", [soak(parser.parse_args().minutes)])
+    options = parser("soak", __doc__)
+    options.add_argument("--minutes", type=float, default=30.0, help="how long; 30 by default")
+    conclude("soak", [soak(options.parse_args().minutes)])
 
 
 if __name__ == "__main__":
