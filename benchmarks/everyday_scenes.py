@@ -15,6 +15,7 @@ import numpy as np
 from PIL import Image
 
 from benchmarks.everyday_shapes import block, bulb, fence, panel, phong, plants, sheet, sun, things
+from benchmarks.report import uniform
 from scenes.make_meshes import ply, shell
 
 if TYPE_CHECKING:
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 
 SIZES = ((64, 64), (80, 60), (96, 64), (72, 96), (96, 96))
 """Width and height of the pictures, pixels: small, so that references are affordable."""
-
-KINDS = ("room", "table", "wall", "field", "board", "mesh", "wares")
 
 
 class EverydayFiles(dict[str, bytes]):
@@ -76,40 +75,6 @@ def _png(channels: NDArray[np.float64]) -> bytes:
     return buffer.getvalue()
 
 
-def everyday_scene(number: int) -> Json:
-    """Scene of a number: any whole number gives one that the language accepts."""
-    drawn = Random(f"everyday {number}")  # noqa: S311  (the same scene each time)
-    kind = drawn.choice(KINDS)
-    build = {
-        "room": _room,
-        "table": _table,
-        "wall": _wall,
-        "field": _field,
-        "board": _board,
-        "mesh": _mesh,
-        "wares": _wares,
-    }[kind]
-    shapes, lights, camera = build(drawn)
-    width, height = drawn.choice(SIZES)
-    lens = {} if drawn.random() < 0.85 else {"lens_radius": drawn.choice([0.02, 0.05, 0.1])}
-    return {
-        "version": 1,
-        "name": f"{kind}-{number}",
-        "camera": {"width": width, "height": height} | camera | lens,
-        "background": _color(drawn, 0.0, 0.7),
-        "ambient": [drawn.choice([0.0, 0.5, 1.0])] * 3,
-        "textures": _textures(drawn),
-        "materials": _materials(drawn),
-        "shapes": shapes,
-        "lights": lights,
-        "sampling": {
-            "antialiasing": {"pattern": "uniform", "samples": 1},
-            "light": {"pattern": "uniform", "samples": 1},
-            "seed": drawn.randrange(1000, 2**40),
-        },
-    }
-
-
 def _color(drawn: Random, low: float = 0.1, high: float = 0.95) -> list[float]:
     return [round(drawn.uniform(low, high), 3) for _ in range(3)]
 
@@ -138,9 +103,8 @@ def _materials(drawn: Random) -> Json:
     """A material for each part that a scene may have, the plainest most often."""
 
     def matt(**more: Any) -> Json:
-        return phong(
-            _color(drawn), ambient=drawn.choice([0.05, 0.1, 0.3]), diffuse=drawn.uniform(0.6, 1), **more
-        )
+        color, ambient = _color(drawn), drawn.choice([0.05, 0.1, 0.3])
+        return phong(color, ambient=ambient, diffuse=drawn.uniform(0.6, 1), **more)
 
     def gloss(**more: Any) -> Json:
         return matt(specular=drawn.uniform(0.1, 0.8), shininess=_spread(drawn, 5, 800), **more)
@@ -149,11 +113,8 @@ def _materials(drawn: Random) -> Json:
         return gloss(mirror=drawn.uniform(0.1, 0.95), max_depth=drawn.choice([1, 2, 4, 8]))
 
     def glass() -> Json:
-        return gloss(
-            transmission=drawn.uniform(0.5, 0.95),
-            ior=drawn.choice([1.33, 1.5, 1.8]),
-            max_depth=drawn.choice([2, 4, 6]),
-        )
+        through, ior = drawn.uniform(0.5, 0.95), drawn.choice([1.33, 1.5, 1.8])
+        return gloss(transmission=through, ior=ior, max_depth=drawn.choice([2, 4, 6]))
 
     def carved() -> Json:
         if drawn.random() < 0.5:
@@ -198,20 +159,16 @@ def _lamp(drawn: Random, center: list[float], normal: list[float], side: float, 
 
 def _more_lights(drawn: Random, high: float) -> list[Json]:
     """Nothing as a rule, else a bulb or the sun."""
-    match drawn.choice(["none", "none", "none", "bulb", "sun", "both"]):
-        case "none":
-            return []
-        case "bulb":
-            return [
-                bulb([drawn.uniform(-high, high), high, drawn.uniform(0, high)], _color(drawn, 0.05, 0.4))
-            ]
-        case "sun":
-            return [sun([drawn.uniform(-1, 1), -1, drawn.uniform(-1, 0.5)], _color(drawn, 0.05, 0.4))]
-        case _:
-            return [
-                sun([0.3, -1, -0.4], _color(drawn, 0.05, 0.3)),
-                bulb([0, high, high], _color(drawn, 0.05, 0.3)),
-            ]
+    kind = drawn.choice(["none", "none", "none", "bulb", "sun", "both"])
+    if kind == "bulb":
+        place = [drawn.uniform(-high, high), high, drawn.uniform(0, high)]
+        return [bulb(place, _color(drawn, 0.05, 0.4))]
+    if kind == "sun":
+        return [sun([drawn.uniform(-1, 1), -1, drawn.uniform(-1, 0.5)], _color(drawn, 0.05, 0.4))]
+    if kind == "both":
+        colors = _color(drawn, 0.05, 0.3), _color(drawn, 0.05, 0.3)
+        return [sun([0.3, -1, -0.4], colors[0]), bulb([0, high, high], colors[1])]
+    return []
 
 
 Parts: TypeAlias = "tuple[list[Json], list[Json], Json]"
@@ -247,11 +204,8 @@ def _room(drawn: Random) -> Parts:
         place = [-wide / 2 + _spread(drawn, 0.02, 0.5), high / 2, drawn.uniform(-0.3, 0.2) * deep]
         lamp = _lamp(drawn, place, [1, 0, 0], side, wide / 2)
     eye = [drawn.uniform(-0.3, 0.3) * wide, 0.5 * high, 0.45 * deep + drawn.choice([0.0, 3.0])]
-    return (
-        shapes,
-        [lamp, *_more_lights(drawn, 0.9 * high)],
-        _camera(drawn, eye, [0, 0.35 * high, 0], (40, 75)),
-    )
+    lights = [lamp, *_more_lights(drawn, 0.9 * high)]
+    return shapes, lights, _camera(drawn, eye, [0, 0.35 * high, 0], (40, 75))
 
 
 def _table(drawn: Random) -> Parts:
@@ -337,3 +291,30 @@ def _wares(drawn: Random) -> Parts:
     lamp = _lamp(drawn, place, normal, _spread(drawn, 0.2, 1.5), 2.5)
     eye = [drawn.uniform(-1.5, 1.5), drawn.uniform(0.8, 2.5), drawn.uniform(3.5, 6)]
     return shapes, [lamp, *_more_lights(drawn, 4)], _camera(drawn, eye, [0, 1.0, 0], (30, 50))
+
+
+KINDS = {
+    "room": _room, "table": _table, "wall": _wall, "field": _field, "board": _board, "mesh": _mesh,
+    "wares": _wares,
+}  # fmt: skip
+
+
+def everyday_scene(number: int) -> Json:
+    """Scene of a number: any whole number gives one that the language accepts."""
+    drawn = Random(f"everyday {number}")  # noqa: S311  (the same scene each time)
+    kind = drawn.choice([*KINDS])
+    shapes, lights, camera = KINDS[kind](drawn)
+    width, height = drawn.choice(SIZES)
+    lens = {} if drawn.random() < 0.85 else {"lens_radius": drawn.choice([0.02, 0.05, 0.1])}
+    return {
+        "version": 1,
+        "name": f"{kind}-{number}",
+        "camera": {"width": width, "height": height} | camera | lens,
+        "background": _color(drawn, 0.0, 0.7),
+        "ambient": [drawn.choice([0.0, 0.5, 1.0])] * 3,
+        "textures": _textures(drawn),
+        "materials": _materials(drawn),
+        "shapes": shapes,
+        "lights": lights,
+        "sampling": uniform(1, 1) | {"seed": drawn.randrange(1000, 2**40)},
+    }

@@ -65,9 +65,8 @@ def _thing(drawn: Random, reach: float, size: float, front: float) -> list[Json]
         case "box":
             return box([x, 0, z], [big, drawn.uniform(0.5, 3) * big, big], drawn.uniform(0, 90), material)
         case "slab":
-            return box(
-                [x, drawn.choice([0, big]), z], [2 * big, 0.1 * big, big], drawn.uniform(0, 90), material
-            )
+            base = [x, drawn.choice([0, big]), z]
+            return box(base, [2 * big, 0.1 * big, big], drawn.uniform(0, 90), material)
         case _:
             corners = [
                 [drawn.uniform(-1, 1) * big + x, drawn.uniform(0, 3) * big, drawn.uniform(-1, 1) * big + z]
@@ -99,13 +98,9 @@ def fence(drawn: Random, size: float) -> list[Json]:
     posts = [left + length * n / (count - 1) for n in range(count)]
     material = drawn.choice(["matt", "thing0"])
     slope = drawn.uniform(-0.3, 0.3)
-    return [
-        *(sheet([x, 0, z + slope * (x - left)], [wide, 0, 0], [0, high, 0], material) for x in posts),
-        *(
-            sheet([left, y * high, z], [length, 0, slope * length], [0, wide, 0], material)
-            for y in (0.4, 0.9)
-        ),
-    ]
+    across = [length, 0, slope * length]
+    upright = [sheet([x, 0, z + slope * (x - left)], [wide, 0, 0], [0, high, 0], material) for x in posts]
+    return upright + [sheet([left, y * high, z], across, [0, wide, 0], material) for y in (0.4, 0.9)]
 
 
 def plants(drawn: Random, size: float) -> list[Json]:
@@ -119,28 +114,19 @@ def plants(drawn: Random, size: float) -> list[Json]:
             lean = drawn.uniform(-0.3, 0.3) * high
             found.append(triangle([x - thin, 0, z], [x + thin, 0, z], [x + lean, high, z], material=material))
         else:
-            found.append(
-                ellipsoid([x, high / 2, z], [thin, 0, 0], [0, high / 2, 0], [0, 0, thin], material=material)
-            )
+            axes = [thin, 0, 0], [0, high / 2, 0], [0, 0, thin]
+            found.append(ellipsoid([x, high / 2, z], *axes, material=material))
     return found
 
 
 def block(drawn: Random, size: float) -> list[Json]:
     """A few houses."""
-    return [
-        side
-        for _ in range(drawn.randrange(2, 5))
-        for side in box(
-            [drawn.uniform(-0.5, 0.5) * size, 0, drawn.uniform(-0.6, 0.2) * size],
-            [
-                drawn.uniform(0.02, 0.2) * size,
-                drawn.uniform(0.05, 0.3) * size,
-                drawn.uniform(0.02, 0.2) * size,
-            ],
-            drawn.uniform(0, 90),
-            drawn.choice(["matt", "wall", "thing2"]),
-        )
-    ]
+    found = []
+    for _ in range(drawn.randrange(2, 5)):
+        place = [drawn.uniform(-0.5, 0.5) * size, 0, drawn.uniform(-0.6, 0.2) * size]
+        sides = [drawn.uniform(*span) * size for span in ((0.02, 0.2), (0.05, 0.3), (0.02, 0.2))]
+        found += box(place, sides, drawn.uniform(0, 90), drawn.choice(["matt", "wall", "thing2"]))
+    return found
 
 
 def panel(drawn: Random, x: float, material: str) -> Json:

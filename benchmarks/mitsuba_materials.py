@@ -18,15 +18,11 @@ from schemas.textures import CheckerTexture, ImageTexture
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
     from schemas.materials import PhongMaterial
     from schemas.scene import Scene
 
 _Color: TypeAlias = tuple[float, float, float]
 
-_WRAPS = {"clamp": dr.WrapMode.Clamp, "repeat": dr.WrapMode.Repeat, "mirror": dr.WrapMode.Mirror}
-_FILTERS = {"nearest": dr.FilterMode.Nearest, "bilinear": dr.FilterMode.Linear}
 _FIELDS = ("ambient", "diffuse", "specular", "shininess")
 _BENT = ("bump_map", "displacement_map", "mirror", "transmission")
 """Fields of a material that the peer does not know."""
@@ -34,7 +30,7 @@ _BENT = ("bump_map", "displacement_map", "mirror", "transmission")
 
 @dataclass(frozen=True)
 class ImageMap:
-    """An image and the shapes that show it: `used` is one truth value a shape."""
+    """An image, and for each shape whether it shows it."""
 
     used: Any
     texture: Any
@@ -46,24 +42,11 @@ class ImageMap:
 
 @dataclass(frozen=True)
 class Materials:
-    """Tables with one row a shape.
-
-    Attributes
-    ----------
-    rows : dict of str to Dr.Jit array
-        `color`, `ambient`, `diffuse`, `specular`, `shininess`; with a checker also `odd` and `repeat`.
-    colors, normals : list of ImageMap
-        What takes the place of the colour and of the normal.
-    """
+    """Tables with one row a shape, and the images that take the place of colours and normals."""
 
     rows: dict[str, Any]
     colors: list[ImageMap]
     normals: list[ImageMap]
-
-    @property
-    def checkered(self) -> bool:
-        """Whether any shape shows a checker."""
-        return "odd" in self.rows
 
 
 def materials_of(scene: Scene, folder: Path) -> Materials:
@@ -106,20 +89,12 @@ def _maps(scene: Scene, folder: Path, names: list[str | None], *, stored: bool) 
 
 
 def _texture(image: ImageTexture, folder: Path, *, stored: bool) -> Any:
-    if image.filter not in _FILTERS:
-        raise ValueError(f"the peer's images have no filter {image.filter}")
+    if (image.filter, image.wrap) != ("bilinear", "repeat"):
+        raise ValueError("the peer's images are bilinear and repeat themselves")
     with Image.open(folder / image.asset) as file:
         values = np.asarray(file.convert("RGB"), dtype=np.float64) / 255
     if image.encoding == "srgb" and not stored:
-        values = _linear(values)
-    return mi.Texture2f(
-        mi.TensorXf(values.astype(np.float32)),
-        use_accel=False,
-        filter_mode=_FILTERS[image.filter],
-        wrap_mode=_WRAPS[image.wrap],
-    )
-
-
-def _linear(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """IEC 61966-2-1: a line below 0.04045, a power of 2.4 above."""
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+        # IEC 61966-2-1: a line below 0.04045, a power of 2.4 above.
+        values = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    modes = {"filter_mode": dr.FilterMode.Linear, "wrap_mode": dr.WrapMode.Repeat}
+    return mi.Texture2f(mi.TensorXf(values.astype(np.float32)), use_accel=False, **modes)

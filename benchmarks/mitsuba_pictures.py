@@ -4,9 +4,8 @@ Run `python -m benchmarks.mitsuba_pictures` to make the reference pictures again
 and LLVM 17 or newer; on Debian: `apt-get install libllvm19`, and
 `DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1`.
 
-The peer shares nothing with the renderer but the scene file: its intersections are Mitsuba's, in single
-precision; its light points are random over the whole light, not a grid; its samples are Mitsuba's
-multi-jittered ones.
+The peer shares nothing with the renderer but the scene file: intersections, light points and samples are
+Mitsuba's.
 """
 
 from __future__ import annotations
@@ -56,11 +55,7 @@ def rmse_255(image: ArrayLike, reference: ArrayLike) -> float:
 
 
 def shot(peer: PeerScene, camera: Camera, samples: int, seed: int) -> NDArray[np.float64]:
-    """Mean linear radiance of each pixel (H, W, 3), not clipped, one point of each light for each sample.
-
-    Pictures with different seeds are independent. The sampler must not round the number of samples up, as it
-    does 32 and 128.
-    """
+    """Mean linear radiance of each pixel (H, W, 3), not clipped, one point of each light for each sample."""
     rows = max(1, _LANES // (camera.width * samples))
     starts = range(0, camera.height, rows)
     bands = [
@@ -69,19 +64,13 @@ def shot(peer: PeerScene, camera: Camera, samples: int, seed: int) -> NDArray[np
     return np.concatenate(bands)
 
 
-def sampler(samples: int) -> Any:
-    """Make the sampler of a number of samples a pixel, which has to be one that it does not round up."""
-    points = mi.load_dict({"type": "multijitter", "sample_count": samples})
-    if points.sample_count() != samples:
-        raise ValueError(f"the sampler takes {points.sample_count()} samples in place of {samples}")
-    return points
-
-
 def _band(
     peer: PeerScene, camera: Camera, rows: tuple[int, int], samples: int, seed: int
 ) -> NDArray[np.float64]:
     pixels = (rows[1] - rows[0]) * camera.width
-    points = sampler(samples)
+    points = mi.load_dict({"type": "multijitter", "sample_count": samples})
+    if points.sample_count() != samples:
+        raise ValueError(f"the sampler takes {points.sample_count()} samples in place of {samples}")
     points.set_samples_per_wavefront(samples)
     points.seed(seed * camera.height + rows[0], pixels * samples)
     pixel = dr.arange(mi.UInt32, pixels * samples) // samples

@@ -47,19 +47,7 @@ class AreaLight:
 
 @dataclass(frozen=True)
 class PeerScene:
-    """What the peer's integrator reads.
-
-    Attributes
-    ----------
-    geometry : mitsuba.Scene
-        Every shape, and nothing else.
-    index_of : mitsuba.UInt32
-        Row of the materials for each of Mitsuba's shape numbers.
-    materials : Materials
-        One row a shape.
-    lights : list of AreaLight
-    background, ambient : mitsuba.Color3f
-    """
+    """What the peer's integrator reads; `index_of` is the row of the materials of each shape number."""
 
     geometry: Any
     index_of: Any
@@ -70,14 +58,7 @@ class PeerScene:
 
 
 def convert(scene: Scene, folder: Path) -> PeerScene:
-    """Build the peer's scene; `folder` is where its files are.
-
-    Raises
-    ------
-    ValueError
-        If the scene uses something that the compared scenes do not: normals on single triangles, meshes that
-        are not PLY files, point or directional lights, textures with a filter of their own, bounces.
-    """
+    """Build the peer's scene, whose files are in a folder; it refuses what no compared scene has."""
     shapes = [_shape(shape, folder) for shape in scene.shapes]
     geometry = mi.load_dict({"type": "scene"} | {f"shape{i}": shape for i, shape in enumerate(shapes)})
     numbers = [dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0] for shape in shapes]
@@ -114,14 +95,8 @@ def _mesh(shape: MeshFile, folder: Path) -> Any:
     if shape.rotate is not None:
         turned = turned.rotate(list(shape.rotate.axis), shape.rotate.degrees)
     factors = [float(factor) for factor in np.broadcast_to(shape.scale, 3)]
-    return mi.load_dict(
-        {
-            "type": "ply",
-            "filename": str(folder / shape.asset),
-            "face_normals": not shape.smooth,
-            "to_world": turned.scale(factors),
-        }
-    )
+    file = {"type": "ply", "filename": str(folder / shape.asset), "face_normals": not shape.smooth}
+    return mi.load_dict(file | {"to_world": turned.scale(factors)})
 
 
 def _triangle(shape: Triangle) -> Any:
@@ -136,10 +111,8 @@ def _triangle(shape: Triangle) -> Any:
 def _rectangle_transform(shape: Rectangle | Parallelogram) -> Any:
     corner, first, second = _corner_and_edges(shape)
     world_from_square = np.eye(4)
-    world_from_square[:3, 0] = first / 2
-    world_from_square[:3, 1] = second / 2
-    world_from_square[:3, 2] = np.cross(first, second)
-    world_from_square[:3, 3] = corner + first / 2 + second / 2
+    center = corner + first / 2 + second / 2
+    world_from_square[:3] = np.stack([first / 2, second / 2, np.cross(first, second), center], axis=1)
     return mi.ScalarTransform4f(world_from_square)
 
 

@@ -61,7 +61,7 @@ def _meet(peer: PeerScene, ray: Any) -> _Surface:
 
 def _color(materials: Materials, material: dict[str, Any], hit: Any, index: Any) -> Any:
     color = material["color"]
-    if materials.checkered:
+    if "odd" in material:
         square = dr.floor(hit.uv * material["repeat"])
         odd = dr.abs(square.x + square.y - 2 * dr.floor((square.x + square.y) / 2)) > 0
         color = dr.select(odd, material["odd"], color)
