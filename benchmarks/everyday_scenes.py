@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from PIL import Image
 
-from benchmarks.everyday_shapes import block, bulb, fence, panel, phong, plants, sheet, sun, things
+from benchmarks.everyday_shapes import block, bulb, fence, panel, plants, sheet, sun, things
 from benchmarks.report import uniform
 from scenes.make_meshes import ply, shell
 
@@ -104,7 +104,8 @@ def _materials(drawn: Random) -> Json:
 
     def matt(**more: Any) -> Json:
         color, ambient = _color(drawn), drawn.choice([0.05, 0.1, 0.3])
-        return phong(color, ambient=ambient, diffuse=drawn.uniform(0.6, 1), **more)
+        base: Json = {} if "color_texture" in more else {"color": color}
+        return {"type": "phong", **base, "ambient": ambient, "diffuse": drawn.uniform(0.6, 1), **more}
 
     def gloss(**more: Any) -> Json:
         return matt(specular=drawn.uniform(0.1, 0.8), shininess=_spread(drawn, 5, 800), **more)

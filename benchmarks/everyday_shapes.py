@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from random import Random
@@ -11,12 +11,6 @@ if TYPE_CHECKING:
     from benchmarks.report import Json
 
 Vector = list[float]
-
-
-def phong(color: Vector | None = None, **changes: Any) -> Json:
-    """A matte material."""
-    base = {} if "color_texture" in changes else {"color": color or [0.8, 0.7, 0.6]}
-    return {"type": "phong", **base, "ambient": 0.2, "diffuse": 0.9, **changes}
 
 
 def sheet(corner: Vector, first: Vector, second: Vector, material: str) -> Json:

@@ -5,20 +5,18 @@ from __future__ import annotations
 import json
 
 import renderer
+from benchmarks.everyday_shapes import bulb, sheet, sun
 from benchmarks.report import SCENES, Json, keep, median_seconds, parser, show, uniform
 from renderer.assets import FolderAssets
 
 ROOMS = ("soft", 1), ("soft", 16), ("chess", 16)
 """Scenes and their camera samples a pixel."""
-SUN = {"type": "directional", "direction": [-0.3, -1, -0.4], "color": [0.7, 0.7, 0.7]}
-BULB = {"type": "point", "position": [2, 4, 2], "color": [0.3, 0.3, 0.3]}
+SUN = sun([-0.3, -1, -0.4], [0.7, 0.7, 0.7])
+BULB = bulb([2, 4, 2], [0.3, 0.3, 0.3])
 LAMP = {
-    "type": "rectangle",
-    "corner": [-2, 4, 0],
-    "edges": [[1, 0, 0], [0, 0, 1]],
-    "visible": False,
+    "type": "rectangle", "corner": [-2, 4, 0], "edges": [[1, 0, 0], [0, 0, 1]], "visible": False,
     "color": [0.3, 0.3, 0.3],
-}
+}  # fmt: skip
 TEXTURES: Json = {
     "board": {"type": "checker", "repeat": [40, 40]},
     "boxed": {"type": "checker", "repeat": [40, 40], "filter": "box"},
@@ -79,12 +77,7 @@ def plan_of(changes: Json) -> renderer.RenderPlan:
         "textures": TEXTURES,
         "materials": {"plain": {"type": "phong", "ambient": 0.2, "diffuse": 0.8} | color | material},
         "shapes": [
-            {
-                "type": "rectangle",
-                "corner": [-4, 0, -4],
-                "edges": [[0, 0, 8], [8, 0, 0]],
-                "material": "plain",
-            },
+            sheet([-4, 0, -4], [0, 0, 8], [8, 0, 0], "plain"),
             {"type": "ellipsoid", "center": [0, 1, 0], "radius": 1, "material": "plain"},
         ],
         "lights": changes.get("lights", [SUN]),
