@@ -13,7 +13,6 @@ import numpy as np
 from renderer.accelerators import bvh
 from renderer.accelerators.bvh import Bvh
 from renderer.accelerators.discs import Discs, discs_of
-from renderer.accelerators.solids import Solid, solids_of
 from renderer.shapes import Family
 from renderer.shapes.triangles import Triangles
 
@@ -89,14 +88,9 @@ def build(family: Triangles) -> Tree:
     return Tree(tree.levels, tree.items, tuple(discs))
 
 
-_trees, _solids = Kept(build), Kept(solids_of)
+_trees = Kept(build)
 
 
 def tree_of(family: Triangles) -> Tree:
     """The tree of a family; one for the same vertices is used again."""
     return _trees(family)
-
-
-def inside_of(family: Triangles) -> tuple[Solid, ...]:
-    """The solids of a family; those for the same vertices are used again."""
-    return _solids(family)

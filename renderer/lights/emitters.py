@@ -116,17 +116,6 @@ class Emitter:
         u, v = np.array([-0.5, 0.5, -0.5, 0.5]), np.array([-0.5, -0.5, 0.5, 0.5])
         return self.centre + self.first * u + self.second * v
 
-    def is_apart_from(self, low: Floats, high: Floats) -> bool:
-        """Whether all of the light is outside of a box (3, 1) each, with room for rounding."""
-        if self.weight == 0:
-            return True
-        ends = self.ends()
-        room = SURFACE * (self.size + np.abs(low).max() + np.abs(high).max())
-        beyond = (ends.min(axis=1, keepdims=True) > high + room) | (
-            ends.max(axis=1, keepdims=True) < low - room
-        )
-        return bool(beyond.any())
-
 
 _NOTHING = np.zeros((3, 1))
 

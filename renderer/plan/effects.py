@@ -16,8 +16,7 @@ from pydantic import BaseModel
 import schemas.lights
 import schemas.shapes
 import schemas.textures
-from renderer.accelerators.boxes import Boxes
-from renderer.accelerators.trees import in_tree, inside_of, tree_of
+from renderer.accelerators.trees import in_tree, tree_of
 from renderer.assets import AssetSource
 from renderer.lights import emitters
 from renderer.lights.emitters import Emitter
@@ -33,7 +32,6 @@ from renderer.textures.image import ImageTexture
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
-from renderer.visibility.solids import SolidShadows
 from renderer.visibility.trees import TreeShadows
 from schemas.base import members
 
@@ -194,16 +192,7 @@ def cast_by_triangles(
     """Shadows of triangles: few are tested one by one, many through a tree."""
     if not in_tree(family):
         return cast_by_polygons(family, emitter, dtype, culling)
-    solids = _cast_by_solids(family, emitter, dtype) if culling else []
-    return [*solids, TreeShadows(family, tree_of(family), emitter, dtype)]
-
-
-def _cast_by_solids(family: Triangles, emitter: Emitter, dtype: PairType) -> list[LightStage]:
-    """What closed meshes hide for sure, so that no ray needs the tree."""
-    solids = [solid for solid in inside_of(family) if emitter.is_apart_from(solid.low, solid.high)]
-    if not solids:
-        return []
-    return [SolidShadows(Boxes.joined([solid.boxes for solid in solids]), emitter, dtype)]
+    return [TreeShadows(family, tree_of(family), emitter, dtype)]
 
 
 def cast_by_ellipsoids(
