@@ -72,7 +72,7 @@ PASSES = 0.08
 
 PREDICTED, OF_A_PART = 0.15, 0.3
 """Standard deviations of the logarithm of the CPU time where its samples are predicted, by the whole picture
-and by a part of it. See `python -m benchmarks quotes`."""
+and by a part of it."""
 
 
 def mosaic(plan: RenderPlan, share: float) -> Mosaic | None:

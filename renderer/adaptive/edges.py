@@ -52,7 +52,7 @@ def places_along(camera: Pinhole, first: Floats, second: Floats) -> Places:
     starts, ends = _inside(_seen(camera, first), _seen(camera, second))
     seen = np.flatnonzero(starts[2] > 0)
     starts, ends = taken(starts, seen), taken(ends, seen)
-    first, second = (_on_picture(camera, place) for place in (starts, ends))
+    first, second = (on_picture(camera, place) for place in (starts, ends))
     apart = np.hypot(*(second - first))
     counts = (apart / STEP).astype(np.int64) + 2
     edges = np.arange(seen.size).repeat(counts)
@@ -104,7 +104,10 @@ def _seen(camera: Pinhole, places: Floats) -> Floats:
     return np.stack((right, up, dot(away, camera.forward)))
 
 
-def _on_picture(camera: Pinhole, places: Floats) -> Floats:
-    """Column and row, (2, M), of places before the camera as `_seen` gives them."""
-    x, y = places[:2] / np.maximum(places[2], np.finfo(np.float64).tiny)
+def on_picture(camera: Pinhole, places: Floats) -> Floats:
+    """Column and row, (2, M), of places in the view: right, up and depth, as `_seen` gives them.
+
+    They lie no farther aside than deep, but for the rounding of an end that is level with the camera.
+    """
+    x, y = places[:2] / np.maximum(np.abs(places).max(axis=0), np.finfo(np.float64).tiny)
     return np.stack(((x + 1) / 2 * camera.width, (1 - y) / 2 * camera.height))

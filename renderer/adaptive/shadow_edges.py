@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from renderer.adaptive.edges import within, within_view
+from renderer.adaptive.edges import on_picture, within, within_view
 from renderer.adaptive.lighting import CORNERS
 from renderer.adaptive.outlines import SharedEdges
 from renderer.cameras import Pinhole
@@ -212,11 +212,7 @@ def _pixels(camera: Pinhole, lines: _Lines, soft: float) -> Integers:
     """Pixels along lines, where the penumbra around them is narrow."""
     size = np.array([[camera.width], [camera.height]])
     tiny = np.finfo(np.float64).tiny
-    x, y = (
-        np.stack([place[axis] / np.maximum(place[2], tiny) for place in (lines.starts, lines.ends)])
-        for axis in (0, 1)
-    )
-    x, y = (x + 1) / 2 * camera.width, (1 - y) / 2 * camera.height
+    x, y = np.stack([on_picture(camera, places) for places in (lines.starts, lines.ends)], axis=1)
     counts = (np.hypot(x[1] - x[0], y[1] - y[0]) / STEP).astype(np.int64) + 2
     line = np.arange(counts.size).repeat(counts)
     along = (np.arange(line.size) - (np.cumsum(counts) - counts)[line]) / (counts - 1)[line]
