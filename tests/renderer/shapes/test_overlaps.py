@@ -200,6 +200,16 @@ def test_shape_inside_an_earlier_one_changes_no_pixel(floor: Json, later: list[J
     np.testing.assert_array_equal(image_of(with_it), image_of(without))
 
 
+@pytest.mark.parametrize("sizes", [(6, 7, 8), (3, 7, 8), (6, 2, 8)])
+def test_first_of_three_meshes_is_seen(sizes: tuple[int, ...]) -> None:
+    """Whichever of them is hit, and whichever of the others is nearer then."""
+    plan = plan_of(scene(*map(rug, sizes), materials={"other": phong()}))
+    x, z = np.random.default_rng(9).uniform(-0.99, 0.99, (2, 600))
+    ends = np.stack((x, np.full(600, 0.1), z), axis=1)
+    origins = ends + np.random.default_rng(10).normal([0, 3, 0], 1, (600, 3))
+    assert not renderer.trace(plan, origins, ends - origins).shape.any()
+
+
 @pytest.mark.parametrize("behind", [("large mesh", "many triangles"), ("rectangle", "large mesh")])
 def test_glass_shows_the_first_shape_in_its_plane(behind: tuple[str, str]) -> None:
     """Rays that leave it touch both others, at no distance but a rounding."""
