@@ -212,11 +212,10 @@ def hidden_pairs(corners: Floats, light: Json, pattern: str, origins: Floats, ta
     return [hidden_by(lighting, points, shadows) for shadows in (stage, one_by_one)]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("light", LIGHTS.values(), ids=LIGHTS)
 @pytest.mark.parametrize("pattern", ["uniform", "sobol"])
-@pytest.mark.parametrize("size", [0.1, 0.4, 1.0])
-@pytest.mark.parametrize("count", [33, 60, 2000])
+@pytest.mark.parametrize("size", [1.0, *(pytest.param(x, marks=pytest.mark.slow) for x in (0.1, 0.4))])
+@pytest.mark.parametrize("count", [33, *(pytest.param(x, marks=pytest.mark.slow) for x in (60, 2000))])
 def test_shadows_are_those_of_every_triangle(light: Json, pattern: str, size: float, count: int) -> None:
     """Light points within a rounding of a triangle's border do not come up in random scenes."""
     rng = np.random.default_rng(6)
