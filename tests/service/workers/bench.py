@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import queue
 import resource
 from collections.abc import Callable, Sequence
@@ -23,7 +22,6 @@ from service.workers.engines import engine_of
 from service.workers.heartbeats import Lease
 from service.workers.tasks import Outcome, Task, TileTask
 from service.workers.worker import WorkerSetup
-from tests.service.processes import workers_of
 from tests.service.support import TIMEOUT, scene, until
 
 
@@ -58,6 +56,8 @@ class Bench:
         request = JobRequest.model_validate({"scene": document, "layers": list(layers)})
         self.plan = renderer.compile_scene(request.scene, layers=layers)
         self.store.put_spec("job", request.model_dump_json(exclude_none=True).encode())
+        # Servers of other tests, whose workers are not those of this engine.
+        self._others = set(psutil.Process().children())
         self.engine.start(lambda task, outcome: self.reports.put((task, outcome)))
         until(self.engine.alive, TIMEOUT)
 
@@ -80,8 +80,8 @@ class Bench:
         """Processes that render; other engines of this process have theirs."""
         if self._kind == "slots":
             return {slot.pid for slot in self.engine._slots if slot.pid is not None}  # noqa: SLF001
-        found = {child.pid for child in psutil.Process().children(recursive=True)}
-        return {child for child in found - set(workers_of(os.getpid())) if _renders(child)}
+        own = set(psutil.Process().children()) - self._others
+        return {process for child in own for process in _family(child) if _renders(process)}
 
     def worker(self) -> int:
         until(lambda: self.engine.alive() and len(self.workers()) == 1, TIMEOUT)
@@ -95,6 +95,13 @@ class Bench:
         """Whether a worker has used the processor since this call."""
         before = _cpu_seconds(worker)
         return lambda: _cpu_seconds(worker) > before
+
+
+def _family(process: psutil.Process) -> list[int]:
+    """A process and all that come from it, as long as it runs."""
+    with suppress(psutil.NoSuchProcess):
+        return [process.pid, *(child.pid for child in process.children(recursive=True))]
+    return []
 
 
 def _renders(process: int) -> bool:
