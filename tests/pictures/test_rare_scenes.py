@@ -225,13 +225,13 @@ def check(seed: int, mode: str) -> None:
             assert same(other.image, result.image)
 
 
-@pytest.mark.parametrize("seed", few_of(300, 30))
+@pytest.mark.parametrize("seed", few_of(100, 30))
 def test_rare_scenes_are_finite(seed: int) -> None:
     check(seed, "fixed")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(300))
+@pytest.mark.parametrize("seed", [*range(100), 271])
 def test_rare_scenes_of_a_target_are_finite(seed: int) -> None:
     check(seed, "target")
 

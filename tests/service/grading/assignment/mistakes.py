@@ -92,7 +92,6 @@ EDGE_TESTS = frozenset({"antialiasing", "antialiasing-advanced"})
 WHOLE = (
     (("corner_sampling",), EDGE_TESTS, {"antialiasing_missing"}),
     (("gamma_power",), frozenset[str](), set[str]()),
-    (("size_minus_one",), CAMERA_TESTS, {"size_minus_one"}),
     (("upside_down", "gamma_missing"), CAMERA_TESTS, {"flipped_vertically", "gamma_missing"}),
     (("bgr", "half_pixel_off"), CAMERA_TESTS, {"channels_bgr", "half_pixel_right_down"}),
     (("no_ambient", "brighter"), PHONG_TESTS, {"ambient_missing", "exposure"}),
