@@ -93,3 +93,12 @@ def test_difference_fails_and_names_its_pictures(tmp_path: Path, installed: Path
 def test_plugin_that_is_not_used_loads_nothing(tmp_path: Path, installed: Path) -> None:
     done = started(tmp_path / "theirs", installed, IDLE)
     assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_option_collects_the_pictures_in_a_folder(tmp_path: Path, installed: Path) -> None:
+    folder = tmp_path / "theirs"
+    done = started(folder, installed, TESTS, "--render-differences", "found", "-k", "other")
+    assert "2 failed" in done.stdout, done.stdout + done.stderr
+    names = {path.parent.name for path in (folder / "found").glob("*/difference.png")}
+    assert names == {"test_mine.py-test_other-a-b-", "test_mine.py-test_other-c-d-"}

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 import renderer
-from accuracy.variations import Variant, marginal_costs
+from accuracy.variations import Variant, few_samples, marginal_costs
 from accuracy.variations import variants as variants_of
 from tests.documents import bulb, camera, phong, rectangle, sampled, scene, sphere, sun
 
@@ -53,3 +55,19 @@ def test_effect_that_changes_nothing_makes_no_difference() -> None:
     assert seconds > 0
     assert [row.effect for row in rows if row.difference == 0] == ["light 1"]  # it is black
     assert [row.seconds for row in rows] == sorted((row.seconds for row in rows), reverse=True)
+
+
+@pytest.mark.parametrize("pattern", ["uniform", "rotated", "random", "stratified", "sobol", "center"])
+@pytest.mark.parametrize("samples", [1, 9, 25])
+def test_few_samples_keep_the_patterns_of_the_scene(pattern: str, samples: int) -> None:
+    own = 1 if pattern == "center" else samples
+    sampling = {
+        "antialiasing": {"pattern": pattern, "samples": own},
+        "light": {"pattern": "uniform", "samples": samples},
+    }
+    document = renderer.load_scene(SCENE | {"sampling": sampling}).document
+    quality = few_samples(document.sampling, 16, 16)
+    assert quality.antialiasing is not None
+    assert quality.light is not None
+    assert (quality.antialiasing.pattern, quality.antialiasing.samples) == (pattern, min(16, own))
+    assert quality.light.samples == min(16, samples)

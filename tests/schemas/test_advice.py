@@ -183,3 +183,8 @@ def test_shape_that_rounding_shows_on(scene: dict[str, Any], number: int) -> Non
         shapes = [*scene["shapes"], {**_huge(half)[number], "material": "plain"}]
         expected = [(f"/shapes/{count}", "very_large")] * warned
         assert warnings({**scene, "shapes": shapes}) == expected
+
+
+def test_warnings_are_cut_at_50(scene: dict[str, Any]) -> None:
+    scene["shapes"] += [{"type": "triangle", "vertices": [[0, 0, 0]] * 3, "material": "plain"}] * 70
+    assert len(warnings(scene)) == 50

@@ -112,3 +112,14 @@ def test_lone_surrogate_is_refused(scene: dict[str, Any]) -> None:
 def test_document_beyond_a_limit(limits: Limits, data: bytes) -> None:
     (problem,) = refusal(data, limits)
     assert problem.code == "too_large"
+
+
+def test_repeated_field_inside_a_repeated_one() -> None:
+    text = '{"camera": {"up": 1, "up": 2}, "camera": {"width": 1}}'
+    twice = [problem.pointer for problem in refusal(text) if problem.code == "duplicate_field"]
+    assert twice == ["/camera"]
+
+
+def test_surrogate_pair_is_a_character(scene: dict[str, Any]) -> None:
+    scene["name"] = "\N{PERFORMING ARTS}"
+    assert read_scene(json.dumps(scene))[0].name == "\N{PERFORMING ARTS}"

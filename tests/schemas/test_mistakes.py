@@ -193,3 +193,26 @@ def test_same_mistake_in_an_array_is_one(scene: dict[str, Any]) -> None:
 def test_sphere_suggests_ellipsoid(scene: dict[str, Any]) -> None:
     scene["shapes"][4]["type"] = "sphere"
     assert one(scene)[0::2] == ("/shapes/4/type", "ellipsoid")
+
+
+@pytest.mark.parametrize(
+    ("quality", "mode"), [({}, "fixed"), ({"light": {"samples": 4}}, "fixed"), ({"error": 0.1}, "target")]
+)
+def test_quality_without_a_mode(scene: dict[str, Any], quality: dict[str, Any], mode: str) -> None:
+    request, _ = read_document({"scene": scene, "quality": quality}, JobRequest)
+    assert request.quality is not None
+    assert request.quality.mode == mode
+
+
+def test_short_array_is_one_problem(scene: dict[str, Any]) -> None:
+    scene["camera"]["position"] = [1]
+    (problem,) = problems_of(scene)
+    assert (problem.pointer, problem.code) == ("/camera/position", "wrong_length")
+    assert "1 entry, where 3 are needed" in problem.detail
+
+
+def test_missing_type_lists_the_choices(scene: dict[str, Any]) -> None:
+    del scene["lights"][2]["type"]
+    (problem,) = problems_of(scene)
+    assert (problem.pointer, problem.code) == ("/lights/2", "missing_field")
+    assert "'point'" in problem.detail

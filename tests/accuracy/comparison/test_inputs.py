@@ -2,6 +2,7 @@
 
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -233,3 +234,9 @@ def test_rounding_is_half_a_code_or_two_float32_spacings() -> None:
     assert eight.rounding[0, 0, 0] == 0.5 / 255
     floating = picture_of(npy(np.full((1, 1, 3), 0.5, np.float32)), "a.npy")
     assert floating.rounding[0, 0, 0] == 2 * np.spacing(np.float32(0.5))
+
+
+def test_layers_of_another_size_are_refused(tmp_path: Path) -> None:
+    layers: dict[str, Any] = {"samples": np.ones((3, 3))}
+    with pytest.raises(NotComparableError, match="'samples'"):
+        picture_of(npy(np.zeros((2, 2, 3))), "a.npy", layers=layers)

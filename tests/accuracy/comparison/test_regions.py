@@ -44,3 +44,8 @@ def test_region_is_only_where_noise_is_no_reason() -> None:
     suspects[1, 2] = True
     (region,) = worst(difference, suspects, None)
     assert (region.x0, region.y0, region.x1, region.y1) == (16, 8, 24, 16)
+
+
+def test_equal_pictures_have_no_region() -> None:
+    difference = np.zeros((9, 9, 3))
+    assert worst(difference, everything(difference), None) == ()

@@ -91,3 +91,9 @@ def test_key_differs_with_anything_that_matters(changes: dict[str, object]) -> N
     """Not with the name of the scene, how it is displayed, or its own seed."""
     other = program(name="another", display={"transfer": "linear"}, sampling={"seed": 7})
     assert key(subject=other.subject) == key() != key(**changes)
+
+
+def test_setting_that_is_expensive_is_rendered_once() -> None:
+    large = Program(scene(camera=SCENE["camera"] | {"width": 4000, "height": 4000}), FULL, "here")
+    runs = [task.name for task in large.rounds(large.references(16)) if task.part == "setting"]
+    assert (runs.count("sobol 64 x 4"), runs.count("sobol 1 x 1")) == (1, FULL.seeds)

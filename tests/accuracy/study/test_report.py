@@ -12,7 +12,7 @@ import pytest
 
 from accuracy.study import answers, figures, pages, report
 from accuracy.study.curves import rays, seconds
-from accuracy.study.pages import Table
+from accuracy.study.pages import Heading, Strip, Table
 from accuracy.study.running import Study
 from tests.accuracy.study.scenes import SCENE, TINY, scene
 
@@ -162,3 +162,10 @@ TURNS = [
 def test_answers_follow_from_the_numbers(number: int, members: Any, said: list[str]) -> None:
     text = answers.answers(MADE | members)[number]["answer"]
     assert re.search(".*".join(map(re.escape, said)), text), text
+
+
+def test_pictures_that_do_not_fill_a_line_leave_cells_empty() -> None:
+    strip = Strip("below", [(f"{n}.png", b"", str(n)) for n in range(4)])
+    lines = pages.markdown([Heading("title", 1), strip]).splitlines()
+    assert {line.count("|") for line in lines if line.startswith("|")} == {4}
+    assert "| ![3](images/3.png) |  |  |" in lines

@@ -134,3 +134,11 @@ def test_difference_of_an_effect_is_that_of_two_pictures(finished: Finished) -> 
     dark = whole.model_copy(update={"lights": ()})
     images = [render(compile_scene(one)).image for one in (whole, dark)]
     assert row["difference_255"] == pytest.approx(255 * rms_difference(*images), rel=1e-12)
+
+
+def test_picture_that_is_gone_is_rendered_again(tmp_path: Path) -> None:
+    killed_after(2, tmp_path)
+    next((tmp_path / "pictures").glob("*.npy")).unlink()
+    killed_after(3, tmp_path)
+    keys = [line["key"] for line in lines(tmp_path)]
+    assert (len(keys), len(set(keys))) == (4, 3)

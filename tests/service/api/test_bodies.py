@@ -20,7 +20,7 @@ from schemas.limits import Limits
 from schemas.reading import read_document
 from service.server import RunningServer, running
 from service.settings import Settings
-from tests.service.sending import JSON, MARK, problem_of
+from tests.service.sending import JSON, MARK, mistakes, problem_of
 from tests.service.support import TIMEOUT, finish, scene, submit
 
 PATHS = ["/v1/jobs", "/v1/plans", "/v1/traces", "/v1/comparisons"]
@@ -153,3 +153,9 @@ def test_connection_with_half_a_body_is_closed_after_the_answer(hasty: RunningSe
         while part := connection.recv(1000):
             received += part
         assert received.startswith(b"HTTP/1.1 200")
+
+
+def test_scene_without_its_wrapping_is_one_mistake(api: httpx2.Client) -> None:
+    document = scene() | {"shapes": [{"type": "cube"}], "quality": {"mode": "fixed"}}
+    for path in ("/v1/jobs", "/v1/plans", "/v1/quotes", "/v1/traces"):
+        assert mistakes(api.post(path, json=document)) == [("", "bare_scene")]
