@@ -115,6 +115,7 @@ LIT = {"ambient": [1, 1, 1]}
 BELOW = lamp([-1, -3, 1], [2, 0, 0], [0, 0, -2])
 TURNED = lamp([2, 4, 1], [2, 0, 0], [0, 0, -2], two_sided=False, visible=False)
 """Its edges span a normal that points up, away from the floor."""
+DARK = {"dark": {"type": "checker", "even": [0, 0, 0], "odd": [0, 0, 0]}}
 FRONT = lamp([-1, 3, 1], [2, 0, 0], [0, 0, -2], [0.9, 0.8, 0.7])
 
 
@@ -129,11 +130,30 @@ FRONT = lamp([-1, 3, 1], [2, 0, 0], [0, 0, -2], [0.9, 0.8, 0.7])
             down(FLOOR, lights=[bulb([3, 4, 0])], materials={"plain": phong([0, 0, 0])}),
             ["black_material", "unanswered", "no_ambient"],
         ),
+        (
+            down(
+                FLOOR,
+                lights=[bulb([3, 4, 0])],
+                materials={"plain": phong(color_texture="dark")},
+                textures=DARK,
+            ),
+            ["black_texture", "unanswered", "no_ambient"],
+        ),
         (down(FLOOR), ["no_lights", "no_ambient"]),
         (down(), ["background"]),
         (down(lights=[FRONT]), ["light_seen"]),
     ],
-    ids=["below", "lamp below", "turned away", "black", "black material", "no lights", "background", "lamp"],
+    ids=[
+        "below",
+        "lamp below",
+        "turned away",
+        "black",
+        "black material",
+        "black texture",
+        "no lights",
+        "background",
+        "lamp",
+    ],
 )
 def test_reason_is_given_for_what_is_seen(document: Json, expected: list[str]) -> None:
     found = middle(document)

@@ -87,6 +87,8 @@ def test_sizes_that_differ_are_no_difference(ramp: np.ndarray) -> None:
         assert_render_close(np.zeros((8, 8, 3), np.uint8), ramp)
     with pytest.raises(NotComparableError, match="pixel by pixel"):
         assert_render_close(ramp[:8], ramp)
+    with pytest.raises(TypeError, match="not object"):
+        assert_render_close(object(), ramp)
 
 
 def test_folder_is_a_new_one_by_default(

@@ -81,3 +81,7 @@ def test_factor_of_samples_settles_blocks() -> None:
 def test_diagnosis_decides_where_blocks_see_nothing() -> None:
     found = judged([0.0], explained=True)
     assert (found.verdict, found.test, found.samples_factor) == ("mismatch", "diagnosis", None)
+
+
+def test_small_block_is_never_beyond_doubt() -> None:
+    assert not Bias(np.array([[math.inf]]), np.array([[0.5]]), pixels=1).beyond_doubt(0.0).any()

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
+from PIL import Image
 
 from accuracy.study.program import Program
 from accuracy.study.settings import FULL, METHODS, QUICK, fixed, swept
-from accuracy.study.tasks import Task
+from accuracy.study.tasks import Subject, Task
+from renderer import load_scene
 from tests.accuracy.study.scenes import SCENE, TINY, scene
 
 
@@ -97,3 +102,14 @@ def test_setting_that_is_expensive_is_rendered_once() -> None:
     large = Program(scene(camera=SCENE["camera"] | {"width": 4000, "height": 4000}), FULL, "here")
     runs = [task.name for task in large.rounds(large.references(16)) if task.part == "setting"]
     assert (runs.count("sobol 64 x 4"), runs.count("sobol 1 x 1")) == (1, FULL.seeds)
+
+
+def test_key_differs_with_the_files_of_a_scene(tmp_path: Path) -> None:
+    document = SCENE | {"textures": {"wood": {"type": "image", "asset": "wood.png"}}}
+    (tmp_path / "scene.json").write_text(json.dumps(document))
+
+    def painted(color: tuple[int, int, int]) -> str:
+        Image.new("RGB", (2, 2), color).save(tmp_path / "wood.png")
+        return Subject.of(load_scene(tmp_path / "scene.json")).key
+
+    assert painted((255, 0, 0)) == painted((255, 0, 0)) != painted((0, 255, 0))
