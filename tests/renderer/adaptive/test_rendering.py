@@ -60,6 +60,18 @@ def test_report_of_a_target() -> None:
     assert report["rays"]["camera"] == camera_rays[-1]
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_render_ends_when_the_upper_bound_is_below_the_target(seed: int) -> None:
+    """1.645 standard errors above the estimated square; the interval reaches 1.96 of them."""
+    view = camera(width=24, height=18, lens_radius=0.15, focus_distance=5)
+    document = furnished(camera=view)
+    document["sampling"] = document["sampling"] | {"seed": seed}
+    error = rendered(document, TargetQuality(mode="target", error=0.004)).report["error"]
+    deviation = (error["high"] ** 2 - error["estimate"] ** 2) / 1.9599640
+    assert deviation > 0
+    assert error["estimate"] ** 2 + 1.6448536 * deviation <= 0.004**2 * (1 + 1e-6)
+
+
 @pytest.mark.parametrize("size", [(1, 1), (1, 9), (17, 1), (2, 2), (8, 8), (9, 17)])
 def test_pictures_of_any_size(size: tuple[int, int]) -> None:
     view = camera(width=size[1], height=size[0])
