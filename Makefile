@@ -37,7 +37,7 @@ serve: .venv/installed  ## run the service on http://127.0.0.1:8000
 
 # Tests start hundreds of processes: each would compile every module again where bytecode is not kept.
 test test-all: export PYTHONDONTWRITEBYTECODE :=
-test: .venv/installed-test  ## run the fast tests; nine minutes on two cores
+test: .venv/installed-test  ## run the fast tests; six minutes on two cores
 	$(PYTEST) -m 'not slow' $(TESTS)
 
 test-all: .venv/installed-test  ## run the slow tests: injected faults, sweeps, whole installations; half an hour
