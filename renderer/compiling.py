@@ -9,21 +9,18 @@ import numpy as np
 from renderer.adaptive.planning.building import adapted
 from renderer.cameras import Window
 from renderer.integrator import intersect, successors
-from renderer.interaction import Rays
+from renderer.interaction import Rays, first_of_each
 from renderer.math.arrays import Floats
 from renderer.plan.building import build_plan
 from renderer.plan.geometry import build_geometry
 from renderer.plan.plan import RenderPlan, seen_by
 from renderer.plan.request import Request
 from renderer.scenes import LoadedScene, QualitySource, Source, load_request
-from renderer.waves import WaitingWaves, camera_wave
+from renderer.waves import COUNTED_AS, KINDS, camera_wave, joined
 from schemas.api.layers import checked_layers
 
-SIDE = 16
-"""Camera rays along each axis of the picture that say which share of it sends rays on."""
-
-FOLLOWED = 8
-"""How many of them are followed to their ends: the price of bounces is then right within a factor of 2."""
+SIDE = 32
+"""Camera rays along each axis of the picture whose paths are followed to price bounces."""
 
 
 def compile_scene(
@@ -93,22 +90,30 @@ def _with_bounces_priced(plan: RenderPlan) -> RenderPlan:
     return replace(plan, entries=entries)
 
 
-def _bounces(plan: RenderPlan) -> dict[str, float]:
-    """Mean numbers of mirror and transmitted rays that a camera ray makes, by following a few."""
+def _bounces(plan: RenderPlan) -> Counter[str]:
+    """Mean numbers of mirror and transmitted rays that a camera ray makes.
+
+    Of the rays that leave a point one is followed, and stands for the others too: the mean is right, and no
+    scene takes more than a ray for each path and bounce (Knuth, "Estimating the efficiency of backtrack
+    programs", 1975). Right within a factor of 2 for balls of glass, in and beside one another.
+    """
     x, y = ((np.arange(SIDE) + 0.5) * size / SIDE for size in (plan.width, plan.height))
-    x, y = np.tile(x, SIDE), y.repeat(SIDE)
-    first = camera_wave(_rays(plan, x, y))
-    points = intersect(plan, first.rays, lights=False)
-    sending = np.unique(np.concatenate([[], *(wave.targets for wave in successors(plan, points, first))]))
-    few = sending[:: max(1, -(-sending.size // FOLLOWED))].astype(np.int64)
-    counts: Counter[str] = Counter()
-    waiting = WaitingWaves(camera_wave(_rays(plan, x[few], y[few])))
-    while few.size and waiting:
-        wave = waiting.next()
-        wave.count(counts)
-        waiting.add(successors(plan, intersect(plan, wave.rays, lights=False), wave))
-    share = sending.size / first.size / max(1, few.size)
-    return {kind: counts[kind] * share for kind in ("mirror", "transmission")}
+    wave = camera_wave(_rays(plan, np.tile(x, SIDE), y.repeat(SIDE)))
+    random, stands_for = np.random.default_rng(plan.seed), np.ones(wave.size)
+    means = Counter[str](mirror=0, transmission=0)
+    while scattered := successors(plan, intersect(plan, wave.rays, lights=False), wave):
+        leaving = joined(scattered)
+        counts = np.bincount(leaving.kinds, stands_for[leaving.parents], len(KINDS)) / SIDE**2
+        for kind, count in zip(KINDS, counts.tolist(), strict=True):
+            means[COUNTED_AS[kind]] += count
+        # The heavier a ray, the more it still sends on, but not in proportion.
+        likely = np.sqrt(leaving.weights)
+        order = np.lexsort((random.exponential(size=leaving.size) / likely, leaving.parents))
+        followed = first_of_each(leaving.parents, order)
+        parents = leaving.parents[followed]
+        stands_for = stands_for[parents] * np.bincount(leaving.parents, likely)[parents] / likely[followed]
+        wave = leaving.part(followed)
+    return means
 
 
 def _rays(plan: RenderPlan, x: Floats, y: Floats) -> Rays:
