@@ -180,7 +180,7 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfa
 
 def successors(plan: RenderPlan, points: Points, wave: Wave) -> list[Wave]:
     """Rays that leave the points that a wave has hit."""
-    return ordered([each for stage in plan.scattering for each in stage.run(points, wave)])
+    return ordered([each for stage in plan.scattering for each in stage.run(points, wave)], plan.seed)
 
 
 def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[Floats, Points]:

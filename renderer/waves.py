@@ -7,13 +7,13 @@ alone decide, by the ray before, then by kind: no bit depends on which other ray
 
 from collections import Counter, deque
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from renderer.interaction import Points, Rays
+from renderer.interaction import Points, Rays, first_of_each
 from renderer.math.arrays import Floats, Integers, Masks, lengths, taken
-from renderer.math.streams import branch
+from renderer.math.streams import bits, branch, keys, uniforms
 from renderer.self_intersection import OriginSurfaces
 
 CAMERA = -1
@@ -27,6 +27,19 @@ COUNTED_AS = {"mirror": "mirror", "reflection": "transmission", "refraction": "t
 
 MOST_RAYS = 1 << 15
 """Most rays of a wave. Where as many of one depth wait they go first, which bounds the memory."""
+
+CERTAIN_BOUNCES = 5
+"""Bounces up to which nothing is left to chance: the default `max_depth`."""
+
+FAINT = 2.0**-12
+"""Weight of a ray below which it shares the path of another one that leaves the same point.
+
+Eight balls of glass in one another, `max_depth` 64, 32 x 32 pixels: 9.7 CPU seconds; 5.4 with 2^-10, 17.5
+with 2^-14. They do not end if all rays are followed.
+"""
+
+CHOICE_DIMENSIONS = 1 << 41
+"""Stream of the choices between rays that leave a point."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,15 +149,45 @@ def joined(waves: Sequence[Wave]) -> Wave:
     return Wave(every, weights, targets, parents, kinds, waves[0].depth)
 
 
-def ordered(scattered: Sequence[Wave]) -> list[Wave]:
+def ordered(scattered: Sequence[Wave], seed: int) -> list[Wave]:
     """Rays that leave the points of one wave, by the ray before, then by kind, cut into waves."""
     if not scattered:
         return []
     every = joined(scattered)
     if len(scattered) == 1 and every.size <= MOST_RAYS:
         return [every]
-    order = np.argsort(every.parents, kind="stable")
-    return [every.part(order[start : start + MOST_RAYS]) for start in range(0, every.size, MOST_RAYS)]
+    every = every.part(np.argsort(every.parents, kind="stable"))
+    if every.depth > CERTAIN_BOUNCES:
+        every = _thinned(every, seed)
+    return [
+        every.part(np.arange(start, min(start + MOST_RAYS, every.size)))
+        for start in range(0, every.size, MOST_RAYS)
+    ]
+
+
+def _thinned(wave: Wave, seed: int) -> Wave:
+    """One ray in place of the faint ones that leave a point, and of the next heavier one, chosen by weight.
+
+    It has the weight of all of them, so that the mean over the choices is what all would add. A ray is chosen
+    by the number of its own path: no pixel depends on another.
+    """
+    faint = wave.weights < FAINT
+    heavy = np.flatnonzero(~faint)
+    next_heavier = first_of_each(wave.parents[heavy], np.lexsort((wave.weights[heavy], wave.parents[heavy])))
+    rivals = faint.copy()
+    rivals[heavy[next_heavier]] = True
+    rivals &= np.bincount(wave.parents, faint)[wave.parents] > 0
+    index, start = np.flatnonzero(rivals), wave.rays.origin_surfaces
+    assert start is not None
+    path = wave.rays.pixels[index], wave.rays.samples[index], start.paths[index]
+    numbers = uniforms(bits(keys(seed, CHOICE_DIMENSIONS, *path), 0))
+    # The least of exponential numbers belongs to each with a probability in proportion to its rate.
+    waits = -np.log1p(-numbers) / wave.weights[index]
+    winners = index[first_of_each(wave.parents[index], np.lexsort((waits, wave.parents[index])))]
+    weights = wave.weights.copy()
+    weights[winners] = np.bincount(wave.parents[index], wave.weights[index])[wave.parents[winners]]
+    rivals[winners] = False
+    return replace(wave, weights=weights).part(np.flatnonzero(~rivals))
 
 
 def leaving(

@@ -35,9 +35,9 @@ class PhongMaterial(Closed):
     A path ends after `max_depth` bounces, or when it can add at most 2**-24, half the spacing of float32 at
     1, to its sample: its weight, the product of these factors, times the largest radiance that background,
     lights and materials of the scene allow, or times 1 if that is less. Physical falloff has no largest
-    radiance, so there `max_depth` alone ends paths. From the sixth bounce on, glass sends one of its two rays
-    where the weaker weighs less than 2**-12, chosen by its share: the mean stays right. Every shape casts a
-    full shadow, even glass.
+    radiance, so there `max_depth` alone ends paths. From the sixth bounce on, one ray goes on in place of
+    those that leave a point with weights below 2**-12, chosen by weight: the mean stays right. Every shape
+    casts a full shadow, even glass.
     """
 
     type: Literal["phong"]

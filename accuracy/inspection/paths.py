@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from accuracy.inspection.lighting import lights_at
-from renderer.integrator import camera_rays, intersect
+from renderer.integrator import camera_rays, intersect, successors
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats
 from renderer.plan.building import compile_visibility
@@ -74,8 +74,8 @@ def walk(plan: RenderPlan, x: int, y: int) -> tuple[Leg, bool]:
 
 
 def _scattered(plan: RenderPlan, leg: Leg) -> list[tuple[str, Wave]]:
-    waves = [wave for stage in plan.scattering for wave in stage.run(leg.points, leg.wave)]
-    return [(KINDS[wave.kinds[0]], wave) for wave in waves]
+    waves = successors(plan, leg.points, leg.wave)
+    return [(KINDS[wave.kinds[i]], wave.part(np.array([i]))) for wave in waves for i in range(wave.size)]
 
 
 def _followed(plan: RenderPlan, lights: tuple[Lighting, ...], kind: str, wave: Wave) -> Leg:

@@ -7,21 +7,7 @@ import numpy as np
 from renderer.interaction import Points
 from renderer.materials.optics import fresnel, reflected, refracted
 from renderer.math.arrays import Floats, Integers, Masks
-from renderer.math.streams import bits, keys, uniforms
 from renderer.waves import Wave, leaving
-
-CERTAIN_BOUNCES = 5
-"""Bounces up to which nothing is left to chance: the default `max_depth`."""
-
-FAINT = 2.0**-12
-"""Weight of a ray below which only one of a point's two rays is followed.
-
-Eight nested balls of glass, `max_depth` 64 and 64 x 64 pixels: 10 CPU seconds and an error of 0.10/255; 5 and
-0.24/255 from 2^-10 on, 20 seconds from 2^-14 on, and none that ends if both are followed always.
-"""
-
-BRANCH_DIMENSIONS = 1 << 41
-"""Stream of the choices between reflection and refraction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,18 +51,16 @@ class MirrorRays(Bounces):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TransmittedRays(Bounces):
-    """Stage: a reflected and a refracted ray from every point of a transparent material, or one of them.
+    """Stage: a reflected and a refracted ray from every point of a transparent material.
 
     Attributes
     ----------
-    seed : int
     indices : (materials,) float64
         Refractive index inside relative to outside; inside is behind the outward normal.
     materials : (shapes,) int64
         Material of each shape.
     """
 
-    seed: int
     indices: Floats
     materials: Integers
 
@@ -91,27 +75,12 @@ class TransmittedRays(Bounces):
         share = np.where(passed, 0.0, fresnel(viewers, shading, ratio))
         back = reflected(viewers, shading, normals)
         through = np.where(passed, -viewers, refracted(viewers, shading, normals, ratio))
-        shares = self._followed(points, wave, chosen, strengths * share, strengths * (1 - share))
         return (
-            *leaving(wave, points, chosen, back, shares[0], ~inside, "reflection", self.faintest),
-            *leaving(wave, points, chosen, through, shares[1], inside, "refraction", self.faintest),
+            *leaving(wave, points, chosen, back, strengths * share, ~inside, "reflection", self.faintest),
+            *leaving(
+                wave, points, chosen, through, strengths * (1 - share), inside, "refraction", self.faintest
+            ),
         )
-
-    def _followed(
-        self, points: Points, wave: Wave, chosen: Integers, back: Floats, through: Floats
-    ) -> tuple[Floats, Floats]:
-        """Shares (M,) of both rays; of faint ones after many bounces one has both, by its share.
-
-        The mean over the choices is what both rays add: nothing is biased. A path makes its choice by its own
-        number, so no pixel depends on another.
-        """
-        if wave.depth < CERTAIN_BOUNCES:
-            return back, through
-        both = back + through
-        faint = wave.weights[points.rays[chosen]] * np.minimum(back, through) < FAINT
-        path = points.pixels[chosen], points.samples[chosen], points.paths[chosen]
-        first = uniforms(bits(keys(self.seed, BRANCH_DIMENSIONS, *path), 0)) * both < back
-        return np.where(faint, both * first, back), np.where(faint, both * ~first, through)
 
     def _passed(self, points: Points, wave: Wave, chosen: Integers) -> Masks:
         """Which of the chosen points (M,) the rays have already passed.

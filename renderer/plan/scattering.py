@@ -26,8 +26,7 @@ def stages(request: Request) -> tuple[ScatteringStage, ...]:
     detail = "refracted rays, and reflected ones by Fresnel's formulas"
     if _asked(request, "transmission", "transmitted rays", detail):
         strengths, indices = _numbers(request, "transmission"), _numbers(request, "ior")
-        seed, materials = request.sampling.seed, material_numbers(request)
-        found.append(TransmittedRays(strengths, depths, faintest, seed, indices, materials))
+        found.append(TransmittedRays(strengths, depths, faintest, indices, material_numbers(request)))
     return tuple(found)
 
 
