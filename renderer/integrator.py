@@ -162,8 +162,12 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfa
 
     Each depth has a sum of its own, to which a camera ray's paths add in their own order.
     """
-    sums: list[Floats] = []
-    waiting = WaitingWaves(camera_wave(rays))
+    seen, points = local_radiance(plan, rays, counts)
+    counts["camera"] += rays.t.size
+    if surfaces is not None:
+        surfaces.take(points)
+    sums = [seen]
+    waiting = WaitingWaves(successors(plan, points, camera_wave(rays)))
     while waiting:
         wave = waiting.next()
         seen, points = local_radiance(plan, wave.rays, counts)
@@ -172,8 +176,6 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfa
         for row, values in zip(sums[wave.depth], wave.weights * seen, strict=True):
             np.add.at(row, wave.targets, values)
         wave.count(counts)
-        if wave.depth == 0 and surfaces is not None:
-            surfaces.take(points)
         waiting.add(successors(plan, points, wave))
     return sum(sums[1:], sums[0])
 

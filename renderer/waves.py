@@ -74,10 +74,9 @@ class Wave:
         return self.weights.size
 
     def count(self, counts: Counter[str]) -> None:
-        """Add the rays to those of the report."""
-        counts["camera"] += int((self.kinds == CAMERA).sum())
-        for number, kind in enumerate(KINDS):
-            counts[COUNTED_AS[kind]] += int((self.kinds == number).sum())
+        """Add rays that have bounced to those of the report."""
+        for kind, count in zip(KINDS, np.bincount(self.kinds, minlength=len(KINDS)).tolist(), strict=True):
+            counts[COUNTED_AS[kind]] += count
 
     def part(self, index: Integers) -> "Wave":
         """Some of the rays, which have left surfaces and hit nothing yet."""
@@ -104,8 +103,9 @@ def camera_wave(rays: Rays) -> Wave:
 class WaitingWaves:
     """Waves that wait by their depth."""
 
-    def __init__(self, first: Wave) -> None:
-        self._depths: list[deque[Wave]] = [deque([first])]
+    def __init__(self, first: Iterable[Wave]) -> None:
+        self._depths: list[deque[Wave]] = [deque()]
+        self.add(first)
 
     def add(self, waves: Iterable[Wave]) -> None:
         """Let the successors of waves wait, in the order of those."""
