@@ -183,7 +183,7 @@ def graded(name: str, codes: Array) -> Outcome:
 
 
 def honest(seeds: int, name: str) -> Counter[str]:
-    """Count right pictures, and those of them that lose points or raise a signal."""
+    """Count right pictures, and how many lose points or raise a signal."""
     found: Counter[str] = Counter()
     for samples, seed in product((4, 16, 64), range(seeds)):
         outcome = graded(name, picture(name, samples=samples, seed=seed))

@@ -47,7 +47,7 @@ class AreaLight:
 
 @dataclass(frozen=True)
 class PeerScene:
-    """What the peer's integrator reads; `index_of` is the row of the materials of each shape number."""
+    """Parameters of the peer's integrator; `index_of` maps shape numbers to rows of materials."""
 
     geometry: Any
     index_of: Any

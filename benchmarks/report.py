@@ -1,4 +1,4 @@
-"""What the parts share: command line, CPU seconds, tables, and the figures in out."""
+"""Command line, CPU seconds, tables and output files, shared by all benchmarks."""
 
 from __future__ import annotations
 

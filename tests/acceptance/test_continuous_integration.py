@@ -22,7 +22,7 @@ FILES = dict(re.findall(r"^`([\w./-]+)`:\n\n```\w+\n(.*?)^```", PAGE, re.MULTILI
 
 
 def job(path: str, name: str) -> str:
-    """What a job of the page runs after the installation."""
+    """Script of a job on the page, without the installation."""
     steps = [step["run"] for step in yaml.safe_load(FILES[path])["jobs"][name]["steps"] if "run" in step]
     return "\n".join(step for step in steps if not step.startswith("pip install"))
 

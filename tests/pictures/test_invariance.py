@@ -1,4 +1,4 @@
-"""What a picture must not depend on, to the bit: tiles, passes, culling, and what has no effect."""
+"""Pictures are the same, to the bit, whatever the tiles, passes, culling and effects without effect."""
 
 import itertools
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a render does and costs, before it begins: ``explain`` and ``quote``."""
+"""Plans and predicted costs before a render begins: ``explain`` and ``quote``."""
 
 from __future__ import annotations
 

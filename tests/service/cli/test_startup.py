@@ -1,4 +1,4 @@
-"""What a command loads before it begins, and what a shell completes."""
+"""Imports at the start of a command, and completion in a shell."""
 
 from __future__ import annotations
 

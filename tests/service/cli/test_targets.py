@@ -1,4 +1,4 @@
-"""Where pictures go: files, stdout, and the viewer tev."""
+"""Output targets: files, stdout, and the viewer tev."""
 
 from __future__ import annotations
 
