@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.service.cli.conftest import TIMEOUT, Penumbra, begun, until
+from tests.service.cli.conftest import TIMEOUT, Penumbra, begun
 from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels
+from tests.service.support import until
 
 WORDS = ("grade", "assignment/manifest.json", "--class", "class", "-o", "marks")
 STRANGE = os.fsdecode(b"zo\xeb")
@@ -109,7 +110,7 @@ def test_ended_run_continues(
         shutil.copytree(pupils / "ada", pupils / f"more-{index:02}")
     marks = tmp_path / "marks"
     process = begun(tmp_path, *WORDS, "--jobs", "1")
-    until((marks / "students" / "ada" / "graded.key").exists)
+    until((marks / "students" / "ada" / "graded.key").exists, TIMEOUT)
     process.send_signal(number)
     # The pipes close when the last child has ended.
     _, err = process.communicate(timeout=TIMEOUT)

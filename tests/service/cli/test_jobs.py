@@ -16,8 +16,9 @@ import pytest
 from service.client import Client
 from service.server import RunningServer
 from tests.service import support
-from tests.service.cli.conftest import ENVIRONMENT, TIMEOUT, Penumbra, begun, ended, until
+from tests.service.cli.conftest import ENVIRONMENT, TIMEOUT, Penumbra, begun, ended
 from tests.service.processes import is_alive, workers_of
+from tests.service.support import until
 from tests.tev_server import CREATE, UPDATE_V3, TevServer
 
 
@@ -98,7 +99,7 @@ def test_running_job_has_a_picture_times_out_and_is_cancelled(
     job = timed_out.document["job_id"]
     assert timed_out.code == 5
     # A loaded machine may have no pixel yet.
-    until(lambda: penumbra("get", job, "-o", "part.npy").code == 0)
+    until(lambda: penumbra("get", job, "-o", "part.npy").code == 0, TIMEOUT)
     assert "so far" in penumbra("get", job, "-o", "part.npy").err
     assert np.load(tmp_path / "part.npy").max() > 0
     assert penumbra("cancel", job).code == 0
@@ -170,4 +171,4 @@ def test_service_has_its_port_and_folder_alone_and_leaves_no_process(tmp_path: P
         serving.communicate()
     assert workers
     assert serving.returncode == 0
-    until(lambda: not any(map(is_alive, workers)))
+    until(lambda: not any(map(is_alive, workers)), TIMEOUT)

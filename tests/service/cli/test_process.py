@@ -12,7 +12,8 @@ from typing import Any
 
 import pytest
 
-from tests.service.cli.conftest import COMMAND, ENVIRONMENT, LONG, TIMEOUT, Penumbra, begun, ended, until
+from tests.service.cli.conftest import COMMAND, ENVIRONMENT, LONG, TIMEOUT, Penumbra, begun, ended
+from tests.service.support import until
 
 FULL = pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 
@@ -160,14 +161,14 @@ def test_interrupted_render_leaves_nothing(
 ) -> None:
     (tmp_path / "long.json").write_text(json.dumps(LONG))
     with begun(tmp_path, "render", "long.json", "-o", "long.png", "--workers", 2) as render:
-        until(lambda: len(at_work(render.pid)) == 2)
+        until(lambda: len(at_work(render.pid)) == 2, TIMEOUT)
         for _ in range(times):
             # As a terminal does it: to every process of the command.
             os.killpg(render.pid, number)
         _, messages = render.communicate(timeout=TIMEOUT)
     assert render.returncode == code
     assert "Traceback" not in messages
-    until(lambda: not group(render.pid))
+    until(lambda: not group(render.pid), TIMEOUT)
     assert [path.name for path in tmp_path.iterdir()] == ["long.json"]
 
 
@@ -175,6 +176,6 @@ def test_interrupted_render_leaves_nothing(
 def test_killed_render_leaves_no_process(tmp_path: Path) -> None:
     (tmp_path / "long.json").write_text(json.dumps(LONG))
     with begun(tmp_path, "render", "long.json", "-o", "long.png", "--workers", 2) as render:
-        until(lambda: len(at_work(render.pid)) == 2)
+        until(lambda: len(at_work(render.pid)) == 2, TIMEOUT)
         render.kill()
-    until(lambda: not group(render.pid))
+    until(lambda: not group(render.pid), TIMEOUT)

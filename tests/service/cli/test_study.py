@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from accuracy.study.report import CSV_COLUMNS
-from tests.service.cli.conftest import Penumbra, begun, until
+from tests.service.cli.conftest import Penumbra, begun
+from tests.service.support import TIMEOUT, until
 
 QUESTIONS = [
     "How long for this error?",
@@ -23,7 +24,7 @@ def test_killed_study_resumes_and_leaves_a_report(here: Penumbra, scene_file: Pa
     out = tmp_path / "new" / "folder"
     words = ("study", scene_file, "--out", out, "--quick")
     with begun(tmp_path, *words) as process:
-        until(lambda: len(journal(out)) >= 10)
+        until(lambda: len(journal(out)) >= 10, TIMEOUT)
         assert process.poll() is None
         process.kill()
     before = [line for line in journal(out) if line.endswith("}")]
