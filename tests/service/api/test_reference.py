@@ -26,7 +26,10 @@ POST /v1/traces; POST /v1/comparisons; GET HEAD PUT /v1/assets/{sha256}; GET /v1
 GET /livez; GET /readyz; GET /version; GET /metrics
 """
 
-schema = schemathesis.openapi.from_dict(create_app(Settings()).openapi())
+document = create_app(Settings()).openapi()
+# Requests are drawn here; tests of the schemas draw scenes, which takes minutes from a JSON Schema.
+document["components"]["schemas"]["Scene"] = {"type": "object"}
+schema = schemathesis.openapi.from_dict(document)
 
 
 @pytest.mark.slow
