@@ -83,6 +83,13 @@ def bulb(position: Vector, color: Any = (0.5, 0.6, 0.7)) -> Json:
     return written({"type": "point", "position": position, "color": list(color)})
 
 
+def spot(position: Vector, direction: Vector, color: Any = (0.5, 0.6, 0.7), **more: Any) -> Json:
+    """A light at a point that shines into a cone."""
+    return written(
+        {"type": "spot", "position": position, "direction": direction, "color": list(color), **more}
+    )
+
+
 def sun(direction: Vector, color: Any = (0.4, 0.3, 0.5)) -> Json:
     """A directional light."""
     return written({"type": "directional", "direction": direction, "color": list(color)})

@@ -10,7 +10,7 @@ from renderer.interaction import Points, Rays
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.materials.phong import Diffuse, Highlight
-from renderer.math.arrays import Floats, Integers, Masks, dot, unit
+from renderer.math.arrays import Floats, Integers, Masks, dot, lengths, unit
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Illumination, Lighting
 from renderer.self_intersection import OriginSurfaces
@@ -47,10 +47,17 @@ def _seen(plan: RenderPlan, light: Lighting, shining: Illumination | None, point
         blocked=hidden,
         blockers=tuple(_blocker(plan, number, count) for number, count in blockers.most_common()),
         cosine=float(dot(point.shading_normals, unit(towards)).item()),
-        turned_away=emitter.one_sided and dot(towards, emitter.normal).item() >= 0,
+        turned_away=_is_turned_away(emitter, towards),
         diffuse=triple(added.get("diffuse", np.zeros(3))),
         specular=triple(added.get("specular", np.zeros(3))),
     )
+
+
+def _is_turned_away(emitter: Emitter, towards: Floats) -> bool:
+    """Whether a light shines to the other side, or into a cone that does not reach the point."""
+    if emitter.least_cosine is None:
+        return False
+    return -dot(towards, emitter.normal).item() <= emitter.least_cosine * lengths(towards).item()
 
 
 def _blocker(plan: RenderPlan, number: int, points: int) -> Blocker:
@@ -109,10 +116,10 @@ def _terms(lighting: Lighting, point: Points) -> dict[str, Floats]:
     view = lighting.view(point, workspace())
     view.drop_dark()
     added: dict[str, Floats] = {}
-    for term in lighting.terms if view.count else ():
+    for stage in (*lighting.weights, *lighting.terms) if view.count else ():
         point.radiance[...] = 0.0
-        term.run(view)
-        name = TERMS.get(type(term))
+        stage.run(view)
+        name = TERMS.get(type(stage))
         if name is not None:
             added[name] = added.get(name, np.zeros(3)) + point.radiance[:, 0]
     point.radiance[...] = 0.0

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from accuracy.inspection.shares import NOTHING, Shares
 from schemas.api.inspections import Blocker, InspectedLight, InspectedRay, InspectedSurface, Reason
+from schemas.lights import SpotLight
 from schemas.scene import Scene
 
 SHOWS = {
@@ -58,7 +59,9 @@ def _of_light(scene: Scene, surface: InspectedSurface, light: InspectedLight, sh
     if not any(scene.lights[light.light].color):
         return _reason("black_light", f"{name} is black", place)
     if light.turned_away:
-        return _reason("light_turned_away", f"{name} shines to the other side only", place)
+        cone = isinstance(scene.lights[light.light], SpotLight)
+        where = "into a cone that does not reach here" if cone else "to the other side only"
+        return _reason("light_turned_away", f"{name} shines {where}", place)
     if light.below_horizon == light.points:
         return _reason("faces_away", f"the surface faces away from {name}", place, surface.part.pointer)
     if light.blocked == light.points - light.below_horizon:

@@ -53,7 +53,7 @@ class Beam:
     directions : (3, n) float64
         Unit, towards the light.
     weights : (n,) float64
-        Share of the light that arrives, falloff and shadows included.
+        Share of the light that arrives: after its own weights, and shadows.
     color : (3, 1) float64
     """
 
@@ -110,14 +110,14 @@ class AreaArrival:
     probe, partial : Lighting
         As in `lighting.PilotLighting`.
     nodes : NodeEmitter
-    falloff : Lighting
-        Of the nodes, without shadows.
+    weighing : Lighting
+        Of the nodes, without shadows and terms.
     """
 
     probe: Lighting
     partial: Lighting
     nodes: NodeEmitter
-    falloff: Lighting
+    weighing: Lighting
 
     @property
     def emitter(self) -> Emitter:
@@ -144,9 +144,9 @@ class AreaArrival:
 
     def _weights(self, points: Points, chosen: Integers, workspace: Workspace) -> Floats:
         """What arrives from each node at some points (m,) if nothing stands between, (J, m)."""
-        view = self.falloff.view(points, workspace, chosen)
-        for term in self.falloff.terms:
-            term.run(view)
+        view = self.weighing.view(points, workspace, chosen)
+        for weight in self.weighing.weights:
+            weight.run(view)
         share = self.nodes.shares() * np.ones(view.count)
         if view.weights is not None:
             share *= view.weights.pairs
@@ -174,7 +174,7 @@ class PointArrival:
     Attributes
     ----------
     lighting : Lighting
-        With shadows and falloff, and no other terms.
+        With shadows and weights, and without terms.
     """
 
     lighting: Lighting
@@ -191,8 +191,8 @@ class PointArrival:
         view.drop_dark()
         weights = np.zeros(points.count)
         if view.count:
-            for term in self.lighting.terms:
-                term.run(view)
+            for weight in self.lighting.weights:
+                weight.run(view)
             weights[view.chosen] = view.mean(np.ones((1, view.count), dtype=view.dtype))
         return [Beam(unit(self.emitter.towards(points.positions)), weights, self.emitter.color)], rays
 

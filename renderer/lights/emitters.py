@@ -35,13 +35,13 @@ class Emitter:
     weight : float
         1, or 0 for a light at infinity.
     across, along, normal : (3, 1) float64
-        Orthonormal axes; `normal` is the front of a rectangle.
+        Orthonormal axes; `normal` is the front of a rectangle, and the way a spot light shines.
     color : (3, 1) float64
         Linear.
     orthogonal : bool
         Whether the edges are perpendicular.
-    one_sided : bool
-        Whether only points in front are lit.
+    least_cosine : float or None
+        Of the angle at the light between `normal` and what it lights; None where it lights all around.
     count : int
         Light points L a shading point.
     pattern : str
@@ -60,7 +60,7 @@ class Emitter:
     normal: Floats
     color: Floats
     orthogonal: bool
-    one_sided: bool
+    least_cosine: float | None
     count: int
     pattern: str
     seed: int
@@ -137,7 +137,9 @@ def build_rectangle(
     return _emitter(number, light, sampling, seed, centre, axes, edges=(first, second))
 
 
-def build_point(number: int, light: language.PointLight, sampling: LightSampling, seed: int) -> Emitter:
+def build_point(
+    number: int, light: language.PointLight | language.SpotLight, sampling: LightSampling, seed: int
+) -> Emitter:
     """A point light."""
     del sampling
     normal = column((0.0, 0.0, 1.0))
@@ -184,7 +186,7 @@ def _emitter(
         color=column(light.color),
         # Edges that are perpendicular but for rounding may take the shorter formulas of a grid.
         orthogonal=abs(dot(second, across).item()) <= SURFACE * lengths(second).item(),
-        one_sided=not getattr(light, "two_sided", True),
+        least_cosine=None if getattr(light, "two_sided", True) else 0.0,
         count=sampling.samples,
         pattern=sampling.pattern,
         seed=seed,

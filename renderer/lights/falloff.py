@@ -16,11 +16,12 @@ from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, Weights
 from renderer.math.arrays import Floats
 from renderer.math.numerics import SURFACE
+from schemas.lights import Light
 
 
 @dataclass(frozen=True, slots=True)
 class Falloff:
-    """Stage of a light: weights that all later terms take into their means.
+    """Stage of a light: weights of its points by their distance.
 
     Attributes
     ----------
@@ -33,7 +34,7 @@ class Falloff:
     area: bool
 
     def run(self, view: LightView) -> None:
-        """Give the view its weights.
+        """Weigh the view's light points.
 
         Pair work holds (nearest / d)^power, between 0 and 1, which overflows nowhere; what remains is a
         factor in float64, one a point. Light points that touch the point, within the rounding of both, give
@@ -51,12 +52,22 @@ class Falloff:
         inverse = nearest.astype(np.float64)
         if self.area:
             np.multiply(ratios, ratios * ratios, out=ratios)
-            view.weights = Weights(ratios, self._heights(view) * inverse**3)
+            view.weigh(Weights(ratios, self._heights(view) * inverse**3))
         else:
             np.multiply(ratios, ratios, out=ratios)
-            view.weights = Weights(ratios, (inverse * np.where(inverse > 0, scale, 0.0)) ** 2)
+            view.weigh(Weights(ratios, (inverse * np.where(inverse > 0, scale, 0.0)) ** 2))
 
     def _heights(self, view: LightView) -> Floats:
         """Height above the light's plane times its area over pi, in the points' own scale."""
         frame = view.frame()
         return np.abs(frame.away) * np.abs(frame.first * frame.second_along) / np.pi
+
+
+def area_falloff(emitter: Emitter, _light: Light) -> Falloff:
+    """The falloff of a rectangle."""
+    return Falloff(emitter, area=True)
+
+
+def point_falloff(emitter: Emitter, _light: Light) -> Falloff:
+    """The falloff of a point."""
+    return Falloff(emitter, area=False)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.samples import Frame, LightPoints, Terms
-from renderer.math.arrays import Floats, Integers, Masks, Pairs, dot, magnitude, taken
+from renderer.math.arrays import Floats, Integers, Masks, Pairs, dot, lengths, magnitude, taken
 from renderer.math.numerics import gamma, halving_sum
 from renderer.workspace import Workspace
 
@@ -29,6 +29,10 @@ class Weights:
 
     pairs: Pairs
     factors: Floats
+
+    def times(self, other: "Weights") -> "Weights":
+        """The product of two, pair by pair."""
+        return Weights(self.pairs * other.pairs, self.factors * other.factors)
 
     def part(self, index: Integers) -> "Weights":
         """Those of some points (m,)."""
@@ -56,7 +60,7 @@ class LightView:
     blocked : (L, n) bool or None
         Pairs with a shape between; None as long as nothing was found.
     weights : Weights or None
-        Set by a stage of a light whose points do not all count alike.
+        The product of all that stages have given; None as long as all light points count alike.
     """
 
     emitter: Emitter
@@ -80,6 +84,10 @@ class LightView:
     def of_points(self, values: NDArray[Value]) -> NDArray[Value]:
         """Values of the chunk, (..., M), at the n points."""
         return values if self.count == values.shape[-1] else taken(values, self.chosen)
+
+    def weigh(self, weights: Weights) -> None:
+        """Multiply what each light point counts."""
+        self.weights = weights if self.weights is None else self.weights.times(weights)
 
     def open_points(self) -> Integers:
         """Points (m,) that some light point may still be seen from."""
@@ -227,15 +235,16 @@ class LightView:
 
 
 def facing(emitter: Emitter, points: Points, towards: Floats) -> Masks:
-    """Points with some light point above the horizon of both normals and, if need be, in front of the light.
+    """Points with some light point above the horizon of both normals, where the light shines to.
 
     A light in the plane of the receiver is at the horizon: within rounding of 0 counts as 0.
     """
     lit = _reaches(emitter, points.normals, towards)
     if points.bent:
         lit &= _reaches(emitter, points.shading_normals, towards)
-    if emitter.one_sided:
-        lit &= dot(towards, emitter.normal) < -gamma(16) * magnitude(towards)
+    if emitter.least_cosine is not None:
+        rounding = gamma(16) * magnitude(towards)
+        lit &= dot(towards, emitter.normal) < -emitter.least_cosine * lengths(towards) - rounding
     return lit
 
 

@@ -7,7 +7,6 @@ a way to cast shadows must not be a picture without them.
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -18,9 +17,9 @@ import schemas.shapes
 import schemas.textures
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.assets import AssetSource
-from renderer.lights import emitters
+from renderer.lights import emitters, spots
 from renderer.lights.emitters import Emitter
-from renderer.lights.falloff import Falloff
+from renderer.lights.falloff import area_falloff, point_falloff
 from renderer.plan.stages import LightStage
 from renderer.shapes import Family, ellipsoids, meshes, rectangles, triangles
 from renderer.shapes.ellipsoids import Ellipsoids
@@ -76,6 +75,29 @@ class ShapeEffect:
 
 
 @dataclass(frozen=True, slots=True)
+class WeightEffect:
+    """What the points of a light count less by.
+
+    Attributes
+    ----------
+    name, detail : str
+        As the plan lists it.
+    field : str
+        Field of the scene language that it comes from.
+    asked : callable or None
+        Whether a light asks for it; None where all of the kind do.
+    build : callable
+        Makes the stage, given the emitter and the light.
+    """
+
+    name: str
+    detail: str
+    field: str
+    asked: Callable[[Any], bool] | None
+    build: Callable[[Emitter, Any], LightStage]
+
+
+@dataclass(frozen=True, slots=True)
 class LightEffect:
     """A kind of light.
 
@@ -83,24 +105,22 @@ class LightEffect:
     ----------
     build : callable
         Makes the emitter of a light, given with its number, its sampling and the seed.
-    falloff : callable or None
-        Makes the stage of physical falloff; None where light does not fall with the distance.
-    falls_by : str
-        What it falls by, in words.
+    weights : tuple of WeightEffect
+        What its points may be weighed by; weights multiply.
     surface : bool
         Whether the camera may see it.
     """
 
     build: Callable[[int, Any, Any, int], Emitter]
-    falloff: Callable[[Emitter], LightStage] | None
-    falls_by: str
+    weights: tuple[WeightEffect, ...]
     surface: bool
 
     def disagreement(self, kind: type[BaseModel]) -> str | None:
         """A field that only one of scene language and renderer has."""
-        for name, served in (("falloff", self.falloff is not None), ("visible", self.surface)):
-            if served != (name in kind.model_fields):
-                has, lacks = ("renderer", "scene language") if served else ("scene language", "renderer")
+        served = {weight.field for weight in self.weights} | ({"visible"} if self.surface else set())
+        for name in sorted({*served, "visible", "falloff", "outer_angle"}):
+            if (name in served) != (name in kind.model_fields):
+                has, lacks = ("renderer", "scene language")[:: 1 if name in served else -1]
                 return f"the {has} has a '{name}' for it, and the {lacks} has none"
         return None
 
@@ -220,24 +240,27 @@ SHAPES = registered(
     },
 )
 
-_AREA_LIGHT = LightEffect(
-    emitters.build_rectangle,
-    partial(Falloff, area=True),
-    falls_by="cosine and squared distance at light points",
-    surface=True,
+
+def _is_physical(light: Any) -> bool:
+    return light.falloff == "physical"
+
+
+_BY_FORM_FACTOR = WeightEffect(
+    "falloff", "cosine and squared distance at light points", "falloff", _is_physical, area_falloff
 )
+_BY_DISTANCE = WeightEffect("falloff", "squared distance", "falloff", _is_physical, point_falloff)
+_BY_CONE = WeightEffect("cone", "the angle from the axis", "outer_angle", None, spots.cone)
+
+_AREA_LIGHT = LightEffect(emitters.build_rectangle, (_BY_FORM_FACTOR,), surface=True)
 
 LIGHTS = registered(
     schemas.lights.Light,
     {
         schemas.lights.RectangleLight: _AREA_LIGHT,
         schemas.lights.ParallelogramLight: _AREA_LIGHT,
-        schemas.lights.PointLight: LightEffect(
-            emitters.build_point, partial(Falloff, area=False), falls_by="squared distance", surface=False
-        ),
-        schemas.lights.DirectionalLight: LightEffect(
-            emitters.build_directional, None, falls_by="nothing", surface=False
-        ),
+        schemas.lights.PointLight: LightEffect(emitters.build_point, (_BY_DISTANCE,), surface=False),
+        schemas.lights.SpotLight: LightEffect(spots.build, (_BY_CONE, _BY_DISTANCE), surface=False),
+        schemas.lights.DirectionalLight: LightEffect(emitters.build_directional, (), surface=False),
     },
 )
 

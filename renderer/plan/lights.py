@@ -47,12 +47,12 @@ def emitters(request: Request) -> list[Emitter]:
 
 
 def _unseen(emitter: Emitter, families: Iterable[Family]) -> bool:
-    """Whether a light shines to one side only, and all shapes lie behind its plane.
+    """Whether a light shines to one side or into a cone, and all shapes lie behind its plane.
 
     Shapes that reach up to the plane within `MARGIN` are left to the rule for points (`facing`), which finds
     them unlit: rounding may put a point beyond its shape.
     """
-    if not emitter.one_sided:
+    if emitter.least_cosine is None:
         return False
     height = dot(emitter.centre, emitter.normal)
     return all(
@@ -80,15 +80,16 @@ def lighting(request: Request, emitter: Emitter, table: Phong) -> Lighting:
     detail = f"{emitter.count} {emitter.pattern} points" if emitter.count > 1 else "one point"
     request.list_stage(f"points of light {emitter.number}", effect, detail, (pointer,), COSTS.faced)
     shadows = _shadows(request, emitter)
-    terms = [*_falloff(request, emitter, pointer), *_terms(request, emitter, table, pointer)]
-    return Lighting(emitter, tuple(shadows), tuple(terms), request.dtype)
+    weights = _weights(request, emitter, pointer)
+    terms = _terms(request, emitter, table, pointer)
+    return Lighting(emitter, tuple(shadows), tuple(weights), tuple(terms), request.dtype)
 
 
 def visibility(request: Request) -> tuple[Lighting, ...]:
     """Every light with what casts its shadows."""
     seen = [emitter_of(request, number) for number in range(len(request.document.lights))]
     return tuple(
-        Lighting(emitter, tuple(shadow_stages(request, emitter)), (), request.dtype) for emitter in seen
+        Lighting(emitter, tuple(shadow_stages(request, emitter)), (), (), request.dtype) for emitter in seen
     )
 
 
@@ -136,15 +137,15 @@ def shadow_stages(request: Request, emitter: Emitter) -> list[LightStage]:
     ]
 
 
-def _falloff(request: Request, emitter: Emitter, pointer: str) -> list[LightStage]:
-    """Weights of the light points, first of the terms, as all others take them."""
+def _weights(request: Request, emitter: Emitter, pointer: str) -> list[LightStage]:
+    """What the light asks its points to be weighed by."""
     light = request.document.lights[emitter.number]
-    effect = LIGHTS[type(light)]
-    if effect.falloff is None or getattr(light, "falloff", "none") == "none":
-        return []
-    name, each = f"falloff of light {emitter.number}", COSTS.falloff * emitter.count
-    request.list_stage(name, "lights.falloff", effect.falls_by, (f"{pointer}/falloff",), each)
-    return [effect.falloff(emitter)]
+    weights = [weight for weight in LIGHTS[type(light)].weights if not weight.asked or weight.asked(light)]
+    for weight in weights:
+        name, each = f"{weight.name} of light {emitter.number}", COSTS.falloff * emitter.count
+        asking = (f"{pointer}/{weight.field}" if weight.field in light.model_fields_set else pointer,)
+        request.list_stage(name, f"lights.{weight.name}", weight.detail, asking, each)
+    return [weight.build(emitter, light) for weight in weights]
 
 
 def _terms(request: Request, emitter: Emitter, table: Phong, pointer: str) -> list[LightStage]:

@@ -26,7 +26,7 @@ class LightStage(Protocol):
     """Works on the pairs of points and light points."""
 
     def run(self, view: LightView) -> None:
-        """Mark pairs as blocked, or add to the points' radiance."""
+        """Mark pairs as blocked, weigh them, or add to the points' radiance."""
         ...
 
 
@@ -58,18 +58,20 @@ class Illumination(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Lighting:
-    """All that one light does: which points face it, what blocks it, and what it adds.
+    """All that one light does: which points face it, what blocks it, what it counts, and what it adds.
 
     Attributes
     ----------
     emitter : Emitter
-    shadows, terms : tuple of LightStage
+    shadows, weights, terms : tuple of LightStage
+        In the order in which they run.
     dtype : float32 or float64
         Of pair work.
     """
 
     emitter: Emitter
     shadows: tuple[LightStage, ...]
+    weights: tuple[LightStage, ...]
     terms: tuple[LightStage, ...]
     dtype: np.dtype[np.floating]
 
@@ -110,8 +112,8 @@ class Lighting:
         rays = view.count * view.light_points.count if self.shadows else 0
         view.drop_dark()
         if view.count:
-            for term in self.terms:
-                term.run(view)
+            for stage in (*self.weights, *self.terms):
+                stage.run(view)
         return rays
 
 

@@ -92,7 +92,8 @@ class InspectedLight(Message):
         description="Cosine of the angle between the shading normal and the direction to the light's centre."
     )
     turned_away: bool = Field(
-        description="Whether the light shines to one side only, and the point is on the other."
+        description="Whether the light shines to one side only, and the point is on the other, or into a "
+        "cone that does not reach the point."
     )
     diffuse: Triple = Field(description="Linear RGB that the diffuse term adds.")
     specular: Triple = Field(description="Linear RGB that the highlight adds.")

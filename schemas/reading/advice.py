@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from schemas.cameras import Camera
-from schemas.lights import Light, ParallelogramLight, PointLight, RectangleLight
+from schemas.lights import Light, ParallelogramLight, PointLight, RectangleLight, SpotLight
 from schemas.materials import shown_textures
 from schemas.quantities import (
     Color,
@@ -81,7 +81,7 @@ def corners(figure: CenterForm | CornerForm) -> tuple[Vector, Vector, Vector, Ve
 
 def light_points(light: Light) -> tuple[Vector, ...]:
     """Points whose convex hull is the light; none for a light infinitely far away."""
-    if isinstance(light, PointLight):
+    if isinstance(light, PointLight | SpotLight):
         return (light.position,)
     return corners(light) if isinstance(light, RectangleLight | ParallelogramLight) else ()
 

@@ -6,6 +6,7 @@ KHR_materials_transmission. Lengths are metres, angles radians, matrices are sto
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
@@ -23,6 +24,7 @@ _NAMES = frozenset({"name", "extras"})
 
 Four = tuple[Number, Number, Number, Number]
 Angle = Annotated[float, Field(strict=True, gt=0, lt=3.14159, allow_inf_nan=False)]
+HalfAngle = Annotated[float, Field(strict=True, ge=0, lt=1.5708, allow_inf_nan=False)]
 Ratio = Annotated[float, Field(strict=True, gt=0, le=1e3, allow_inf_nan=False)]
 Text = Annotated[str, Field(strict=True)]
 
@@ -228,15 +230,22 @@ class Camera(Part):
     perspective: Perspective | None = None
 
 
+class Cone(Part):
+    """The cone of a spot light; its angles count from the axis."""
+
+    inner_cone_angle: HalfAngle = 0.0
+    outer_cone_angle: HalfAngle = math.pi / 4
+
+
 class PunctualLight(Part):
     """A light of `KHR_lights_punctual`: in candela for points, in lux for directions."""
 
-    SILENT: ClassVar[frozenset[str]] = _NAMES | {"spot"}
     REASONS: ClassVar[dict[str, str]] = {"range": "The range of lights is left out: they reach any distance."}
 
     type: Literal["point", "directional", "spot"]
     color: Color = (1.0, 1.0, 1.0)
     intensity: Intensity = 1.0
+    spot: Cone = Cone()
 
 
 class PunctualLights(Part):

@@ -12,7 +12,7 @@ import numpy as np
 from renderer.math.arrays import Floats
 from renderer.meshes.gltf_geometry import local_matrix
 from service.converting.errors import wrong_at
-from service.converting.gltf_document import Document, Node, PunctualLight, pick
+from service.converting.gltf_document import Cone, Document, Node, PunctualLight, pick
 from service.converting.task import Task
 
 
@@ -83,6 +83,8 @@ def _local(node: Node) -> Floats:
 HEIGHT = 512
 WIDEST = 8192
 """Pixels: more than any screen, and less than the 16 million pixels that a scene may have with HEIGHT."""
+NARROWEST = 1e-3
+"""Degrees: the smallest angle of a spot light that the scene language has."""
 
 
 def camera_of(
@@ -159,16 +161,24 @@ def lights_of(task: Task, document: Document, nodes: Sequence[PlacedNode]) -> li
 
 def _light(task: Task, light: PunctualLight, number: int, placed: PlacedNode) -> dict[str, Any]:
     color = [part * light.intensity / math.pi for part in light.color]
+    direction = (-placed.world_from_node[:3, 2]).tolist()
     if light.type == "directional":
-        direction = (-placed.world_from_node[:3, 2]).tolist()
         return {"type": "directional", "direction": direction, "color": color}
-    if light.type == "spot":
-        task.notes.assume(
-            f"/extensions/KHR_lights_punctual/lights/{number}",
-            "A spot light shines in all directions, like a point light.",
-        )
-    position = placed.position.tolist()
-    return {"type": "point", "position": position, "color": color, "falloff": "physical"}
+    made = {"type": light.type, "position": placed.position.tolist(), "color": color, "falloff": "physical"}
+    if light.type == "point":
+        return made
+    return {**made, "direction": direction, **_angles(task, light.spot, number)}
+
+
+def _angles(task: Task, cone: Cone, number: int) -> dict[str, float]:
+    """The angles of a spot light, degrees."""
+    inner, outer = (math.degrees(angle) for angle in (cone.inner_cone_angle, cone.outer_cone_angle))
+    outer = min(max(outer, NARROWEST), 90.0)
+    if inner >= outer:
+        pointer = f"/extensions/KHR_lights_punctual/lights/{number}/spot"
+        task.notes.assume(pointer, "The edge of the cone is a hundredth of its angle wide.")
+        inner = 0.99 * outer
+    return {"inner_angle": inner, "outer_angle": outer}
 
 
 def exposure(lights: Sequence[dict[str, Any]], middle: Floats, radius: float) -> float:
@@ -179,7 +189,7 @@ def exposure(lights: Sequence[dict[str, Any]], middle: Floats, radius: float) ->
     brightest = 0.0
     for light in lights:
         strength = max(light["color"])
-        if light["type"] == "point":
+        if "position" in light:
             distance = max(float(np.linalg.norm(np.array(light["position"]) - middle)), radius)
             strength /= distance * distance
         brightest += strength

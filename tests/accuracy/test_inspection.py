@@ -13,7 +13,7 @@ from accuracy.inspection import inspect, inspection_plan
 from renderer.assets import FolderAssets
 from renderer.math.numerics import gamma
 from schemas.api.inspections import InspectedLight, InspectedRay, InspectedSurface, Inspection
-from tests.documents import Json, bulb, lamp, phong, rectangle, sampled, scene, sphere, sun
+from tests.documents import Json, bulb, lamp, phong, rectangle, sampled, scene, sphere, spot, sun
 
 GALLERY = Path(scenes.__file__).parent / "gallery"
 FLOOR = rectangle([-4, 0, 4], [8, 0, 0], [0, 0, -8], name="floor")
@@ -115,6 +115,8 @@ LIT = {"ambient": [1, 1, 1]}
 BELOW = lamp([-1, -3, 1], [2, 0, 0], [0, 0, -2])
 TURNED = lamp([2, 4, 1], [2, 0, 0], [0, 0, -2], two_sided=False, visible=False)
 """Its edges span a normal that points up, away from the floor."""
+ASIDE = spot([3, 4, 0], [0, -1, 0], outer_angle=36.86)
+"""The floor at the origin is 36.87 degrees from its middle."""
 DARK = {"dark": {"type": "checker", "even": [0, 0, 0], "odd": [0, 0, 0]}}
 FRONT = lamp([-1, 3, 1], [2, 0, 0], [0, 0, -2], [0.9, 0.8, 0.7])
 
@@ -125,6 +127,7 @@ FRONT = lamp([-1, 3, 1], [2, 0, 0], [0, 0, -2], [0.9, 0.8, 0.7])
         (down(FLOOR, lights=[bulb([3, -4, 0])], **LIT), ["faces_away", "ambient_only"]),
         (down(FLOOR, lights=[BELOW], **LIT), ["faces_away", "ambient_only"]),
         (down(FLOOR, lights=[TURNED], **LIT), ["light_turned_away", "ambient_only"]),
+        (down(FLOOR, lights=[ASIDE], **LIT), ["light_turned_away", "ambient_only"]),
         (down(FLOOR, lights=[bulb([3, 4, 0], [0, 0, 0])], **LIT), ["black_light", "ambient_only"]),
         (
             down(FLOOR, lights=[bulb([3, 4, 0])], materials={"plain": phong([0, 0, 0])}),
@@ -147,6 +150,7 @@ FRONT = lamp([-1, 3, 1], [2, 0, 0], [0, 0, -2], [0.9, 0.8, 0.7])
         "below",
         "lamp below",
         "turned away",
+        "outside the cone",
         "black",
         "black material",
         "black texture",

@@ -231,7 +231,7 @@ class Drawing:
 
     def light_points(self, light: Any, place: V) -> Iterator[tuple[V, float]]:
         """Vectors to the points of a light, and how many of these lengths away the light is."""
-        if light.type == "point":
+        if light.type in ("point", "spot"):
             yield sub(light.position, place), 1.0
         elif light.type == "directional":
             yield mul(light.direction, -1), math.inf
@@ -241,14 +241,22 @@ class Drawing:
                 yield sub(add(corner, add(mul(first, u), mul(second, v))), place), 1.0
 
     def falloff(self, light: Any, towards: V) -> float:
-        """What distance and, of a rectangle, its slope leave of the light of one of its points."""
+        """What its cone, the distance and, of a rectangle, its slope leave of the light of a point."""
+        share = self.in_cone(light, towards) if light.type == "spot" else 1.0
         if getattr(light, "falloff", "none") == "none":
-            return 1.0
-        if light.type == "point":
-            return 1 / dot(towards, towards)
+            return share
+        if light.type != "rectangle":
+            return share / dot(towards, towards)
         _, first, second = edges(light)
         area = cross(first, second)
         return abs(dot(area, unit(towards))) / (math.pi * dot(towards, towards))
+
+    def in_cone(self, light: Any, towards: V) -> float:
+        """The spot's angular attenuation, as the specification of KHR_lights_punctual computes it."""
+        inner, outer = (math.cos(math.radians(a)) for a in (light.inner_angle, light.outer_angle))
+        scale = 1 / (inner - outer)
+        found = dot(unit(light.direction), mul(unit(towards), -1)) * scale - outer * scale
+        return min(max(found, 0.0), 1.0) ** 2
 
     def behind(self, light: Any, l: V) -> bool:
         if light.type != "rectangle" or light.two_sided:

@@ -25,6 +25,7 @@ from tests.documents import (
     sampled,
     scene,
     sphere,
+    spot,
     sun,
     triangle,
 )
@@ -233,9 +234,13 @@ def _materials(chosen: Random) -> Json:
 
 
 def _light(chosen: Random, position: Floats, way: Floats) -> Json:
-    kind = chosen.choice(["lamp", "skew lamp", "bulb", "sun"])
+    kind = chosen.choice(["lamp", "skew lamp", "bulb", "spot", "sun"])
     if kind == "bulb":
         return bulb(position)
+    if kind == "spot":
+        outer = chosen.uniform(10, 90)
+        angles = {"outer_angle": outer, "inner_angle": outer * chosen.uniform(0, 0.9)}
+        return spot(position, -way * chosen.uniform(0.5, 2) + _vector(chosen, 0.2), **angles)
     if kind == "sun":
         return sun(-way * chosen.uniform(0.5, 2))
     first, second, _ = _frame(chosen, -way) * chosen.choice([0.05, 0.5, 2.0])

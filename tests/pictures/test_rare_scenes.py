@@ -26,6 +26,7 @@ from tests.documents import (
     sampled,
     scene,
     sphere,
+    spot,
     sun,
     triangle,
 )
@@ -186,12 +187,16 @@ def _grid(chosen: Random) -> Json:
 def _light(chosen: Random) -> Json:
     color = [x * chosen.choice([1, 1, 1, 1e3]) for x in _color(chosen)]
     falloff = {"falloff": chosen.choice(["none", "none", "physical"])}
-    match chosen.choice(["lamp", "lamp", "bulb", "sun"]):
+    match chosen.choice(["lamp", "lamp", "bulb", "spot", "sun"]):
         case "lamp":
             more: Json = {name: chosen.random() < 0.5 for name in ("two_sided", "visible")}
             return lamp(_vector(chosen, 3), *_edges(chosen), color=color, **more, **falloff)
         case "bulb":
             return bulb(_vector(chosen, 3), color) | falloff
+        case "spot":
+            outer = chosen.choice([1e-3, 20.0, 90.0])
+            angles = {"outer_angle": outer, "inner_angle": outer * chosen.choice([0, 0.5, 1 - 1e-15])}
+            return spot(_vector(chosen, 3), _direction(chosen), color, **angles) | falloff
         case _:
             return sun(_direction(chosen), color)
 

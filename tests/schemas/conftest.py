@@ -52,6 +52,7 @@ def scene() -> dict[str, Any]:
             },
             {"type": "rectangle", "corner": [0, 6, 0], "edges": [[1, 0, 0], [0, 0, 1]], "color": [1, 1, 1]},
             {"type": "point", "position": [0, 7, 0], "color": [1, 1, 1]},
+            {"type": "spot", "position": [0, 7, 0], "direction": [0, -1, 0], "color": [1, 1, 1]},
             {"type": "directional", "direction": [0, -1, 0], "color": [1, 1, 1]},
         ],
         "sampling": {

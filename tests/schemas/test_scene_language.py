@@ -50,6 +50,7 @@ def test_scene_with_everything(scene: dict[str, Any]) -> None:
         "RectangleLight",
         "ParallelogramLight",
         "PointLight",
+        "SpotLight",
         "DirectionalLight",
     ]
 
@@ -234,7 +235,7 @@ def test_scene_at_its_limits(scene: dict[str, Any]) -> None:
         max_samples=16,
         max_light_samples=7,
         max_shapes=5,
-        max_lights=4,
+        max_lights=5,
         max_materials=2,
         max_textures=2,
     )

@@ -311,6 +311,7 @@ type ShapeDocument =
 type LightDocument =
   | { type: "directional"; direction: number[] }
   | { type: "point"; position: number[] }
+  | { type: "spot"; position: number[] }
   | ({ type: "area" } & RectangleDocument);
 
 /** A valid scene, as far as the page reads it. */

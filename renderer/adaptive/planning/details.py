@@ -8,7 +8,6 @@ import schemas.textures as language
 from renderer.adaptive.arrivals import AreaArrival, Arrival, PointArrival, side_for, with_nodes
 from renderer.adaptive.details import Detail, DetailedLights
 from renderer.adaptive.lighting import PilotLighting
-from renderer.lights.falloff import Falloff
 from renderer.materials.reliefs import BumpRelief, MappedRelief, Relief
 from renderer.math.arrays import column
 from renderer.plan.request import Request
@@ -76,14 +75,9 @@ def _arrival(light: Illumination, side: int) -> Arrival:
         nodes, partial = with_nodes(light.emitter, side), light.partial
         count = min(DENSER * partial.emitter.count, MOST_POINTS)
         many = replace(partial, emitter=replace(partial.emitter, count=count))
-        return AreaArrival(light.probe, many, nodes, replace(_weighing(partial), emitter=nodes, shadows=()))
+        return AreaArrival(light.probe, many, nodes, replace(partial, emitter=nodes, shadows=(), terms=()))
     assert isinstance(light, Lighting)
-    return PointArrival(_weighing(light))
-
-
-def _weighing(light: Lighting) -> Lighting:
-    """The same light with no terms but falloff."""
-    return replace(light, terms=tuple(term for term in light.terms if isinstance(term, Falloff)))
+    return PointArrival(replace(light, terms=()))
 
 
 def _detail(request: Request, number: int, name: str, error: float) -> Detail:

@@ -121,8 +121,7 @@ def _with_formula(formula: Formula, plan: RenderPlan) -> RenderPlan:
     def change(light: Lighting) -> Lighting:
         length = _length(plan.document, light.emitter)
         tables = [term.phong for term in light.terms if isinstance(term, Diffuse | Highlight)]
-        kept = [term for term in light.terms if not isinstance(term, Diffuse | Highlight)]
-        return replace(light, terms=(*kept, AlteredPhong(tables[0], formula, length)))
+        return replace(light, terms=(AlteredPhong(tables[0], formula, length),))
 
     return _with_lights(change, plan)
 

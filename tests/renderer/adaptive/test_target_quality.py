@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 import renderer
 from accuracy.statistics import clipped
 from schemas.quality import FixedQuality, Quality, TargetQuality
-from tests.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere
+from tests.documents import Json, bulb, camera, lamp, phong, rectangle, scene, sphere, spot
 from tests.pictures import pictures
 from tests.pictures.references import root_of_product
 
@@ -60,6 +60,15 @@ def on_a_board(**material: Any) -> Json:
     )
 
 
+def spots(**changes: Any) -> Json:
+    """Cones of a hard and of a soft edge, one of which falls with the distance, on textures."""
+    lights = [
+        spot([-2, 4, 2], [1.8, -4, -1.6], [0.9, 0.3, 0.2], outer_angle=16, inner_angle=15.8),
+        spot([2, 4, 2], [-1.8, -4, -2.2], [6, 8, 14], outer_angle=25, falloff="physical"),
+    ]
+    return on_a_board(color=[0.6, 0.6, 0.6]) | {"lights": lights} | changes
+
+
 SCENES = {
     "room": pictures.of_room,
     "lens": lambda: pictures.of_room(camera=camera(lens_radius=0.15, focus_distance=5)),
@@ -71,6 +80,8 @@ SCENES = {
     "skew": pictures.skew,
     "many lights": pictures.many_lights,
     "checkered": pictures.checkered,
+    "spots": spots,
+    "spots and lens": lambda: spots(camera=camera(lens_radius=0.15, focus_distance=5)),
     "mirror": lambda: on_a_board(color=[0.1, 0.1, 0.1], mirror=0.8),
     "glass": lambda: on_a_board(color=[0, 0, 0], ambient=0, diffuse=0, transmission=1, ior=1.5),
 }

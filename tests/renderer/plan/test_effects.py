@@ -91,11 +91,12 @@ def test_shape_that_is_not_whole_is_refused() -> None:
 @pytest.mark.parametrize(
     ("kind", "effect", "field"),
     [
-        (lights.PointLight, replace(BULB, falloff=None), "falloff"),
-        (lights.DirectionalLight, replace(SUN, falloff=BULB.falloff), "falloff"),
+        (lights.PointLight, replace(BULB, weights=()), "falloff"),
+        (lights.SpotLight, replace(LIGHTS[lights.SpotLight], weights=BULB.weights), "outer_angle"),
+        (lights.DirectionalLight, replace(SUN, weights=BULB.weights), "falloff"),
         (lights.RectangleLight, replace(LIGHTS[lights.RectangleLight], surface=False), "visible"),
     ],
-    ids=["falloff is forgotten", "falloff is in no scene", "surface is forgotten"],
+    ids=["falloff is forgotten", "cone is forgotten", "falloff is in no scene", "surface is forgotten"],
 )
 def test_light_whose_effect_disagrees_is_refused(kind: Any, effect: LightEffect, field: str) -> None:
     with pytest.raises(TypeError, match=rf"{kind.__name__} .*'{field}'"):

@@ -24,6 +24,7 @@ from tests.documents import (
     sampled,
     scene,
     sphere,
+    spot,
     sun,
     triangle,
 )
@@ -167,6 +168,7 @@ POISONED = [
     ("shapes", "Triangle", triangle([0, 1, 0], [1, 1, 0], [0, 2, 0])),
     ("shapes", "Parallelogram", FLOOR),
     ("lights", "PointLight", bulb([0, 3, 0])),
+    ("lights", "SpotLight", spot([0, 3, 0], [0, -1, 0])),
     ("lights", "DirectionalLight", SUN_ABOVE),
     ("lights", "ParallelogramLight", ABOVE),
     ("textures", "ImageTexture", IMAGE),

@@ -71,6 +71,7 @@ NEUTRAL: dict[str, Change] = {
         {"type": "rectangle", "corner": [0, 3, 0], "edges": [[1, 0, 0], [0, 0, 1]], **HIDDEN}
     ),
     "PointLight/color": light({"type": "point", "position": [0, 3, 0], **DARK}),
+    "SpotLight/color": light({"type": "spot", "position": [0, 3, 0], "direction": [0, -1, 0], **DARK}),
     "DirectionalLight/color": light({"type": "directional", "direction": [0, -1, 0], **DARK}),
     "CheckerTexture/even": board([0, 0, 0], "even"),
     "CheckerTexture/odd": board([0.3, 0.5, 0.7], "odd"),
@@ -79,6 +80,7 @@ NEUTRAL: dict[str, Change] = {
 OTHERS = {
     "PhongMaterial/color": "black reflects nothing, and still has highlights",
     "PhongMaterial/shininess": "an exponent: 0 is the widest highlight",
+    "SpotLight/inner_angle": "an angle: 0 is the widest edge of a cone",
 }
 """Numbers that may be 0 and are no strengths."""
 

@@ -193,25 +193,34 @@ def test_lights(converted: Convert, made: Made) -> None:
     lights = [
         {"type": "point", "intensity": np.pi, "color": [1, 0.5, 0]},
         {"type": "directional", "intensity": np.pi / 4},
-        {"type": "spot", "spot": {"outerConeAngle": 0.5}},
+        {"type": "spot", "intensity": np.pi, "spot": {"innerConeAngle": 0.25, "outerConeAngle": 0.5}},
+        {"type": "spot"},
+        {"type": "spot", "spot": {"innerConeAngle": np.pi / 2, "outerConeAngle": np.pi / 2}},
     ]
     made.document["extensions"] = {"KHR_lights_punctual": {"lights": lights}}
     half = np.sqrt(0.5)
-    for number in range(3):
+    for number in range(5):
         made.node(
             extensions={"KHR_lights_punctual": {"light": number}},
             translation=[0, 0, 8],
             rotation=[-half, 0, 0, half],
         )
     conversion = converted("m.glb", made.glb())
-    point, sun, spot = conversion.document["lights"]
+    point, sun, *spots = conversion.document["lights"]
     assert (point["position"], point["falloff"]) == ([0, 0, 8], "physical")
     assert point["color"] == pytest.approx([1, 0.5, 0], rel=4 * EPS)
     # A light shines along -z of its node; minus a quarter turn about x takes -z to -y.
     assert sun["direction"] == pytest.approx([0, -1, 0], abs=4 * EPS)
     assert sun["color"] == pytest.approx([0.25] * 3, rel=4 * EPS)
-    assert spot["type"] == "point"
-    assert "A spot" in noted(conversion, "assumed")["/extensions/KHR_lights_punctual/lights/2"]
+    for spot in spots:
+        assert (spot["type"], spot["position"], spot["falloff"]) == ("spot", [0, 0, 8], "physical")
+        assert spot["direction"] == pytest.approx([0, -1, 0], abs=4 * EPS)
+    assert spots[0]["color"] == pytest.approx([1] * 3, rel=4 * EPS)
+    angles = [[spot["inner_angle"], spot["outer_angle"]] for spot in spots]
+    assert angles[0] == pytest.approx([np.degrees(0.25), np.degrees(0.5)], rel=4 * EPS)
+    assert angles[1:] == [[0, 45], [pytest.approx(89.1), 90]]
+    narrowed = [place for place in noted(conversion, "assumed") if place.endswith("/spot")]
+    assert narrowed == ["/extensions/KHR_lights_punctual/lights/4/spot"]
     assert "ambient" not in conversion.document
 
 

@@ -89,7 +89,7 @@ function hull(places) {
  */
 export function middleOf(light, from, far) {
   if (light.type === "directional") return add(from, unit(light.direction), -far);
-  if (light.type === "point") return light.position;
+  if (light.type === "point" || light.type === "spot") return light.position;
   const points = corners(light);
   return [0, 1, 2].map((i) => points.reduce((sum, point) => sum + point[i] / points.length, 0));
 }

@@ -1,0 +1,64 @@
+"""Spot lights: points that shine into a cone, with the smooth edge of glTF's KHR_lights_punctual.
+
+At an angle t from the axis the light counts ((cos t - cos outer) / (cos inner - cos outer))^2, from 0 to 1.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+import schemas.lights as language
+from renderer.lights.emitters import Emitter, build_point
+from renderer.lights.view import LightView, Weights
+from renderer.math.arrays import Floats, column, cross, dot, unit
+from renderer.shapes.frames import frame_of_normals
+from schemas.quality import LightSampling
+
+
+def build(number: int, light: language.SpotLight, sampling: LightSampling, seed: int) -> Emitter:
+    """A point light that lights nothing outside its cone."""
+    axis = unit(column(light.direction))
+    across = frame_of_normals(axis)
+    return replace(
+        build_point(number, light, sampling, seed),
+        across=across,
+        along=cross(axis, across),
+        normal=axis,
+        least_cosine=math.cos(math.radians(light.outer_angle)),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cone:
+    """Stage of a light: the edge of its cone.
+
+    Attributes
+    ----------
+    axis : (3, 1) float64
+        Unit, as the light travels.
+    outer, width : float
+        1 - cos of the angle where the light ends, and by how much it is less where nothing is lost.
+    """
+
+    axis: Floats
+    outer: float
+    width: float
+
+    def run(self, view: LightView) -> None:
+        """Weigh the view's points.
+
+        1 - cos t is half the squared distance of two unit vectors: no digit of a narrow cone is lost.
+        """
+        apart = unit(view.towards) + self.axis
+        share = np.clip((self.outer - dot(apart, apart) / 2) / self.width, 0, 1)
+        view.weigh(Weights(np.ones((1, view.count), view.dtype), share * share))
+
+
+def cone(emitter: Emitter, light: language.SpotLight) -> Cone:
+    """The cone of a spot light."""
+    half = math.radians(light.outer_angle) / 2
+    across = math.radians(light.outer_angle - light.inner_angle) / 2
+    # Differences of cosines as products of sines, in which nothing cancels.
+    width = 2 * math.sin(2 * half - across) * math.sin(across)
+    return Cone(emitter.normal, 2 * math.sin(half) ** 2, width)
