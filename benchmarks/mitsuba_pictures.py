@@ -113,7 +113,7 @@ def make_reference(name: str, samples: int, pictures: int) -> float:
         np.mean([shot(peer, scene.camera, samples, seed) for seed in range(first, pictures, 2)], axis=0)
         for first in (0, 1)
     ]
-    content = scene.model_dump_json(exclude={"name", "sampling"}, exclude_unset=True)
+    content = scene.model_dump(mode="json", exclude={"name", "sampling"}, exclude_unset=True)
     error = rmse_255(*halves) / 2
     provenance = {
         "renderer": f"Mitsuba {mi.__version__} {mi.variant()}",
@@ -121,7 +121,7 @@ def make_reference(name: str, samples: int, pictures: int) -> float:
         "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
         "samples_per_pixel": samples * pictures,
         "own_error_255": round(error, 4),
-        "scene_sha256": hashlib.sha256(content.encode()).hexdigest(),
+        "scene_sha256": hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest(),
     }
     (FOLDER / f"{name}.json").write_text(json.dumps(provenance, indent=2) + "\n")
     # A 16-bit greyscale PNG, red above green above blue, is a fifth of an array file.

@@ -247,6 +247,18 @@ class Points:
         every = self.previous_origins
         return every if every.shape[1] == 1 else taken(every, index)
 
+    def origin_surfaces(self, index: Integers) -> OriginSurfaces:
+        """The surfaces that rays leave which begin at some points, on the side that is seen."""
+        return OriginSurfaces(
+            shapes=self.shapes[index],
+            primitives=self.primitives[index],
+            outside=~self.flipped[index],
+            sizes=self.sizes[index],
+            previous_origins=self.previous_origins_at(index),
+            paths=self.paths[index],
+            path_lengths=self.path_lengths[index],
+        )
+
     def went_nowhere(self, index: Integers) -> Masks:
         """Whether the rays to some points that left surfaces ended where they began, (m,)."""
         return (self.previous_origins[:, index] != self.origins[:, index]).any(axis=0)

@@ -1,4 +1,4 @@
-"""Materials: the Phong model with a colour or a colour texture, and optionally a normal map."""
+"""Materials: colours, maps and further rays of surfaces, and the Phong model of what they reflect."""
 
 from __future__ import annotations
 
@@ -21,37 +21,15 @@ Depth = Annotated[int, Field(strict=True, ge=1, le=64), WHOLE]
 Height = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 
 
-class PhongMaterial(Closed):
-    """The Phong model. It has exactly one of `color` and `color_texture`.
+class Surface(Closed):
+    """What materials of every kind have; how they reflect the light of lights is their own."""
 
-    Radiance towards the viewer: ambient_light * ambient * color, plus for every light the mean over its
-    points of visibility * light.color * (diffuse * color * max(0, n.l) +
-    specular * max(0, r.v) ** shininess), plus mirror * L(reflected), plus
-    transmission * (F * L(reflected) + (1 - F) * L(refracted)): Whitted's model. L is the radiance that comes
-    along a further ray, F the share of unpolarised light that a dielectric reflects, by Fresnel's formulas;
-    1 where all of it is. Rays are reflected and refracted about the shading normal, yet never to the wrong
-    side of the surface.
-
-    A path ends after `max_depth` bounces, or when it can add at most 2**-24, half the spacing of float32 at
-    1, to its sample: its weight, the product of these factors, times the largest radiance that background,
-    lights and materials of the scene allow, or times 1 if that is less. Physical falloff has no largest
-    radiance, so there `max_depth` alone ends paths. From the sixth bounce on, one ray goes on in place of
-    those that leave a point with weights below 2**-12, chosen by weight: the mean stays right. Every shape
-    casts a full shadow, even glass.
-    """
-
-    type: Literal["phong"]
+    type: str
     color: Color | None = Field(default=None, description="Linear RGB, each 0 or more.")
     color_texture: Name | None = Field(
         default=None, description="The name of one of the scene's textures, instead of `color`."
     )
     ambient: Intensity = Field(default=0.1, description="Share of the scene's ambient light, dimensionless.")
-    diffuse: Intensity = Field(default=1.0, description="Strength of the diffuse term, dimensionless.")
-    specular: Intensity = Field(default=0.0, description="Strength of the highlight, dimensionless.")
-    shininess: Shininess = Field(
-        default=20.0,
-        description="Exponent of the highlight, dimensionless; larger is smaller and sharper.",
-    )
     normal_map: Name | None = Field(
         default=None,
         description="The name of an image texture whose colours c encode normals 2 c - 1 in "
@@ -111,17 +89,45 @@ class PhongMaterial(Closed):
         return self
 
 
+class PhongMaterial(Surface):
+    """The Phong model. It has exactly one of `color` and `color_texture`.
+
+    Radiance towards the viewer: ambient_light * ambient * color, plus for every light the mean over its
+    points of visibility * light.color * (diffuse * color * max(0, n.l) +
+    specular * max(0, r.v) ** shininess), plus mirror * L(reflected), plus
+    transmission * (F * L(reflected) + (1 - F) * L(refracted)): Whitted's model. L is the radiance that comes
+    along a further ray, F the share of unpolarised light that a dielectric reflects, by Fresnel's formulas;
+    1 where all of it is. Rays are reflected and refracted about the shading normal, yet never to the wrong
+    side of the surface.
+
+    A path ends after `max_depth` bounces, or when it can add at most 2**-24, half the spacing of float32 at
+    1, to its sample: its weight, the product of these factors, times the largest radiance that background,
+    lights and materials of the scene allow, or times 1 if that is less. Physical falloff has no largest
+    radiance, so there `max_depth` alone ends paths. From the sixth bounce on, one ray goes on in place of
+    those that leave a point with weights below 2**-12, chosen by weight: the mean stays right. Every shape
+    casts a full shadow, even glass.
+    """
+
+    type: Literal["phong"]
+    diffuse: Intensity = Field(default=1.0, description="Strength of the diffuse term, dimensionless.")
+    specular: Intensity = Field(default=0.0, description="Strength of the highlight, dimensionless.")
+    shininess: Shininess = Field(
+        default=20.0,
+        description="Exponent of the highlight, dimensionless; larger is smaller and sharper.",
+    )
+
+
 HEIGHTS = {"bump_map": "bump_height", "displacement_map": "displacement_height"}
 """Maps of heights, and the field that says how high white is."""
 
 
-def flat_maps(material: PhongMaterial) -> list[str]:
+def flat_maps(material: Surface) -> list[str]:
     """Fields with maps of heights where white is no higher than black: they change nothing."""
     written = [part for part in HEIGHTS if getattr(material, part) is not None]
     return [part for part in written if not getattr(material, HEIGHTS[part])]
 
 
-def shown_textures(material: PhongMaterial) -> list[str]:
+def shown_textures(material: Surface) -> list[str]:
     """Fields with textures that change what the material looks like."""
     flat, parts = flat_maps(material), ("color_texture", "normal_map", *HEIGHTS)
     return [part for part in parts if getattr(material, part) is not None and part not in flat]

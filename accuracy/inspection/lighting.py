@@ -9,16 +9,11 @@ from renderer.integrator import find_hits, workspace
 from renderer.interaction import Points, Rays
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
-from renderer.materials.phong import Diffuse, Highlight
 from renderer.math.arrays import Floats, Integers, Masks, dot, lengths, unit
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Illumination, Lighting
-from renderer.self_intersection import OriginSurfaces
 from schemas.api.inspections import Blocker, InspectedLight, Triple
 from schemas.pointers import pointer
-
-TERMS: dict[type, str] = {Diffuse: "diffuse", Highlight: "specular"}
-"""Stages of a light that add to radiance, by the name of what they add."""
 
 
 def lights_at(plan: RenderPlan, lights: tuple[Lighting, ...], point: Points) -> tuple[InspectedLight, ...]:
@@ -90,7 +85,7 @@ def _first_hit(plan: RenderPlan, emitter: Emitter, point: Points, directions: Fl
         directions=directions,
         pixels=np.repeat(point.pixels, directions.shape[1]),
         samples=np.repeat(point.samples, directions.shape[1]),
-        origin_surfaces=_origin_surfaces(point, directions.shape[1]),
+        origin_surfaces=point.origin_surfaces(np.zeros(directions.shape[1], dtype=np.int64)),
     )
     find_hits(plan, rays, lights=False)
     between = rays.t <= 1.0 if emitter.weight else np.isfinite(rays.t)
@@ -98,29 +93,16 @@ def _first_hit(plan: RenderPlan, emitter: Emitter, point: Points, directions: Fl
     return shapes
 
 
-def _origin_surfaces(point: Points, count: int) -> OriginSurfaces:
-    """Rays that leave a point to the side it is seen from."""
-    return OriginSurfaces(
-        shapes=np.repeat(point.shapes, count),
-        primitives=np.repeat(point.primitives, count),
-        outside=np.repeat(~point.flipped, count),
-        sizes=np.repeat(point.sizes, count),
-        previous_origins=point.previous_origins,
-        paths=np.repeat(point.paths, count),
-        path_lengths=np.repeat(point.path_lengths, count),
-    )
-
-
 def _terms(lighting: Lighting, point: Points) -> dict[str, Floats]:
     """What the terms of a light add to the radiance of a point, one by one; sets that radiance to 0."""
     view = lighting.view(point, workspace())
     view.drop_dark()
     added: dict[str, Floats] = {}
-    for stage in (*lighting.weights, *lighting.terms) if view.count else ():
+    for weight in lighting.weights if view.count else ():
+        weight.run(view)
+    for term in lighting.terms if view.count else ():
         point.radiance[...] = 0.0
-        stage.run(view)
-        name = TERMS.get(type(stage))
-        if name is not None:
-            added[name] = added.get(name, np.zeros(3)) + point.radiance[:, 0]
+        term.run(view)
+        added[term.adds] = added.get(term.adds, np.zeros(3)) + point.radiance[:, 0]
     point.radiance[...] = 0.0
     return added

@@ -114,7 +114,6 @@ def partition_of(view: LightView) -> tuple[Integers, Integers]:
     return np.flatnonzero(~occluded), np.flatnonzero(occluded & ~dark)
 
 
-def finest(error: float, brightest: float, specular: Floats, shininess: Floats) -> Floats:
+def finest(error: float, brightest: float, curvatures: Floats) -> Floats:
     """`PilotLighting.finest` of materials (K,) for a target error, a quarter of which the grid may have."""
-    curvature = brightest * (2.0 + 2.0 * specular * shininess)
-    return np.sqrt(curvature / (24 * error / 4))
+    return np.sqrt(brightest * curvatures / (24 * error / 4))

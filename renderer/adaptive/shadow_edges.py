@@ -62,7 +62,7 @@ class _Lines:
 
 
 def outline_edges(hulls: Hulls) -> tuple[Floats, Floats]:
-    """Ends (3, n) of the edges that hulls cast shadows by; of round shapes their longest axis."""
+    """Ends (3, n) of the edges that hulls cast shadows by; of curved shapes their longest axis."""
     corners = hulls.corners
     if hulls.edges:
         return tuple(np.hstack([corners[pair[end]] for pair in hulls.edges]) for end in (0, 1))  # type: ignore[return-value]
@@ -137,7 +137,7 @@ def _edges_of(hulls: list[Hulls], narrow: float) -> tuple[Floats, Floats]:
 
 
 def _chosen(hulls: Hulls, chosen: Masks) -> Hulls:
-    return Hulls(hulls.numbers[chosen], hulls.corners[..., chosen], hulls.edges)
+    return replace(hulls, numbers=hulls.numbers[chosen], corners=hulls.corners[..., chosen])
 
 
 def _least_width(hulls: Hulls) -> Floats:

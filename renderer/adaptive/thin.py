@@ -37,29 +37,38 @@ def thin_places(camera: Pinhole, hulls: Hulls) -> Integers:
     measured = spans(x, y)
     stride = stride_for(camera.width, camera.height)
     width, length = measured.min(axis=0), measured.max(axis=0)
-    tapered = 0.0 if hulls.edges else TAPERED
+    tapered = TAPERED if hulls.round else 0.0
     narrow = np.flatnonzero(ahead & (width < np.maximum(stride, np.sqrt(stride * length) * tapered)))
     return _pixels(camera, [along(x[:, shape], y[:, shape]) for shape in narrow.tolist()])
 
 
 def narrow_places(camera: Pinhole, hulls: Hulls) -> Integers:
-    """Pixels along parts of round shapes less than `NARROW` pixels wide, (2, N), as `thin_places`.
+    """Pixels along parts of curved shapes less than `NARROW` pixels wide, (2, N), as `thin_places`.
 
-    An ellipse of a width has 2 sqrt(s (1 - s)) of it at a share s of its length. Tips shorter than a pixel
-    are left out.
+    Tips of ellipses shorter than a pixel are left out.
     """
     if hulls.edges:
         return np.zeros((2, 0), dtype=np.int64)
     x, y, _, ahead = on_picture(camera, hulls.corners)
     measured = spans(x, y)
     widths, lengths = measured.min(axis=0), measured.max(axis=0)
-    tips = lengths * (1 - np.sqrt(1 - np.minimum(NARROW / np.maximum(widths, NARROW), 1.0) ** 2))
+    tips = (
+        lengths * (1 - np.sqrt(1 - np.minimum(NARROW / np.maximum(widths, NARROW), 1.0) ** 2)) * hulls.round
+    )
     found = []
     for shape in np.flatnonzero(ahead & ((tips > 1) | (widths < NARROW))).tolist():
         places = along(x[:, shape], y[:, shape])
-        share = np.linspace(0, 1, places.shape[1])
-        found.append(places[:, 2 * np.sqrt(share * (1 - share)) * widths[shape] < NARROW])
+        found.append(places[:, profile(hulls, places.shape[1]) * widths[shape] < NARROW])
     return _pixels(camera, found)
+
+
+def profile(hulls: Hulls, count: int) -> Floats:
+    """Width of curved shapes at places (count,) from end to end, in shares of the greatest.
+
+    An ellipse has 2 sqrt(s (1 - s)) of it at a share s of its length; of other shapes nothing is known.
+    """
+    share = np.linspace(0, 1, count)
+    return 2 * np.sqrt(share * (1 - share)) if hulls.round else np.ones(count)
 
 
 def _pixels(camera: Pinhole, found: list[Floats]) -> Integers:

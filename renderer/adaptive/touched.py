@@ -6,7 +6,7 @@ import numpy as np
 
 from renderer.adaptive.neighbours import spread
 from renderer.adaptive.outlines import outline_of, thin_places
-from renderer.adaptive.thin import along, on_picture, spans
+from renderer.adaptive.thin import along, on_picture, profile, spans
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.shapes import Family
@@ -25,7 +25,7 @@ def touched_places(camera: Pinhole, families: Iterable[Family], within: int) -> 
             places = thin_places(camera, outline_of(family, camera.position), within)
             _mark(found, places.pixels, blur(camera, places.depths), within)
         else:
-            _mark_round(found, camera, hulls, within)
+            _mark_curved(found, camera, hulls, within)
     rows, columns = np.nonzero(found)
     return np.stack((columns, rows))
 
@@ -46,11 +46,8 @@ def _mark(found: Masks, pixels: Integers, reach: Floats, most: float) -> None:
         found |= spread(marks, size)
 
 
-def _mark_round(found: Masks, camera: Pinhole, hulls: Hulls, within: int) -> None:
-    """The same for round shapes; the tips of drawn-out ones are narrow, too.
-
-    An ellipse of a width has 2 sqrt(s (1 - s)) of it at a share s of its length.
-    """
+def _mark_curved(found: Masks, camera: Pinhole, hulls: Hulls, within: int) -> None:
+    """The same for curved shapes; the tips of drawn-out ellipses are narrow, too."""
     x, y, depth, ahead = on_picture(camera, hulls.corners)
     measured = spans(x, y)
     widths, lengths = measured.min(axis=0), measured.max(axis=0)
@@ -62,6 +59,5 @@ def _mark_round(found: Masks, camera: Pinhole, hulls: Hulls, within: int) -> Non
     _mark(found, np.floor(middles).astype(np.int64), reach, within)
     for shape in np.flatnonzero(ahead & long).tolist():
         places = along(x[:, shape], y[:, shape], 1 / depth[:, shape])
-        share = np.linspace(0, 1, places.shape[1])
-        half = np.sqrt(share * (1 - share)) * widths[shape]
+        half = profile(hulls, places.shape[1]) / 2 * widths[shape]
         _mark(found, np.floor(places[:2]).astype(np.int64), half + blur(camera, 1 / places[2]), within)

@@ -1,17 +1,51 @@
-"""Textures applied to materials: colour from a texture, normals from a normal map."""
+"""What surfaces of every material have: colours, ambient light, and normals from maps."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from renderer.interaction import Points
-from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, unit
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, taken, unit
 from renderer.shapes.frames import SHORT, frame_of_normals
 from renderer.textures import Texture
 from renderer.textures.heights import LOOKUPS_A_SLOPE, Heights
 
 FLAT = 1e-3
 """Squared length of a decoded normal below which it has no direction; mid grey, 128, decodes to 4.6e-5."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Colors:
+    """Stage: each point takes its material's colour.
+
+    Attributes
+    ----------
+    colors : (3, materials) float64
+    """
+
+    colors: Floats
+
+    def run(self, points: Points) -> None:
+        """Fill in the colours."""
+        points.colors[...] = taken(self.colors, points.materials)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ambient:
+    """Stage: the light that comes from everywhere.
+
+    Attributes
+    ----------
+    strengths : (materials,) float64
+    light : (3, 1) float64
+    """
+
+    strengths: Floats
+    light: Floats
+
+    def run(self, points: Points) -> None:
+        """Add ambient_light * ambient * color."""
+        points.radiance += self.light * self.strengths[points.materials] * points.colors
 
 
 @dataclass(frozen=True, slots=True, eq=False)

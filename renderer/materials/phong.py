@@ -1,20 +1,20 @@
-"""Phong's model: ambient, diffuse and highlight terms, each a stage that only runs where it is requested.
+"""Phong's model: diffuse and highlight terms, each a stage that only runs where it is requested.
 
-Radiance towards the viewer: ambient_light * ambient * color + sum over lights of the mean over light
-points of V * light * (diffuse * color * max(0, n . l) + specular * max(0, r . v)^shininess) with
-r = 2 (n . l) n - l, where a light point with n . l <= 0 gives nothing. r . v = l . w with
-w = 2 (n . v) n - v: one vector a point, not a pair.
+What a light adds is the mean over its points of V * light * (diffuse * color * max(0, n . l) +
+specular * max(0, r . v)^shininess) with r = 2 (n . l) n - l, where a light point with n . l <= 0 gives
+nothing. r . v = l . w with w = 2 (n . v) n - v: one vector a point, not a pair.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 import numpy as np
 
-import schemas.materials as language
-from renderer.interaction import Points
 from renderer.lights.view import LightView
-from renderer.math.arrays import Floats, Masks, Pairs, add, columns, dot, taken
+from renderer.materials.reflection import Term
+from renderer.math.arrays import Floats, Masks, Pairs, add, dot
+from schemas.materials import PhongMaterial, Surface
 
 SHARP = 128.0
 """Above this exponent a rounding of float32 in the cosine shows; highlights are then formed in float64."""
@@ -26,66 +26,65 @@ FAINTEST = 2.0**-100
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Phong:
-    """Parameters of the scene's materials as arrays over K materials.
+    """Parameters of K materials as arrays; 0 for those of other kinds.
 
     Attributes
     ----------
-    colors : (3, K) float64
-        White where a texture gives the colour.
-    ambient, diffuse, specular, shininess : (K,) float64
+    diffuse, specular, shininess : (K,) float64
     """
 
-    colors: Floats
-    ambient: Floats
     diffuse: Floats
     specular: Floats
     shininess: Floats
 
 
-def build(materials: Sequence[language.PhongMaterial]) -> Phong:
+def build(materials: Sequence[Surface]) -> Phong:
     """Tables of the materials in the order given."""
 
     def numbers(name: str) -> Floats:
-        return np.array([getattr(material, name) for material in materials], dtype=np.float64)
+        found = [getattr(each, name) if isinstance(each, PhongMaterial) else 0.0 for each in materials]
+        return np.array(found, dtype=np.float64)
 
-    return Phong(
-        colors=columns(
-            [material.color if material.color is not None else (1.0, 1.0, 1.0) for material in materials]
-        ),
-        ambient=numbers("ambient"),
-        diffuse=numbers("diffuse"),
-        specular=numbers("specular"),
-        shininess=numbers("shininess"),
-    )
+    return Phong(numbers("diffuse"), numbers("specular"), numbers("shininess"))
 
 
-@dataclass(frozen=True, slots=True)
-class Colors:
-    """Stage: each point takes its material's colour."""
+def terms(materials: Sequence[Surface], dtype: np.dtype[np.floating]) -> list[Term]:
+    """What a light adds to K materials, with pair work in `dtype`."""
+    table = build(materials)
+    found = []
+    if table.diffuse.any():
+        found.append(Term(Diffuse(table), "diffuse term", "cosines at light points", table.diffuse > 0, 1.0))
+    double = np.dtype(np.float64)
+    for above, upto, precision in ((-1.0, SHARP, dtype), (SHARP, np.inf, double)):
+        shiny = (table.specular > 0) & (table.shininess > above) & (table.shininess <= upto)
+        if shiny.any():
+            stage = Highlight(table, above, upto, precision)
+            found.append(
+                Term(stage, "highlights", f"cosines to powers, {precision}", shiny, float(shiny.mean()))
+            )
+    return found
 
-    phong: Phong
 
-    def run(self, points: Points) -> None:
-        """Fill in the colours."""
-        points.colors[...] = taken(self.phong.colors, points.materials)
+def reflects(material: PhongMaterial) -> bool:
+    """Whether a material reflects the light of any light."""
+    return bool(material.diffuse or material.specular)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ambient:
-    """Stage: the light that comes from everywhere."""
+def brightest(material: PhongMaterial, light: float, color: float) -> float:
+    """Greatest radiance in a channel, all cosines taken as 1."""
+    return light * (material.diffuse * color + material.specular)
 
-    phong: Phong
-    light: Floats
 
-    def run(self, points: Points) -> None:
-        """Add ambient_light * ambient * color."""
-        points.radiance += self.light * self.phong.ambient[points.materials] * points.colors
+def curvature(material: PhongMaterial) -> float:
+    """Second derivative of the reflected light by the angle to the light, per radian^2, as a rough bound."""
+    return 2.0 + 2.0 * material.specular * material.shininess
 
 
 @dataclass(frozen=True, slots=True)
 class Diffuse:
     """Stage of a light: Lambert's cosine."""
 
+    adds: ClassVar[Literal["diffuse"]] = "diffuse"
     phong: Phong
 
     def run(self, view: LightView) -> None:
@@ -100,6 +99,7 @@ class Diffuse:
 class Highlight:
     """Stage of a light: the highlight of the materials whose exponent lies in (`above`, `upto`]."""
 
+    adds: ClassVar[Literal["specular"]] = "specular"
     phong: Phong
     above: float
     upto: float

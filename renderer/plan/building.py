@@ -28,10 +28,9 @@ def build_plan(request: Request) -> RenderPlan:
     intersectors = [shapes.intersector(request, family, camera) for family in request.families]
     intersectors += shapes.overlaps(request)
     visible = lights.visible_lights(request)
-    table = surfaces.phong_table(request)
-    points, bent = surfaces.surfaces(request, table)
+    points, bent = surfaces.surfaces(request)
     bounces = scattering.stages(request)
-    lightings = tuple(lights.lighting(request, emitter, table) for emitter in emitters)
+    lightings = tuple(lights.lighting(request, emitter) for emitter in emitters)
     layers = _layers(request)
     surfaces.leave_out_unused(request)
     antialiasing = request.sampling.antialiasing

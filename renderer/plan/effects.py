@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel
 
 import schemas.lights
+import schemas.materials
 import schemas.shapes
 import schemas.textures
 from renderer.accelerators.trees import in_tree, tree_of
@@ -20,6 +21,8 @@ from renderer.assets import AssetSource
 from renderer.lights import emitters, spots
 from renderer.lights.emitters import Emitter
 from renderer.lights.falloff import area_falloff, point_falloff
+from renderer.materials import phong
+from renderer.materials.reflection import Term
 from renderer.plan.stages import LightStage
 from renderer.shapes import Family, ellipsoids, meshes, rectangles, triangles
 from renderer.shapes.ellipsoids import Ellipsoids
@@ -31,6 +34,7 @@ from renderer.textures.image import ImageTexture
 from renderer.visibility.ellipsoids import EllipsoidShadows
 from renderer.visibility.polygon_grids import GridPolygonShadows
 from renderer.visibility.polygon_scatter import ScatterPolygonShadows
+from renderer.visibility.segments import SegmentShadows
 from renderer.visibility.trees import TreeShadows
 from schemas.base import members
 
@@ -42,11 +46,28 @@ Occluder = Callable[[Any, Emitter, PairType, bool], list[LightStage]]
 """Takes a family, a light, the type of pair work and whether to cull."""
 
 
-E = TypeVar("E")
+class Effect:
+    """Base of all that the tables hold."""
+
+    __slots__ = ()
+
+    def disagreement(self, kind: type[BaseModel]) -> str | None:
+        """What is wrong with the effect for a class of the scene language."""
+        del kind
+        return None
+
+
+E = TypeVar("E", bound=Effect)
+
+
+def cast_by_segments(family: Family, emitter: Emitter, dtype: PairType, culling: bool) -> list[LightStage]:
+    """Shadows of whatever rays can hit."""
+    del dtype, culling
+    return [SegmentShadows(family, emitter)]
 
 
 @dataclass(frozen=True, slots=True)
-class ShapeEffect:
+class ShapeEffect(Effect):
     """A kind of shape.
 
     Attributes
@@ -55,16 +76,17 @@ class ShapeEffect:
         Makes the family of some shapes, given with their numbers and the scene's files.
     family : type of Family
         What it makes; says by its methods what a shape is.
-    cast : Occluder
-        Makes the stages that mark the light points which such a family blocks.
     meshed : bool
         Whether one such shape may be so many primitives that shadow rays cost more than camera rays.
+    cast : Occluder
+        Makes the stages that mark the light points which such a family blocks; by default those that suit
+        any family.
     """
 
     build: Callable[[Sequence[int], Sequence[Any], AssetSource], Family]
     family: type[Family]
-    cast: Occluder
     meshed: bool
+    cast: Occluder = cast_by_segments
 
     def disagreement(self, kind: type[BaseModel]) -> str | None:
         """The methods that the family lacks."""
@@ -98,7 +120,7 @@ class WeightEffect:
 
 
 @dataclass(frozen=True, slots=True)
-class LightEffect:
+class LightEffect(Effect):
     """A kind of light.
 
     Attributes
@@ -126,7 +148,35 @@ class LightEffect:
 
 
 @dataclass(frozen=True, slots=True)
-class TextureEffect:
+class MaterialEffect(Effect):
+    """A kind of material: how it reflects the light of lights. All else is that of every surface.
+
+    Attributes
+    ----------
+    reflects : callable
+        Whether a material reflects the light of any light.
+    terms : callable
+        Makes the terms of a light, given all materials that are shown and the type of pair work.
+    brightest : callable
+        Greatest radiance of a material in a channel, given the light's and the surface's colour.
+    curvature : callable
+        Bound of the second derivative of the reflected light by the angle to the light, per radian^2.
+    """
+
+    reflects: Callable[[Any], bool]
+    terms: Callable[[Sequence[schemas.materials.Surface], PairType], list[Term]]
+    brightest: Callable[[Any, float, float], float]
+    curvature: Callable[[Any], float]
+
+    def disagreement(self, kind: type[BaseModel]) -> str | None:
+        """What the scene language lacks."""
+        if issubclass(kind, schemas.materials.Surface):
+            return None
+        return "in the scene language it is no Surface, so it has no colour, maps and further rays"
+
+
+@dataclass(frozen=True, slots=True)
+class TextureEffect(Effect):
     """A kind of texture.
 
     Attributes
@@ -171,7 +221,7 @@ def registered(union: Any, effects: Mapping[type[BaseModel], E]) -> dict[type[Ba
     if missing:
         raise TypeError(f"No effect is registered for {_listed(missing)}: add a line in {__name__}.")
     for kind, effect in effects.items():
-        if isinstance(effect, ShapeEffect | LightEffect) and (wrong := effect.disagreement(kind)):
+        if wrong := effect.disagreement(kind):
             raise TypeError(f"{kind.__name__} cannot be registered: {wrong}.")
     return dict(effects)
 
@@ -222,10 +272,10 @@ def cast_by_ellipsoids(
     return [EllipsoidShadows(family, emitter, dtype, culling)]
 
 
-_TRIANGLE = ShapeEffect(triangles.build, Triangles, cast_by_triangles, meshed=False)
-_RECTANGLE = ShapeEffect(rectangles.build, Rectangles, cast_by_polygons, meshed=False)
-_ELLIPSOID = ShapeEffect(ellipsoids.build, Ellipsoids, cast_by_ellipsoids, meshed=False)
-_MESH = ShapeEffect(meshes.build, Triangles, cast_by_triangles, meshed=True)
+_TRIANGLE = ShapeEffect(triangles.build, Triangles, meshed=False, cast=cast_by_triangles)
+_RECTANGLE = ShapeEffect(rectangles.build, Rectangles, meshed=False, cast=cast_by_polygons)
+_ELLIPSOID = ShapeEffect(ellipsoids.build, Ellipsoids, meshed=False, cast=cast_by_ellipsoids)
+_MESH = ShapeEffect(meshes.build, Triangles, meshed=True, cast=cast_by_triangles)
 
 SHAPES = registered(
     schemas.shapes.Shape,
@@ -264,6 +314,15 @@ LIGHTS = registered(
     },
 )
 
+MATERIALS = registered(
+    schemas.materials.Material,
+    {
+        schemas.materials.PhongMaterial: MaterialEffect(
+            phong.reflects, phong.terms, phong.brightest, phong.curvature
+        ),
+    },
+)
+
 TEXTURES = registered(
     schemas.textures.Texture,
     {
@@ -276,5 +335,7 @@ TEXTURES = registered(
     },
 )
 
-OCCLUDERS: dict[type[Family], Occluder] = {effect.family: effect.cast for effect in SHAPES.values()}
-"""How each family casts shadows, whichever kind of shape it is made from."""
+
+def occluder_of(family: Family) -> Occluder:
+    """How a family casts shadows, whichever kind of shape it is made from."""
+    return next(effect.cast for effect in SHAPES.values() if effect.family is type(family))

@@ -8,11 +8,11 @@ from renderer.accelerators.trees import in_tree
 from renderer.halves import in_sequence
 from renderer.lights import surfaces as light_surfaces
 from renderer.lights.emitters import Emitter
-from renderer.materials.phong import SHARP, Diffuse, Highlight, Phong
+from renderer.materials.reflection import LightTerm
 from renderer.math.arrays import column, dot
 from renderer.plan import cost
 from renderer.plan.cost import COSTS
-from renderer.plan.effects import LIGHTS, OCCLUDERS
+from renderer.plan.effects import LIGHTS, MATERIALS, occluder_of
 from renderer.plan.request import Request
 from renderer.plan.scattering import transparent
 from renderer.plan.stages import Lighting, LightStage
@@ -30,9 +30,7 @@ def emitter_of(request: Request, number: int) -> Emitter:
 def emitters(request: Request) -> list[Emitter]:
     """Lights that can add something."""
     shining = []
-    answering = [
-        m for m in map(request.document.materials.get, request.names) if m and (m.diffuse or m.specular)
-    ]
+    answering = any(MATERIALS[type(material)].reflects(material) for material in request.materials)
     for number, light in enumerate(request.document.lights):
         pointer, effect = f"/lights/{number}", f"lights.{light.type}"
         if not any(light.color):
@@ -73,7 +71,7 @@ def visible_lights(request: Request) -> list[light_surfaces.LightSurfaces]:
     return [light_surfaces.build(seen)]
 
 
-def lighting(request: Request, emitter: Emitter, table: Phong) -> Lighting:
+def lighting(request: Request, emitter: Emitter) -> Lighting:
     """All stages of one light."""
     pointer = f"/lights/{emitter.number}"
     effect = f"lights.{request.document.lights[emitter.number].type}"
@@ -81,7 +79,7 @@ def lighting(request: Request, emitter: Emitter, table: Phong) -> Lighting:
     request.list_stage(f"points of light {emitter.number}", effect, detail, (pointer,), COSTS.faced)
     shadows = _shadows(request, emitter)
     weights = _weights(request, emitter, pointer)
-    terms = _terms(request, emitter, table, pointer)
+    terms = _terms(request, emitter, pointer)
     return Lighting(emitter, tuple(shadows), tuple(weights), tuple(terms), request.dtype)
 
 
@@ -133,7 +131,7 @@ def shadow_stages(request: Request, emitter: Emitter) -> list[LightStage]:
     return [
         stage
         for family in request.families
-        for stage in OCCLUDERS[type(family)](family, emitter, request.dtype, request.culling)
+        for stage in occluder_of(family)(family, emitter, request.dtype, request.culling)
     ]
 
 
@@ -148,20 +146,14 @@ def _weights(request: Request, emitter: Emitter, pointer: str) -> list[LightStag
     return [weight.build(emitter, light) for weight in weights]
 
 
-def _terms(request: Request, emitter: Emitter, table: Phong, pointer: str) -> list[LightStage]:
-    terms: list[LightStage] = []
-    matt = request.material_pointers(np.flatnonzero(table.diffuse))
-    if matt:
-        terms.append(Diffuse(table))
-        detail, each = "cosines at light points", COSTS.diffuse * emitter.count
-        request.list_stage("diffuse term", "materials.phong", detail, (pointer, *matt), each)
-    double = np.dtype(np.float64)
-    for above, upto, dtype in ((-1.0, SHARP, request.dtype), (SHARP, np.inf, double)):
-        shiny = (table.specular > 0) & (table.shininess > above) & (table.shininess <= upto)
-        asking = request.material_pointers(np.flatnonzero(shiny))
-        if asking:
-            terms.append(Highlight(table, above, upto, dtype))
-            detail, share = f"cosines to powers, {dtype}", len(asking) / len(request.names)
-            each = COSTS.highlight * emitter.count * share
-            request.list_stage("highlights", "materials.phong", detail, (pointer, *asking), each)
-    return terms
+def _terms(request: Request, emitter: Emitter, pointer: str) -> list[LightTerm]:
+    """What the light adds to the materials of each kind."""
+    found: list[LightTerm] = []
+    costs = {"diffuse": COSTS.diffuse, "specular": COSTS.highlight}
+    for kind, name in {type(material): material.type for material in request.materials}.items():
+        for term in MATERIALS[kind].terms(request.materials, request.dtype):
+            asking = request.material_pointers(np.flatnonzero(term.used))
+            each = costs[term.stage.adds] * emitter.count * term.share
+            request.list_stage(term.name, f"materials.{name}", term.detail, (pointer, *asking), each)
+            found.append(term.stage)
+    return found

@@ -14,6 +14,7 @@ from renderer.shapes import Family
 from renderer.textures import Texture
 from renderer.textures.heights import Heights
 from schemas.api.plans import LeftOut
+from schemas.materials import Material
 from schemas.pointers import escaped
 from schemas.quality import Antialiasing, LightSampling, Quality, Sampling, TargetQuality
 from schemas.scene import Scene
@@ -92,6 +93,18 @@ class Request:
     def leave_out(self, effect: str, reason: str, *pointers: str) -> None:
         """List what does not run."""
         self.left_out.append(LeftOut(effect=effect, pointers=pointers, reason=reason))
+
+    @property
+    def materials(self) -> list[Material]:
+        """The materials of `names`."""
+        return [self.document.materials[name] for name in self.names]
+
+    def kinds(self) -> dict[str, list[int]]:
+        """Numbers of shown materials by their `type`."""
+        found: dict[str, list[int]] = {}
+        for number, material in enumerate(self.materials):
+            found.setdefault(material.type, []).append(number)
+        return found
 
     @property
     def families(self) -> tuple[Family, ...]:

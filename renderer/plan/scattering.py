@@ -1,18 +1,18 @@
 """Which materials send rays on, mirrors and glass, and from which weight on no picture shows a path."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from renderer.materials.bounces import MirrorRays, TransmittedRays
 from renderer.math.arrays import Floats
 from renderer.plan.cost import COSTS
-from renderer.plan.effects import TEXTURES
+from renderer.plan.effects import MATERIALS, TEXTURES
 from renderer.plan.request import Request
 from renderer.plan.stages import ScatteringStage
 from renderer.plan.surfaces import material_numbers
 from schemas.lights import Light
-from schemas.materials import PhongMaterial
+from schemas.materials import Surface
 from schemas.pointers import escaped
 
 
@@ -20,7 +20,7 @@ def stages(request: Request) -> tuple[ScatteringStage, ...]:
     """Stages that send rays from points; none where no visible material needs them."""
     found: list[ScatteringStage] = []
     faintest = faintest_weight(request)
-    depths = np.array([request.document.materials[name].max_depth for name in request.names], dtype=np.int64)
+    depths = np.array([material.max_depth for material in request.materials], dtype=np.int64)
     if _asked(request, "mirror", "mirror rays", "what mirrors show"):
         found.append(MirrorRays(_numbers(request, "mirror"), depths, faintest))
     detail = "refracted rays, and reflected ones by Fresnel's formulas"
@@ -32,13 +32,11 @@ def stages(request: Request) -> tuple[ScatteringStage, ...]:
 
 def transparent(request: Request) -> bool:
     """Whether light goes through some material that is shown."""
-    return any(request.document.materials[name].transmission for name in request.names)
+    return any(material.transmission for material in request.materials)
 
 
 def _numbers(request: Request, part: str) -> Floats:
-    return np.array(
-        [getattr(request.document.materials[name], part) for name in request.names], dtype=np.float64
-    )
+    return np.array([getattr(material, part) for material in request.materials], dtype=np.float64)
 
 
 def _asked(request: Request, part: str, stage: str, detail: str) -> bool:
@@ -72,7 +70,7 @@ def faintest_weight(request: Request) -> float:
     document = request.document
     if any(_falls(light) for light in document.lights if any(light.color)):
         return 0.0
-    materials = [document.materials[name] for name in request.names]
+    materials = request.materials
     emitted = [document.background, *(light.color for light in document.lights)]
     brightest = max([*map(max, emitted), *_scattered(request, materials)])
     return UNSEEN / max(1.0, brightest * _bounces(materials))
@@ -82,20 +80,19 @@ def _falls(light: Light) -> bool:
     return getattr(light, "falloff", "none") == "physical"
 
 
-def _scattered(request: Request, materials: list[PhongMaterial]) -> Iterator[float]:
-    """Greatest radiance by the Phong model of each material, all cosines taken as 1."""
+def _scattered(request: Request, materials: Sequence[Surface]) -> Iterator[float]:
+    """Greatest radiance of each material by its own light."""
     document = request.document
     light = [sum(lamp.color[i] for lamp in document.lights) for i in CHANNELS]
     for material in materials:
-        color = _brightest_color(request, material)
+        color, brightest = _brightest_color(request, material), MATERIALS[type(material)].brightest
         yield max(
-            document.ambient[i] * material.ambient * color[i]
-            + light[i] * (material.diffuse * color[i] + material.specular)
+            document.ambient[i] * material.ambient * color[i] + brightest(material, light[i], color[i])
             for i in CHANNELS
         )
 
 
-def _brightest_color(request: Request, material: PhongMaterial) -> tuple[float, ...]:
+def _brightest_color(request: Request, material: Surface) -> tuple[float, ...]:
     """Greatest value of each channel."""
     if material.color is not None:
         return material.color
@@ -104,7 +101,7 @@ def _brightest_color(request: Request, material: PhongMaterial) -> tuple[float, 
     return effect.brightest(request.texture(name, stored=False))
 
 
-def _bounces(materials: list[PhongMaterial]) -> float:
+def _bounces(materials: Sequence[Surface]) -> float:
     """Sum of the weights of all places along a path that begins with weight 1.
 
     A bounce sends on no more than the material's `mirror` and `transmission` together.

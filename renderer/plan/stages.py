@@ -9,6 +9,7 @@ import numpy as np
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, facing
+from renderer.materials.reflection import LightTerm
 from renderer.math.arrays import Integers, taken
 from renderer.waves import Wave
 from renderer.workspace import Workspace
@@ -26,7 +27,7 @@ class LightStage(Protocol):
     """Works on the pairs of points and light points."""
 
     def run(self, view: LightView) -> None:
-        """Mark pairs as blocked, weigh them, or add to the points' radiance."""
+        """Mark pairs as blocked, or weigh them."""
         ...
 
 
@@ -63,7 +64,7 @@ class Lighting:
     Attributes
     ----------
     emitter : Emitter
-    shadows, weights, terms : tuple of LightStage
+    shadows, weights, terms : tuples of stages
         In the order in which they run.
     dtype : float32 or float64
         Of pair work.
@@ -72,7 +73,7 @@ class Lighting:
     emitter: Emitter
     shadows: tuple[LightStage, ...]
     weights: tuple[LightStage, ...]
-    terms: tuple[LightStage, ...]
+    terms: tuple[LightTerm, ...]
     dtype: np.dtype[np.floating]
 
     @property

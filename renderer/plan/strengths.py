@@ -2,7 +2,7 @@
 
 from renderer.plan.effects import TEXTURES, Color
 from schemas.api.plans import LeftOut
-from schemas.materials import HEIGHTS, PhongMaterial, flat_maps
+from schemas.materials import HEIGHTS, Surface, flat_maps
 from schemas.pointers import escaped
 from schemas.scene import Scene
 
@@ -36,13 +36,13 @@ def without_strength(document: Scene, names: list[str]) -> list[LeftOut]:
     return found
 
 
-def _changes(material: PhongMaterial, document: Scene) -> dict[str, object]:
+def _changes(material: Surface, document: Scene) -> dict[str, object]:
     changes: dict[str, object] = dict.fromkeys(flat_maps(material))
     color = _single_color(material, document)
     return changes if color is None else {**changes, "color": color, "color_texture": None}
 
 
-def _single_color(material: PhongMaterial, document: Scene) -> Color | None:
+def _single_color(material: Surface, document: Scene) -> Color | None:
     """The colour of a material's texture if it is the same everywhere."""
     if material.color_texture is None:
         return None

@@ -3,10 +3,8 @@
 import numpy as np
 
 from renderer.cameras import build_pinhole
-from renderer.materials import phong
-from renderer.materials.maps import BumpMap, ColorTexture, Horizon, NormalMap
-from renderer.materials.phong import Ambient, Colors, Phong
-from renderer.math.arrays import Integers, Masks, column
+from renderer.materials.maps import Ambient, BumpMap, Colors, ColorTexture, Horizon, NormalMap
+from renderer.math.arrays import Floats, Integers, Masks, column, columns
 from renderer.plan.cost import COSTS
 from renderer.plan.request import Request
 from renderer.plan.shapes import location
@@ -25,7 +23,7 @@ FINEST = 256
 """Textures filter as for so many samples a pixel where their number is not known before."""
 
 
-def surfaces(request: Request, table: Phong) -> tuple[list[PointStage], bool]:
+def surfaces(request: Request) -> tuple[list[PointStage], bool]:
     """Stages that form the points: geometry, colours, normals, ambient light."""
     if not request.families:
         return [], False
@@ -37,10 +35,7 @@ def surfaces(request: Request, table: Phong) -> tuple[list[PointStage], bool]:
         for family in request.families
     ]
     stages.extend(footprints)
-    pointers = request.material_pointers(range(len(request.names)))
-    detail = "each point takes its material's parameters"
-    request.list_stage("materials", "materials.phong", detail, pointers)
-    stages.append(Colors(table))
+    stages.append(_colors(request))
     for name, used in _textures_of(request, "color_texture").items():
         stages.append(ColorTexture(_texture(request, name, "color_texture", used), used))
     for name, used in maps.items():
@@ -48,8 +43,16 @@ def surfaces(request: Request, table: Phong) -> tuple[list[PointStage], bool]:
     stages.extend(bumps)
     horizon = _horizon(request)
     stages.extend(horizon)
-    stages.extend(_ambient(request, table))
+    stages.extend(_ambient(request))
     return stages, bool(horizon)
+
+
+def _colors(request: Request) -> Colors:
+    """Colours of the materials, white where a texture gives them."""
+    for kind, numbers in request.kinds().items():
+        detail = "each point takes its material's parameters"
+        request.list_stage("materials", f"materials.{kind}", detail, request.material_pointers(numbers))
+    return Colors(columns([material.color or (1.0, 1.0, 1.0) for material in request.materials]))
 
 
 def _footprints(request: Request) -> list[Footprints]:
@@ -126,21 +129,17 @@ def _horizon(request: Request) -> list[Horizon]:
     return [Horizon()]
 
 
-def _ambient(request: Request, table: Phong) -> list[Ambient]:
-    asking = request.material_pointers(np.flatnonzero(table.ambient))
+def _ambient(request: Request) -> list[Ambient]:
+    strengths: Floats = np.array([material.ambient for material in request.materials], dtype=np.float64)
+    asking = request.material_pointers(np.flatnonzero(strengths))
     if not any(request.document.ambient):
         request.leave_out("ambient", "there is no ambient light", "/ambient")
     elif not asking:
         request.leave_out("ambient", "no material in use reflects ambient light", "/ambient")
     else:
         request.list_stage("ambient term", "ambient", "light from all directions", ("/ambient", *asking))
-        return [Ambient(table, column(request.document.ambient))]
+        return [Ambient(strengths, column(request.document.ambient))]
     return []
-
-
-def phong_table(request: Request) -> Phong:
-    """The parameters of the materials that are shown."""
-    return phong.build([request.document.materials[name] for name in request.names])
 
 
 def material_numbers(request: Request) -> Integers:
@@ -151,10 +150,10 @@ def material_numbers(request: Request) -> Integers:
 
 def leave_out_unused(request: Request) -> None:
     """List materials and textures that no shape shows."""
-    for name in request.document.materials:
+    for name, material in request.document.materials.items():
         if name not in request.names:
             reason = "no shape has this material"
-            request.leave_out("materials.phong", reason, f"/materials/{escaped(name)}")
+            request.leave_out(f"materials.{material.type}", reason, f"/materials/{escaped(name)}")
     shown = {name: request.scene.document.materials[name] for name in request.names}
     parts = {name for _, name in used_textures({"materials": shown})}
     for name, texture in request.document.textures.items():

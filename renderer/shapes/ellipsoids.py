@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from renderer.math.arrays import (
 )
 from renderer.math.numerics import SURFACE, gamma
 from renderer.self_intersection import OriginSurfaces, previous_sides, settled
-from renderer.shapes.family import MARGIN, WHOLE, Family
+from renderer.shapes.family import MARGIN, WHOLE, Family, box
 
 FAR = 4.0
 """Squared distance from the unit sphere's centre beyond which no rounding hides that a start is outside."""
@@ -43,20 +44,14 @@ class Ellipsoids(Family):
         goes through it into the frame where the ellipsoid is the unit sphere.
     """
 
+    round: ClassVar[bool] = True
     centers: Floats
     axes: Floats
     inverse: Floats
 
     def corners(self) -> Floats:
         """Corners of the box along the axes, (8, 3, K)."""
-        signs = [(i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
-        return np.stack(
-            [self.centers + i * self.axes[0] + j * self.axes[1] + k * self.axes[2] for i, j, k in signs]
-        )
-
-    def edges(self) -> tuple[tuple[int, int], ...]:
-        """None."""
-        return ()
+        return box(self.centers, self.axes)
 
     def reach(self, direction: Floats) -> Floats:
         """By the support function c . d + |(a . d, b . d, c . d)|: the box is up to 1.7 times as wide."""

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -62,6 +62,12 @@ class Outline:
         )
 
 
+def box(centers: Floats, axes: Floats) -> Floats:
+    """Corners (8, 3, K) of boxes by their centres (3, K) and half their edges (3, 3, K), edge by edge."""
+    signs = [(i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
+    return np.stack([centers + i * axes[0] + j * axes[1] + k * axes[2] for i, j, k in signs])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Hulls:
     """Convex hulls of K shapes.
@@ -72,13 +78,15 @@ class Hulls:
         Of the shapes in the scene.
     corners : (V, 3, K) float64
     edges : tuple of pairs of int
-        Corners with an edge of the shape between them; none for round shapes, whose hull is the box along
-        their axes.
+        Corners with an edge of the shape between them; none for curved shapes, whose hull is a box.
+    round : bool
+        Whether the shapes are the ellipsoids within their boxes, and their outlines ellipses.
     """
 
     numbers: Integers
     corners: Floats
     edges: tuple[tuple[int, int], ...]
+    round: bool
 
 
 @dataclass(slots=True, weakref_slot=True, eq=False)
@@ -95,6 +103,7 @@ class Family(ABC):
         Sum of the magnitudes that form a point on the shape, scene units.
     """
 
+    round: ClassVar[bool] = False
     kind: str
     numbers: Integers
     sizes: Floats
@@ -114,15 +123,15 @@ class Family(ABC):
 
     @abstractmethod
     def corners(self) -> Floats:
-        """Corners of a convex hull of each shape, (V, 3, K)."""
+        """Corners of a convex hull of each shape, (V, 3, K): without edges those that `box` gives."""
 
-    @abstractmethod
     def edges(self) -> tuple[tuple[int, int], ...]:
         """As of `Hulls`."""
+        return ()
 
     def hulls(self) -> Hulls:
         """Convex hulls of the shapes."""
-        return Hulls(self.numbers, self.corners(), self.edges())
+        return Hulls(self.numbers, self.corners(), self.edges(), self.round)
 
     @property
     @abstractmethod

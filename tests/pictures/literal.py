@@ -221,12 +221,10 @@ class Drawing:
                     continue
                 if self.blocked(number, place, towards, reach):
                     continue
-                mirror = sub(mul(normal, 2 * dot(normal, l)), l)
-                gloss = max(0.0, dot(mirror, viewer))
-                high = material.specular * (gloss**material.shininess if gloss > 0 else 0.0)
-                matt = mul(color, material.diffuse * dot(normal, l))
                 share = self.falloff(light, towards) / len(points)
-                total = add(total, mul(product(light.color, add(matt, (high, high, high))), share))
+                reflected = by_phong if material.type == "phong" else type(material).reflected
+                found = reflected(material, color, normal, l, viewer)
+                total = add(total, mul(product(light.color, found), share))
         return total
 
     def light_points(self, light: Any, place: V) -> Iterator[tuple[V, float]]:
@@ -303,6 +301,14 @@ class Drawing:
         if x * x + y * y + z * z < 1e-3:
             x, y, z = 0.0, 0.0, 1.0
         return unit(add(mul(tangent, x), add(mul(cross(outward, tangent), y * hand), mul(outward, z))))
+
+
+def by_phong(material: Any, color: V, normal: V, l: V, viewer: V) -> V:
+    """What white light from l adds."""
+    mirror = sub(mul(normal, 2 * dot(normal, l)), l)
+    gloss = max(0.0, dot(mirror, viewer))
+    high = material.specular * (gloss**material.shininess if gloss > 0 else 0.0)
+    return add(mul(color, material.diffuse * dot(normal, l)), (high, high, high))
 
 
 def product(a: V, b: V) -> V:

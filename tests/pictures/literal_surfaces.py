@@ -63,9 +63,13 @@ def faces_of(shape: Any, height: float = 0.0, margin: float = 0.0) -> list[Surfa
         case "ellipsoid":
             assert height == 0, "a moved ellipsoid is none"
             return [ellipsoid(shape, margin)]
-        case _:
+        case "mesh":
             assert height == 0, "faces of a moved mesh come apart"
             return mesh(shape, margin)
+        case _:
+            assert height == 0, "only flat shapes are moved as a whole"
+            faces: list[Surface] = shape.faces(margin)
+            return faces
 
 
 def flat(

@@ -57,8 +57,8 @@ def load(name: str) -> tuple[NDArray[np.float64], Provenance]:
 
 def scene_digest(scene: Scene) -> str:
     """Hash of all that a converged picture depends on: the scene without name and sampling."""
-    content = scene.model_dump_json(exclude={"name", "sampling"}, exclude_unset=True)
-    return hashlib.sha256(content.encode()).hexdigest()
+    content = scene.model_dump(mode="json", exclude={"name", "sampling"}, exclude_unset=True)
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def difference_255(image: ArrayLike, reference: ArrayLike) -> NDArray[np.float64]:

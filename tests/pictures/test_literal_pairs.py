@@ -56,8 +56,8 @@ class Compared:
     explained: int
 
 
-def compared(seed: int) -> list[Compared]:
-    """What became of a scene in both precisions.
+def compared(seed: int, *, few: bool = False) -> list[Compared]:
+    """What became of a scene in both precisions, `few` if its triangles shall not be more than it shows.
 
     A sample lies next to a border if its drawing changes when all shapes are larger or smaller by what
     rounding may move a border by, or horizons higher or lower.
@@ -65,7 +65,7 @@ def compared(seed: int) -> list[Compared]:
     pair = paired_scene(seed)
     scene = read_scene(pair.plain)[0]
     shared = pair.plain["sampling"]["light"]["pattern"] == "uniform"
-    loaded = renderer.load_scene(pair.rendered, assets=Files(PNGS))
+    loaded = renderer.load_scene(pair.plain if few else pair.rendered, assets=Files(PNGS))
     plans = {name: renderer.compile_scene(loaded, quality) for name, (quality, *_) in BOUNDS.items()}
 
     def drawing(margin: float = 0.0, horizon: float = 0.0) -> Drawing:

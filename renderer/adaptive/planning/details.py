@@ -14,7 +14,7 @@ from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting
 from renderer.textures.image import ImageTexture
 from renderer.textures.texels import TexelTable, slopes, table
-from schemas.materials import PhongMaterial
+from schemas.materials import PhongMaterial, Surface
 from schemas.quality import TargetQuality
 
 DENSER, MOST_POINTS = 4, 1024
@@ -29,8 +29,8 @@ def materials(request: Request, lightings: tuple[Illumination, ...]) -> frozense
     return frozenset(name for name in request.names if _eligible(request, request.document.materials[name]))
 
 
-def _eligible(request: Request, material: PhongMaterial) -> bool:
-    """Whether images are all that varies on a material within pixels.
+def _eligible(request: Request, material: Surface) -> bool:
+    """Whether images are all that varies on a material of Phong's model within pixels.
 
     Reflections and refractions vary as well. A bump map on top of a normal map, or one that turns over from
     copy to copy, has no slopes that a table could hold.
@@ -38,7 +38,8 @@ def _eligible(request: Request, material: PhongMaterial) -> bool:
     bumped, mapped = material.bump_map, material.normal_map
     names = [name for name in (material.color_texture, mapped, bumped) if name is not None]
     textures = [request.document.textures[name] for name in names]
-    if not names or material.mirror or material.transmission or (bumped and mapped):
+    sampled = material.mirror or material.transmission or not isinstance(material, PhongMaterial)
+    if not names or sampled or (bumped and mapped):
         return False
     if bumped is not None:
         bump = request.document.textures[bumped]
@@ -103,7 +104,7 @@ def _table(request: Request, name: str, *, stored: bool) -> TexelTable:
     return table(texels, texture.wrap, nearest=texture.filter == "nearest")
 
 
-def _relief(request: Request, material: PhongMaterial) -> Relief | None:
+def _relief(request: Request, material: Surface) -> Relief | None:
     if material.normal_map is not None:
         return MappedRelief(_table(request, material.normal_map, stored=True))
     if material.bump_map is not None:

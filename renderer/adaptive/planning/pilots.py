@@ -13,15 +13,14 @@ from renderer.adaptive.shadow_edges import shadow_edge_places
 from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
 from renderer.materials.maps import ColorTexture, NormalMap
-from renderer.materials.phong import Phong
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.plan.building import build_plan
-from renderer.plan.effects import TEXTURES
+from renderer.plan.effects import MATERIALS, TEXTURES
 from renderer.plan.lights import shadow_stages
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting, PointStage
-from renderer.plan.surfaces import FINEST, phong_table
+from renderer.plan.surfaces import FINEST
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.shapes.family import Hulls
@@ -149,28 +148,26 @@ def _lightings(
     request: Request, target: TargetQuality, plain: tuple[Illumination, ...]
 ) -> tuple[Illumination, ...]:
     """Pilot lighting of each light with an area; the others do as for samples."""
-    table = phong_table(request)
     return tuple(
-        _pilot_lighting(request, target, lighting, table)
+        _pilot_lighting(request, target, lighting)
         if isinstance(lighting, Lighting) and lighting.emitter.count > 1
         else lighting
         for lighting in plain
     )
 
 
-def _pilot_lighting(
-    request: Request, target: TargetQuality, lighting: Lighting, table: Phong
-) -> PilotLighting:
+def _pilot_lighting(request: Request, target: TargetQuality, lighting: Lighting) -> PilotLighting:
     emitter = lighting.emitter
     grid = replace(emitter, pattern="uniform")
     values = {item.name: getattr(grid, item.name) for item in fields(Emitter)}
     probing = ProbingEmitter(**values | {"count": corners_for(target.error) ** 2})
     shadows = tuple(shadow_stages(request, probing)) if lighting.shadows else ()
+    curvatures = np.array([MATERIALS[type(each)].curvature(each) for each in request.materials])
     return PilotLighting(
         probe=replace(lighting, emitter=probing, shadows=shadows, terms=()),
         whole=tuple(replace(lighting, emitter=replace(grid, count=n * n), shadows=()) for n in SIDES),
         partial=lighting,
-        finest=finest(target.error, float(emitter.color.max()), table.specular, table.shininess),
+        finest=finest(target.error, float(emitter.color.max()), curvatures),
     )
 
 

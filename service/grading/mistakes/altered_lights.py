@@ -10,7 +10,6 @@ import numpy as np
 
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
-from renderer.materials.phong import Highlight
 from renderer.plan.stages import Lighting
 from renderer.workspace import Workspace
 
@@ -65,7 +64,7 @@ class Subtracted(AlteredLight):
 
     def run(self, points: Points, workspace: Workspace) -> int:
         """Add the light, and subtract the diffuse term of the other side."""
-        matt = tuple(term for term in self.right.terms if not isinstance(term, Highlight))
+        matt = tuple(term for term in self.right.terms if term.adds == "diffuse")
         shadows = self.right.shadows if self.shadowed else ()
         behind = turned(points)
         behind.radiance = np.zeros_like(points.radiance)

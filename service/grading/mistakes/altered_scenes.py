@@ -11,6 +11,7 @@ from accuracy.comparison.shown import names_of
 from accuracy.variations import variants
 from renderer.scenes import LoadedScene
 from schemas.lights import Light, ParallelogramLight, RectangleLight
+from schemas.materials import PhongMaterial, Surface
 from schemas.scene import Scene
 from schemas.shapes import Parallelogram, Triangle
 from service.grading.mistakes.altered_cameras import Change, altered_cameras
@@ -143,14 +144,16 @@ SHININESS = {"twice as large": 2.0, "half as large": 0.5}
 
 def _shininess(document: Scene) -> Iterator[Update]:
     """Highlights that are too narrow or too wide."""
-    if not any(material.specular for material in document.materials.values()):
+    materials: Mapping[str, Surface] = document.materials
+    phong = {name: each for name, each in materials.items() if isinstance(each, PhongMaterial)}
+    if not any(material.specular for material in phong.values()):
         return
     for about, factor in SHININESS.items():
-        materials = {
+        changed = {
             name: material.model_copy(update={"shininess": factor * material.shininess})
-            for name, material in document.materials.items()
+            for name, material in phong.items()
         }
-        yield "shininess", about, {"materials": materials}
+        yield "shininess", about, {"materials": {**materials, **changed}}
 
 
 def _cameras(document: Scene) -> Iterator[Update]:

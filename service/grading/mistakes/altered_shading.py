@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from renderer.lights.view import LightView
 from renderer.materials.phong import Diffuse, Highlight, Phong
 from renderer.math.arrays import Floats, add, dot
 from renderer.plan.building import compile_visibility
+from renderer.plan.effects import MATERIALS
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Illumination, Lighting
 from schemas.lights import DirectionalLight
@@ -75,7 +77,7 @@ def altered_shading(document: Scene) -> Iterator[tuple[str, Change]]:
     yield "normals_flipped", partial(_with_shadowed_lights, FromBehind)
     yield "cosine_not_clamped", partial(_with_shadowed_lights, partial(Subtracted, shadowed=True))
     yield "cosine_not_clamped", partial(_with_shadowed_lights, partial(Subtracted, shadowed=False))
-    shiny = any(material.specular for material in document.materials.values())
+    shiny = any(getattr(material, "specular", 0) for material in document.materials.values())
     for cause, formula in FORMULAS:
         if shiny or not formula.unit_light:
             yield cause, partial(_with_formula, formula)
@@ -88,7 +90,7 @@ def is_lit(document: Scene) -> bool:
     """Whether some light reaches a material that reflects it."""
     shown = {shape.material for shape in document.shapes}
     materials = [document.materials[name] for name in shown]
-    return bool(document.lights) and any(m.diffuse or m.specular for m in materials)
+    return bool(document.lights) and any(MATERIALS[type(m)].reflects(m) for m in materials)
 
 
 def _is_plain(document: Scene) -> bool:
@@ -121,7 +123,9 @@ def _with_formula(formula: Formula, plan: RenderPlan) -> RenderPlan:
     def change(light: Lighting) -> Lighting:
         length = _length(plan.document, light.emitter)
         tables = [term.phong for term in light.terms if isinstance(term, Diffuse | Highlight)]
-        return replace(light, terms=(AlteredPhong(tables[0], formula, length),))
+        kept = [term for term in light.terms if not isinstance(term, Diffuse | Highlight)]
+        altered = [AlteredPhong(table, formula, length) for table in tables[:1]]
+        return replace(light, terms=(*kept, *altered))
 
     return _with_lights(change, plan)
 
@@ -154,6 +158,7 @@ class BentNormals:
 class AlteredPhong:
     """Stage of a light: the diffuse and highlight terms by another formula."""
 
+    adds: ClassVar[Literal["diffuse"]] = "diffuse"
     phong: Phong
     formula: Formula
     length: float
@@ -190,7 +195,9 @@ def _affine(view: LightView, vectors: Floats) -> Floats:
 
 def _powers(gloss: Floats, exponents: Floats, *, clamped: bool) -> Floats:
     """Powers (L, n); numbers below 0 have one if they count and the exponent is a whole number."""
-    base = np.where(exponents % 1 == 0, gloss, np.maximum(gloss, 0)) if not clamped else np.maximum(gloss, 0)
+    base = np.maximum(gloss, 0)
+    if not clamped:
+        base = np.where(exponents % 1 == 0, np.where(exponents == 0, np.abs(gloss), gloss), base)
     with np.errstate(over="ignore"):
         powers = np.power(base, np.maximum(exponents, np.finfo(float).tiny))
     bounded: Floats = np.clip(powers, -BRIGHTEST, BRIGHTEST)

@@ -12,6 +12,7 @@ import scenes
 from renderer.math.arrays import Floats
 from renderer.plan.effects import (
     LIGHTS,
+    MATERIALS,
     SHAPES,
     TEXTURES,
     LightEffect,
@@ -22,7 +23,7 @@ from renderer.shapes import Family
 from schemas import lights, shapes, textures
 from schemas.base import members
 from schemas.lights import Light
-from schemas.materials import Material
+from schemas.materials import Material, PhongMaterial
 from schemas.quality import Antialiasing, LightSampling
 from schemas.reading import read_scene
 from schemas.shapes import Shape, Triangle
@@ -32,7 +33,12 @@ SPHERE, BULB, SUN = SHAPES[shapes.Sphere], LIGHTS[lights.PointLight], LIGHTS[lig
 
 
 def test_effects_of_the_language_are_registered() -> None:
-    tables: list[tuple[Any, Any]] = [(Shape, SHAPES), (Light, LIGHTS), (Texture, TEXTURES)]
+    tables: list[tuple[Any, Any]] = [
+        (Shape, SHAPES),
+        (Light, LIGHTS),
+        (Material, MATERIALS),
+        (Texture, TEXTURES),
+    ]
     for union, table in tables:
         assert set(table) == set(members(union))
     named = [get_args(each.model_fields["pattern"].annotation) for each in (Antialiasing, LightSampling)]
@@ -70,12 +76,14 @@ class Cones(Family):
 
 
 @pytest.mark.parametrize(
-    "complete", [SPHERE, BULB, TEXTURES[textures.ImageTexture]], ids=lambda x: type(x).__name__
+    "complete",
+    [SPHERE, BULB, MATERIALS[PhongMaterial], TEXTURES[textures.ImageTexture]],
+    ids=lambda x: type(x).__name__,
 )
 def test_effect_that_lacks_a_part_is_refused(complete: Any) -> None:
-    """A shape without `cast` would be a picture without its shadows."""
+    """All but `cast`: segments cast the shadows of every family."""
     parts = {item.name: getattr(complete, item.name) for item in fields(complete)}
-    for name in parts:
+    for name in set(parts) - {"cast"}:
         others = {other: value for other, value in parts.items() if other != name}
         with pytest.raises(TypeError, match=name):
             type(complete)(**others)

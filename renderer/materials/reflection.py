@@ -1,0 +1,41 @@
+"""How materials reflect the light of lights: what every model of it gives to plans."""
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from renderer.lights.view import LightView
+from renderer.math.arrays import Masks
+
+
+class LightTerm(Protocol):
+    """Stage of a light that adds to the points' radiance."""
+
+    @property
+    def adds(self) -> Literal["diffuse", "specular"]:
+        """The part of the radiance that it adds to."""
+        ...
+
+    def run(self, view: LightView) -> None:
+        """Add the mean over light points of V * light * what the material reflects."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Term:
+    """A term of all lights, as plans list it.
+
+    Attributes
+    ----------
+    stage : LightTerm
+    name, detail : str
+    used : (K,) bool
+        Materials that request it.
+    share : float
+        Share of the materials whose points it works on.
+    """
+
+    stage: LightTerm
+    name: str
+    detail: str
+    used: Masks
+    share: float
