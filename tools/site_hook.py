@@ -22,7 +22,7 @@ ICON = ROOT / "service" / "web" / "icon.svg"
 SECTION = re.compile(r"^## (?:[^:\n]+: )?(.+)$", re.MULTILINE)
 ENTRY = re.compile(r"^- \[([^]]+)\]\(([^)\s]+)\)", re.MULTILINE)
 FENCE_OR_LINK = re.compile(r"(?ms)^```.*?^```|(?P<text>!?\[[^]]*\])\((?P<link>[^)\s]+)\)")
-FIELDS = re.compile(r"^Fields: `(\w+)` in the JSON Schema of (scenes|manifests)\.$", re.MULTILINE)
+FIELDS = re.compile(r"^Fields: `(\w+)`\.$", re.MULTILINE)
 MARKER = re.compile(r" *((?:[-*+]|\d+[.)]) +)")
 CELL = re.compile(r"<t[dh]\b.*?</t[dh]>", re.DOTALL)
 BAR, ESCAPED = re.compile(r"(?<!\\)[|]"), r"\\|"
@@ -54,7 +54,7 @@ def on_files(files: Any, config: Any) -> None:
 def on_page_markdown(markdown: str, *, page: Any, **_: object) -> str:
     """Insert tables of fields, lead links to pages of the site, and write lists as MkDocs reads them."""
     here = PurePosixPath(Path(str(page.file.abs_src_path)).relative_to(ROOT))
-    with_tables = FIELDS.sub(lambda found: table_of_fields(found[1], found[2]), markdown)
+    with_tables = FIELDS.sub(lambda found: table_of_fields(found[1]), markdown)
     return with_wide_lists(relinked(with_tables, here))
 
 
@@ -114,9 +114,10 @@ def with_wide_lists(markdown: str) -> str:
     return "\n".join(lines)
 
 
-def table_of_fields(name: str, language: str) -> str:
+def table_of_fields(name: str) -> str:
     """A row for each field of a class of the scene language or of manifests."""
-    whole = scene_json_schema() if language == "scenes" else manifest_json_schema()
+    scenes, manifests = scene_json_schema(), manifest_json_schema()
+    whole = scenes if name == "Scene" or name in scenes["$defs"] else manifests
     models = {"Scene": whole, "Manifest": whole, "Criterion": Criterion.model_json_schema(), **whole["$defs"]}
     own = models[name]
     shared = Criterion.model_fields.keys() if "kind" in own["properties"] else ()
