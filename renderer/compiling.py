@@ -83,7 +83,7 @@ def _with_bounces_priced(plan: RenderPlan) -> RenderPlan:
     bounces = _bounces(plan)
     entries = tuple(
         replace(entry, seconds=entry.seconds * bounces[kind])
-        if (kind := entry.effect.removeprefix("materials.phong.")) in bounces
+        if (kind := entry.effect.rpartition(".")[2]) in bounces
         else entry
         for entry in plan.entries
     )

@@ -41,16 +41,16 @@ def _numbers(request: Request, part: str) -> Floats:
 
 def _asked(request: Request, part: str, stage: str, detail: str) -> bool:
     """List the stage at the price of one ray a camera ray, and the materials that ask without effect."""
-    asking = []
-    for name in request.names:
-        material = request.document.materials[name]
+    asking, kinds = [], []
+    for name, material in zip(request.names, request.materials, strict=True):
         pointer = f"/materials/{escaped(name)}/{part}"
         if getattr(material, part) > 0:
             asking.append(pointer)
+            kinds.append(material.type)
         elif part in material.model_fields_set:
-            request.leave_out(f"materials.phong.{part}", f"{pointer} is 0", pointer)
+            request.leave_out(f"materials.{material.type}.{part}", f"{pointer} is 0", pointer)
     if asking:
-        request.list_stage(stage, f"materials.phong.{part}", detail, tuple(asking), COSTS.bounce)
+        request.list_stage(stage, f"materials.{kinds[0]}.{part}", detail, tuple(asking), COSTS.bounce)
     return bool(asking)
 
 

@@ -29,7 +29,9 @@ def without_strength(document: Scene, names: list[str]) -> list[LeftOut]:
         material, pointer = document.materials[name], f"/materials/{escaped(name)}"
         for part in flat_maps(material):
             place = HEIGHTS[part] if HEIGHTS[part] in material.model_fields_set else part
-            found.append(_left_out(f"materials.phong.{part}", f"{pointer}/{place}", "its height is 0"))
+            found.append(
+                _left_out(f"materials.{material.type}.{part}", f"{pointer}/{place}", "its height is 0")
+            )
         if _single_color(material, document) is not None:
             effect = f"textures.{document.textures[material.color_texture or ''].type}"
             found.append(_left_out(effect, f"{pointer}/color_texture", "it has one colour everywhere"))

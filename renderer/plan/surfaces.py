@@ -86,10 +86,19 @@ def _texture(request: Request, name: str, part: str, used: Masks) -> Texture:
     asking = request.material_pointers(np.flatnonzero(used), f"/{part}")
     detail = "colours by texture coordinates" if part == "color_texture" else "bends shading normals"
     each = COSTS.lookup * len(asking) / len(request.names)
-    effect = f"textures.{texture.type}" if part == "color_texture" else "materials.phong.normal_map"
+    effect = (
+        f"textures.{texture.type}"
+        if part == "color_texture"
+        else f"materials.{_kind(request, used)}.normal_map"
+    )
     stage, pointers = f"{part.replace('_', ' ')} {name}", (f"/textures/{escaped(name)}", *asking)
     request.list_stage(stage, effect, detail, pointers, each)
     return request.texture(name, stored=part == "normal_map")
+
+
+def _kind(request: Request, used: Masks) -> str:
+    """The `type` of the first material that asks."""
+    return request.materials[int(used.argmax())].type
 
 
 def _bumps(request: Request) -> list[BumpMap]:
@@ -108,8 +117,10 @@ def _bump(request: Request, name: str, height: float, materials: list[int]) -> B
     asking = request.material_pointers(materials, "/bump_map")
     each = LOOKUPS_A_SLOPE * COSTS.lookup * len(asking) / len(request.names)
     detail, pointers = "tilts shading normals by heights", (f"/textures/{escaped(name)}", *asking)
-    request.list_stage(f"bump map {name}", "materials.phong.bump_map", detail, pointers, each)
-    return BumpMap(request.heights(name, height), np.isin(np.arange(len(request.names)), materials))
+    used = np.isin(np.arange(len(request.names)), materials)
+    effect = f"materials.{_kind(request, used)}.bump_map"
+    request.list_stage(f"bump map {name}", effect, detail, pointers, each)
+    return BumpMap(request.heights(name, height), used)
 
 
 def _horizon(request: Request) -> list[Horizon]:
