@@ -77,6 +77,12 @@ def columns(vectors: Sequence[Sequence[float]]) -> Floats:
     return np.ascontiguousarray(np.array(vectors, dtype=np.float64).reshape(-1, 3).T)
 
 
+def stacked(vectors: Sequence[Sequence[Sequence[float]]]) -> Floats:
+    """V vectors of R numbers of each of K things as a contiguous (V, R, K) array, (3, 3, 0) of none."""
+    array = np.array(vectors, dtype=np.float64) if vectors else np.empty((0, 3, 3))
+    return np.ascontiguousarray(array.transpose(1, 2, 0))
+
+
 def lengths(v: Floats) -> Floats:
     """Euclidean lengths, (3, N) -> (N,), without overflow or underflow of the squares."""
     largest = np.maximum(np.maximum(np.abs(v[0]), np.abs(v[1])), np.abs(v[2]))

@@ -15,7 +15,7 @@ from renderer.scenes import LoadedScene
 from renderer.shapes import Family, displacement
 from renderer.shapes.displacement import Displaced
 from renderer.shapes.overlaps import Overlaps
-from renderer.shapes.triangles import Triangles
+from renderer.shapes.triangles import Triangles, on_lines
 from renderer.textures import Texture
 from renderer.textures.heights import Heights, image_of
 from renderer.textures.image import ImageTexture
@@ -24,7 +24,7 @@ from schemas.api.plans import LeftOut
 from schemas.errors import Problem
 from schemas.materials import shown_textures
 from schemas.pointers import escaped
-from schemas.reading.advice import no_area, no_coordinates
+from schemas.reading.advice import no_coordinates
 from schemas.scene import Scene
 from schemas.shapes import MeshFile, Triangle
 from schemas.textures import Texture as Written
@@ -172,14 +172,23 @@ class _Making:
     def still(self) -> list[Family]:
         """Families of the shapes whose surface stays where it is."""
         members: dict[ShapeEffect, list[int]] = {}
+        lines = self._lines()
         for number, shape in enumerate(self.document.shapes):
-            if isinstance(shape, Triangle) and no_area(shape):
+            if number in lines:
                 self.degenerate += 1
                 self.retried += 1
                 self._leave_out("shapes.triangle", "its three vertices lie on one line", f"/shapes/{number}")
             elif self.document.materials[shape.material].displacement_map is None:
                 members.setdefault(SHAPES[type(shape)], []).append(number)
         return [self._family(effect, numbers) for effect, numbers in members.items()]
+
+    def _lines(self) -> set[int]:
+        """Numbers of the triangles whose vertices lie on one line."""
+        triangles = [
+            (i, shape) for i, shape in enumerate(self.document.shapes) if isinstance(shape, Triangle)
+        ]
+        flat = on_lines([shape for _, shape in triangles])
+        return {triangles[place][0] for place in np.flatnonzero(flat).tolist()}
 
     def _family(self, effect: ShapeEffect, numbers: list[int]) -> Family:
         shapes = [self.document.shapes[number] for number in numbers]

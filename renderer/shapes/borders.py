@@ -1,7 +1,7 @@
 """Borders that displaced shapes have in common: cut and moved alike, so that no crack opens between them.
 
-Only shapes of one height map and one height are joined, and only where both end: on edges that one triangle
-of each has to itself, with corners that agree bit for bit.
+Only shapes of one relief, which is a height map and a height, are joined, and only where both end: on edges
+that one triangle of each has to itself, with corners that agree bit for bit.
 """
 
 from collections.abc import Sequence
@@ -9,20 +9,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.math.arrays import Floats, Integers, Masks, unit
-from renderer.shapes.meshes import Surface, place_numbers
+from renderer.math.arrays import Floats, Integers, Masks, put, taken, unit
+from renderer.shapes.meshes import place_numbers
 
 EDGES = ((0, 1), (1, 2), (2, 0))
 
 
 @dataclass(slots=True, eq=False)
 class Lift:
-    """How the places of a fine mesh are moved.
+    """How the places of fine meshes are moved.
 
     Attributes
     ----------
     places : (3, P) float64
-        Each once.
+        Of each shape each once.
+    shapes : (P,) int64
+        Number of the shape that has each place.
     owner : (V,) int64
         Place of each vertex.
     normals : (3, P) float64
@@ -30,10 +32,11 @@ class Lift:
     heights : (P,) float64
         Scene units.
     border : (P,) bool
-        Places where the shape ends.
+        Places where their shape ends.
     """
 
     places: Floats
+    shapes: Integers
     owner: Integers
     normals: Floats
     heights: Floats
@@ -41,58 +44,79 @@ class Lift:
 
     def moved(self) -> Floats:
         """Where the vertices come to lie, (3, V)."""
-        return (self.places + self.normals * self.heights)[:, self.owner]
+        return taken(self.places + self.normals * self.heights, self.owner)
 
 
-def open_edges(surface: Surface) -> Masks:
-    """Edges (3, T) from corner to corner of each triangle that it has to itself."""
-    numbers = place_numbers(surface.vertices)[surface.triangles]
-    _, which, count = np.unique(_named(numbers, numbers.max() + 1), return_inverse=True, return_counts=True)
+def corner_places(corners: Floats, owners: Integers) -> Integers:
+    """Number of the place of each corner, (3, T), of triangles with corners (3, 3, T) and owners (T,)."""
+    vertices = corners.transpose(1, 0, 2).reshape(3, -1)
+    return place_numbers(vertices, np.tile(owners, 3)).reshape(3, -1)
+
+
+def open_edges(corners: Floats, shapes: Integers) -> Masks:
+    """Edges (3, T) from corner to corner that each triangle has to itself, in its shape (T,)."""
+    names = _named(corner_places(corners, shapes))
+    _, which, count = np.unique(names, return_inverse=True, return_counts=True)
     return np.asarray(count[which.reshape(-1)].reshape(3, -1) == 1)
 
 
-def _named(numbers: Integers, base: int) -> Integers:
-    """One number for each edge (3 * T,) of triangles (3, T), whichever way round."""
-    pairs = [numbers[list(edge)] for edge in EDGES]
+def _named(places: Integers) -> Integers:
+    """One number for each edge (3 * T,) of triangles between places (3, T), whichever way round."""
+    pairs = [places[list(edge)] for edge in EDGES]
+    base = places.max() + 1
     return np.concatenate([pair.min(axis=0) * base + pair.max(axis=0) for pair in pairs])
 
 
-def neighbours(surfaces: Sequence[Surface]) -> Integers:
-    """The same number (N,) for surfaces that have open edges in common, or neighbours that do."""
-    if len(surfaces) < 2:
-        return np.arange(len(surfaces))
-    sizes = [surface.vertices.shape[1] for surface in surfaces]
-    numbers = np.split(
-        place_numbers(np.hstack([surface.vertices for surface in surfaces])), np.cumsum(sizes)[:-1]
-    )
-    base = sum(sizes)
-    names = [
-        _named(number[surface.triangles], base)[open_edges(surface).reshape(-1)]
-        for number, surface in zip(numbers, surfaces, strict=True)
-    ]
-    groups = np.arange(len(surfaces))
-    owners = groups.repeat([name.size for name in names])
-    order = np.argsort(np.concatenate(names), kind="stable")
-    named, owners = np.concatenate(names)[order], owners[order]
-    for here in np.flatnonzero(named[1:] == named[:-1]):
-        a, b = groups[owners[here]], groups[owners[here + 1]]
-        groups[groups == b] = a
-    return groups
+def neighbours(corners: Floats, shapes: Integers, reliefs: Integers) -> Integers:
+    """The same number (shapes,) for shapes that have open edges in common, or neighbours that do.
+
+    Parameters
+    ----------
+    corners : (3, 3, T) float64
+    shapes : (T,) int64
+        Number of the shape of each triangle.
+    reliefs : (shapes,) int64
+        Only shapes of the same relief have edges in common.
+    """
+    names = _named(corner_places(corners, reliefs[shapes]))
+    alone = np.flatnonzero(open_edges(corners, shapes))
+    order = alone[np.argsort(names[alone], kind="stable")]
+    same = np.flatnonzero(names[order[1:]] == names[order[:-1]])
+    owners = np.tile(shapes, 3)[order]
+    return _connected(reliefs.size, owners[same], owners[same + 1])
 
 
-def join(lifts: Sequence[Lift]) -> None:
-    """Give border places that several shapes have one normal and one height: the means of theirs."""
+def _connected(count: int, a: Integers, b: Integers) -> Integers:
+    """The least number of all that pairs of numbers (P,) below `count` lead to, (count,)."""
+    labels = np.arange(count)
+    while True:
+        least, before = np.minimum(labels[a], labels[b]), labels.copy()
+        # What the labels of a pair stand for gets the lesser one too: chains end in few rounds.
+        for part in (labels[a], labels[b]):
+            np.minimum.at(labels, part, least)
+        labels = labels[labels]
+        if np.array_equal(labels, before):
+            return labels
+
+
+def join(lifts: Sequence[Lift], reliefs: Integers) -> None:
+    """Give border places that several shapes of a relief have one normal and height: the means of theirs."""
     chosen = [np.flatnonzero(lift.border) for lift in lifts]
     parts = list(zip(lifts, chosen, strict=True))
-    numbers = place_numbers(np.hstack([lift.places[:, some] for lift, some in parts]))
+    shapes = np.concatenate([lift.shapes[some] for lift, some in parts])
+    places = np.hstack([taken(lift.places, some) for lift, some in parts])
+    heights = np.concatenate([lift.heights[some] for lift, some in parts])
+    directions = np.hstack([taken(lift.normals, some) for lift, some in parts])
+    # Sums in the order of the scene do not depend on what is cut together.
+    order = np.argsort(shapes, kind="stable")
+    numbers = place_numbers(places, reliefs[shapes])
+    ordered = numbers[order]
     share = np.bincount(numbers)
-    heights = np.bincount(numbers, np.concatenate([lift.heights[some] for lift, some in parts])) / share
-    directions = np.hstack([lift.normals[:, some] for lift, some in parts])
-    normals = unit(np.stack([np.bincount(numbers, row) for row in directions]))
-    begin = 0
-    for lift, some in parts:
-        number = numbers[begin : begin + some.size]
-        begin += some.size
+    heights = np.bincount(ordered, heights[order]) / share
+    normals = unit(np.stack([np.bincount(ordered, row[order]) for row in directions]))
+    for (lift, some), number in zip(
+        parts, np.split(numbers, np.cumsum([some.size for some in chosen])[:-1]), strict=True
+    ):
         common = share[number] > 1
         lift.heights[some[common]] = heights[number[common]]
-        lift.normals[:, some[common]] = normals[:, number[common]]
+        put(lift.normals, some[common], taken(normals, number[common]))

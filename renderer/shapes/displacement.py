@@ -6,28 +6,21 @@ and is turned as the relief turns the surface, so that a smooth mesh stays smoot
 and flat heights give the picture without them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol, assert_never
+from typing import Protocol
 
 import numpy as np
 
 import schemas.shapes as language
 from renderer.assets import AssetSource
 from renderer.cameras import Pinhole
-from renderer.math.arrays import Floats, Integers, Masks, columns, dot, lengths, unit
-from renderer.meshes.triangulation import CORNERS
-from renderer.shapes import ellipsoids, rectangles, triangles
-from renderer.shapes.borders import Lift, join, neighbours, open_edges
-from renderer.shapes.meshes import (
-    Surface,
-    joined,
-    mirrored,
-    placed,
-    smooth_normals,
-    surface_of,
-    triangles_of,
-)
+from renderer.math.arrays import Floats, Integers, Masks, dot, lengths, put, taken, unit
+from renderer.shapes import ellipsoids
+from renderer.shapes.borders import EDGES, Lift, join, neighbours, open_edges
+from renderer.shapes.coarse import Coarse, coarse_of
+from renderer.shapes.ellipsoids import Ellipsoids
+from renderer.shapes.meshes import Surface, joined, place_numbers, smooth_normals, triangles_of, winding
 from renderer.shapes.triangles import Triangles
 
 PIXELS = 2.0
@@ -35,6 +28,11 @@ PIXELS = 2.0
 
 MAX_TRIANGLES = 400_000
 """Triangles of all displaced shapes of a scene together, at most; each has the same part of them."""
+
+PORTION = 1 << 14
+"""Triangles of small fine meshes that are made together: their arrays stay in cache."""
+
+ROUND = (language.Ellipsoid, language.Sphere)
 
 
 class Heights(Protocol):
@@ -64,7 +62,7 @@ class Displaced:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patch:
-    """A fine mesh before it is moved.
+    """Fine meshes before they are moved, shape after shape.
 
     Attributes
     ----------
@@ -74,152 +72,154 @@ class Patch:
         Unit normals that the shape is shaded with where it lies.
     coordinates : (2, V) float64
         Texture coordinates; vertices at one place may differ in them.
-    triangles : (3, T) int64
+    shapes : (V,) int64
+        Number of each vertex's shape in the scene.
     border : (V,) bool
         Whether the shape ends there.
+    triangles : (3, T) int64
     """
 
     positions: Floats
     normals: Floats
     shading: Floats
     coordinates: Floats
-    triangles: Integers
+    shapes: Integers
     border: Masks
+    triangles: Integers
 
 
 def build(parts: Sequence[Displaced], camera: Pinhole, assets: AssetSource) -> Triangles:
-    """The family of all displaced shapes, fine enough for the camera."""
-    most = MAX_TRIANGLES // len(parts)
-    surfaces = [_surface(part.number, part.shape, assets) for part in parts]
-    together = _of_one_relief(parts)
-    cuts = _cuts(surfaces, together, camera, most)
-    patches = [
-        _round(part.shape, camera, assets, most) if surface is None else _flat(part.shape, surface, count)
-        for part, surface, count in zip(parts, surfaces, cuts.tolist(), strict=True)
-    ]
-    lifts = [_lift(part, patch) for part, patch in zip(parts, patches, strict=True)]
-    for group in together:
-        join([lifts[i] for i in group])
-    mapped = [surface is None or surface.mapped for surface in surfaces]
-    return joined([_moved(*each) for each in zip(parts, patches, lifts, mapped, strict=True)])
+    """The family of all displaced shapes, in the order of the scene, fine enough for the camera."""
+    relief, most = _Relief.of(parts), MAX_TRIANGLES // len(parts)
+    bent = {part.number: part.shape for part in parts if isinstance(part.shape, ROUND)}
+    flat = {part.number: part.shape for part in parts if part.number not in bent}
+    families: list[Triangles] = []
+    if flat:
+        families += _of_flat(coarse_of([*flat], [*flat.values()], assets), relief, camera, most)
+    if bent:
+        families += _of_round(ellipsoids.build([*bent], [*bent.values()], assets), relief, camera, most)
+    return joined(families)
 
 
-def _of_one_relief(parts: Sequence[Displaced]) -> list[list[int]]:
-    """Shapes that are moved by the same heights, several each."""
-    groups: dict[int, list[int]] = {}
-    for i, part in enumerate(parts):
-        groups.setdefault(id(part.heights), []).append(i)
-    return [group for group in groups.values() if len(group) > 1]
+def _of_flat(coarse: Coarse, relief: "_Relief", camera: Pinhole, most: int) -> Iterator[Triangles]:
+    patches = list(_patches(coarse, _cuts(coarse, relief.numbers, camera, most)))
+    lifts = [_lift(patch, relief) for patch in patches]
+    join(lifts, relief.numbers)
+    mapped = np.zeros(relief.numbers.size, dtype=bool)
+    mapped[coarse.shapes] = coarse.mapped
+    for patch, lift in zip(patches, lifts, strict=True):
+        yield _moved(patch, lift, mapped)
 
 
-def _lift(part: Displaced, patch: Patch) -> Lift:
-    places, owner = np.unique(patch.positions, axis=1, return_inverse=True)
-    owner = owner.reshape(-1)
+def _of_round(family: Ellipsoids, relief: "_Relief", camera: Pinhole, most: int) -> Iterator[Triangles]:
+    for patch in _grids(family, _rows(family, camera, most)):
+        yield _moved(patch, _lift(patch, relief), np.ones(relief.numbers.size, dtype=bool))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Relief:
+    """Which heights move which shape of the scene: their number (shapes,) among all."""
+
+    heights: Sequence[Heights]
+    numbers: Integers
+
+    @classmethod
+    def of(cls, parts: Sequence[Displaced]) -> "_Relief":
+        """Of the shapes that are displaced; others have the number 0."""
+        heights = list({id(part.heights): part.heights for part in parts}.values())
+        places = {id(each): i for i, each in enumerate(heights)}
+        numbers = np.zeros(1 + max(part.number for part in parts), dtype=np.int64)
+        numbers[[part.number for part in parts]] = [places[id(part.heights)] for part in parts]
+        return cls(heights, numbers)
+
+    def at(self, shapes: Integers, coordinates: Floats) -> Floats:
+        """Heights (V,) of shapes (V,) at texture coordinates (2, V), scene units."""
+        which = self.numbers[shapes]
+        result = np.empty(which.size)
+        for number in np.unique(which).tolist():
+            chosen = np.flatnonzero(which == number)
+            result[chosen] = self.heights[number].at(taken(coordinates, chosen))
+        return result
+
+
+def _lift(patch: Patch, relief: _Relief) -> Lift:
+    owner = place_numbers(patch.positions, patch.shapes)
+    count = np.bincount(owner)
+    places, shapes = np.empty((3, count.size)), np.empty(count.size, dtype=np.int64)
+    put(places, owner, patch.positions)
+    shapes[owner] = patch.shapes
     return Lift(
         places=places,
+        shapes=shapes,
         owner=owner,
         normals=unit(np.stack([np.bincount(owner, row) for row in patch.normals])),
-        heights=np.bincount(owner, part.heights.at(patch.coordinates)) / np.bincount(owner),
+        heights=np.bincount(owner, relief.at(patch.shapes, patch.coordinates)) / count,
         border=np.bincount(owner, patch.border) > 0,
     )
 
 
-def _moved(part: Displaced, patch: Patch, lift: Lift, mapped: bool) -> Triangles:
-    moved = lift.moved()
-    surface = Surface(moved, patch.triangles, patch.coordinates, mapped)
-    family = triangles_of(part.number, moved, surface, smooth=True)
-    family.vertex_normals = _turned(patch, family.vertex_normals)
+def _moved(patch: Patch, lift: Lift, mapped: Masks) -> Triangles:
+    """The fine triangles in their places; `mapped` (shapes,) is whether texture coordinates were given."""
+    vertices, every = lift.moved(), np.ones_like(mapped)
+    surface = Surface(vertices, patch.triangles, patch.coordinates, patch.shapes, every)
+    family = triangles_of(np.arange(mapped.size), vertices, surface, smooth=every)
+    own = patch.shading - smooth_normals(patch.positions, patch.triangles, lift.owner)
+    family.vertex_normals = _turned(surface.corners(own), family.vertex_normals)
+    family.mapped = mapped[surface.meshes]
     return family
 
 
-def _turned(patch: Patch, moved: Floats) -> Floats:
+def _turned(own: Floats, moved: Floats) -> Floats:
     """Unit normals at the corners (3, 3, T): the shape's own plus what the relief adds to the surface's."""
-    own = patch.shading - smooth_normals(patch.positions, patch.triangles)
-    return np.stack([unit(own[:, row] + corner) for row, corner in zip(patch.triangles, moved, strict=True)])
+    return np.stack([unit(corner + after) for corner, after in zip(own, moved, strict=True)])
 
 
-def _surface(number: int, shape: language.Shape, assets: AssetSource) -> Surface | None:
-    """The shape as a coarse mesh; None for what is round."""
-    match shape:
-        case language.Ellipsoid() | language.Sphere():
-            return None
-        case language.Mesh() | language.MeshFile():
-            return _mesh(number, shape, assets)
-        case language.Triangle():
-            rows, texture = np.array([[0], [1], [2]]), np.array(shape.uvs or CORNERS).T
-            return Surface(columns(shape.vertices), rows, texture, shape.uvs is not None)
-        case language.Rectangle() | language.Parallelogram():
-            return _rectangle(shape)
-        case _:
-            assert_never(shape)
+def _portions(shapes: Integers, each: int) -> list[Integers]:
+    """Places (T,) among sorted shapes by turns, no shape in two, where each place makes so many triangles."""
+    begins = np.searchsorted(shapes, shapes)
+    return np.split(np.arange(shapes.size), np.flatnonzero(np.diff(begins * each // PORTION)) + 1)
 
 
-def _flat(shape: language.Shape, surface: Surface, count: int) -> Patch:
-    """The fine mesh of a coarse one, each edge cut into `count`."""
-    return _subdivided(surface, _normals(shape, surface), count, smooth=_smooth(shape))
+def _patches(coarse: Coarse, cuts: Integers) -> Iterator[Patch]:
+    """Fine meshes of coarse ones, the edges of each shape (shapes,) cut into so many parts."""
+    cuts = cuts[coarse.shapes]
+    for count in np.unique(cuts).tolist():
+        alike = coarse.part(np.flatnonzero(cuts == count))
+        for chosen in _portions(alike.shapes, count**2):
+            yield _subdivided(alike.part(chosen), count)
 
 
-def _normals(shape: language.Shape, surface: Surface) -> Floats:
-    """Normals at the vertices: those that a triangle states, else means of the faces'."""
-    if isinstance(shape, language.Triangle) and shape.normals is not None:
-        return triangles.vertex_normals([shape], _face_normals(surface))[:, :, 0].T
-    return smooth_normals(surface.vertices, surface.triangles)
-
-
-def _face_normals(surface: Surface) -> Floats:
-    return triangles.unit_normals(np.stack([surface.vertices[:, row] for row in surface.triangles]))
-
-
-def _smooth(shape: language.Shape) -> bool:
-    if isinstance(shape, language.Triangle):
-        return shape.normals is not None
-    return getattr(shape, "smooth", False)
-
-
-def _mesh(number: int, shape: language.Mesh | language.MeshFile, assets: AssetSource) -> Surface:
-    """A mesh in its place. Without texture coordinates, each triangle gets some of its own."""
-    surface = surface_of(number, shape, assets)
-    vertices, rows, texture = placed(surface.vertices, shape), surface.triangles, surface.texture
-    if texture is None:
-        vertices, texture = vertices[:, rows.T.reshape(-1)], np.tile(CORNERS.T, rows.shape[1])
-        rows = np.arange(rows.size).reshape(-1, 3).T
-    rows = rows[[0, 2, 1]] if mirrored(shape) else rows
-    return Surface(vertices, rows, texture, surface.mapped)
-
-
-def _rectangle(shape: language.Rectangle | language.Parallelogram) -> Surface:
-    corner, first, second = rectangles.edges(shape)
-    vertices = np.hstack((corner, corner + first, corner + second, corner + first + second))
-    rows, texture = np.array([[0, 1], [1, 3], [2, 2]]), np.array([[0.0, 1, 0, 1], [0.0, 0, 1, 1]])
-    return Surface(vertices, rows, texture, mapped=True)
-
-
-def _subdivided(surface: Surface, normals: Floats, count: int, *, smooth: bool) -> Patch:
+def _subdivided(coarse: Coarse, count: int) -> Patch:
     """Every triangle cut into n * n, the same n for all, so that neighbours keep sharing vertices.
 
     A vertex on an edge is the sum of two products, in whichever triangle: the same bits from both sides.
     """
-    assert surface.texture is not None
     i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1), indexing="ij")
     inside = i + j <= count
     second, third = i[inside] / count, j[inside] / count
     first = (count - i[inside] - j[inside]) / count
 
-    def mean(values: Floats) -> Floats:
-        a, b, c = (values[:, row, None] for row in surface.triangles)
-        return (a * first + b * second + c * third).reshape(values.shape[0], -1)
+    def mean(corners: Floats) -> Floats:
+        a, b, c = corners[..., None]
+        return (a * first + b * second + c * third).reshape(len(a), -1)
 
     numbers = np.full(inside.shape, -1)
     numbers[inside] = np.arange(first.size)
     each = _cells(numbers)
-    offsets = np.arange(surface.triangles.shape[1]) * first.size
-    rows = (each[:, None, :] + offsets[None, :, None]).reshape(3, -1)
-    along = mean(normals)
-    shading = unit(along) if smooth else _face_normals(surface).repeat(first.size, axis=1)
+    offsets = np.arange(coarse.shapes.size) * first.size
+    along = mean(coarse.directions)
+    smooth = coarse.smooth.repeat(first.size)
     sides = (third == 0, first == 0, second == 0)
-    ends = zip(open_edges(surface), sides, strict=True)
-    border = np.logical_or.reduce([edge[:, None] & side for edge, side in ends]).reshape(-1)
-    return Patch(mean(surface.vertices), along, shading, mean(surface.texture), rows, border)
+    ends = zip(open_edges(coarse.corners, coarse.shapes), sides, strict=True)
+    return Patch(
+        positions=mean(coarse.corners),
+        normals=along,
+        shading=np.where(smooth, unit(along), coarse.normals.repeat(first.size, axis=1)),
+        coordinates=mean(coarse.texture),
+        shapes=coarse.shapes.repeat(first.size),
+        border=np.logical_or.reduce([edge[:, None] & side for edge, side in ends]).reshape(-1),
+        triangles=(each[:, None, :] + offsets[None, :, None]).reshape(3, -1),
+    )
 
 
 def _cells(numbers: Integers) -> Integers:
@@ -230,27 +230,20 @@ def _cells(numbers: Integers) -> Integers:
     return np.hstack((lower[:, lower.min(axis=0) >= 0], upper[:, upper.min(axis=0) >= 0]))
 
 
-def _cuts(
-    surfaces: Sequence[Surface | None], together: Sequence[Sequence[int]], camera: Pinhole, most: int
-) -> Integers:
-    """Parts (N,) that the edges of each surface are cut into: alike for neighbours of one relief."""
-    flat = {i: surface for i, surface in enumerate(surfaces) if surface is not None}
-    allowed, cuts = np.ones((2, len(surfaces)), dtype=np.int64)
-    for i, surface in flat.items():
-        allowed[i] = max(1, int(np.sqrt(most / surface.triangles.shape[1])))
-        cuts[i] = min(int(np.ceil(_longest(surface, camera) / PIXELS)), allowed[i])
-    for group in together:
-        chosen = np.array([i for i in group if i in flat], dtype=np.int64)
-        labels = neighbours([flat[i] for i in chosen.tolist()])
-        for label in np.unique(labels):
-            members = chosen[labels == label]
-            cuts[members] = min(cuts[members].max(), allowed[members].min())
-    return cuts
-
-
-def _longest(surface: Surface, camera: Pinhole) -> float:
-    corners = [surface.vertices[:, row] for row in surface.triangles]
-    return max(float(_pixels(corners[i], corners[(i + 1) % 3], camera).max(initial=1.0)) for i in range(3))
+def _cuts(coarse: Coarse, reliefs: Integers, camera: Pinhole, most: int) -> Integers:
+    """Parts (shapes,) that the edges of each shape are cut into: alike for neighbours of one relief."""
+    counts = np.bincount(coarse.shapes, minlength=reliefs.size)
+    allowed = np.maximum(1, np.sqrt(most / np.maximum(1, counts)).astype(np.int64))
+    pixels = np.ones(reliefs.size)
+    for start, end in EDGES:
+        edges = _pixels(coarse.corners[start], coarse.corners[end], camera)
+        np.maximum.at(pixels, coarse.shapes, edges)
+    cuts = np.minimum(np.ceil(pixels / PIXELS), allowed).astype(np.int64)
+    labels = neighbours(coarse.corners, coarse.shapes, reliefs)
+    wanted, least = np.zeros_like(cuts), np.full_like(cuts, MAX_TRIANGLES)
+    np.maximum.at(wanted, labels, cuts)
+    np.minimum.at(least, labels, allowed)
+    return np.minimum(wanted, least)[labels]
 
 
 def _pixels(start: Floats, end: Floats, camera: Pinhole) -> Floats:
@@ -262,23 +255,45 @@ def _pixels(start: Floats, end: Floats, camera: Pinhole) -> Floats:
     return length / np.where(away > 0, away, 1.0) / (2 * camera.half_height) * camera.height
 
 
-def _round(shape: language.Shape, camera: Pinhole, assets: AssetSource, most: int) -> Patch:
-    """A grid of longitudes and latitudes. Its first and last column, and each pole, are one place."""
-    assert isinstance(shape, language.Ellipsoid | language.Sphere)
-    family = ellipsoids.build([0], [shape], assets)
-    axes, inverse = family.axes[:, :, 0], family.inverse[:, :, 0]
-    radius = float(np.max([lengths(axis[:, None]) for axis in axes]))
-    side = np.array([[radius], [0.0], [0.0]])
-    half_round = np.pi * float(_pixels(family.centers, family.centers + side, camera).item())
-    rows = max(3, min(int(np.ceil(half_round / PIXELS)), int(np.sqrt(most / 4))))
+def _grids(family: Ellipsoids, rows: Integers) -> Iterator[Patch]:
+    """Fine meshes of ellipsoids, each a grid of so many rows (K,)."""
+    for count in np.unique(rows).tolist():
+        alike = family.part(np.flatnonzero(rows == count))
+        for chosen in _portions(np.arange(alike.numbers.size), 4 * count**2):
+            yield _graticules(alike.part(chosen), count)
+
+
+def _rows(family: Ellipsoids, camera: Pinhole, most: int) -> Integers:
+    """Rows (K,) of the grid of each ellipsoid."""
+    radius = np.max([lengths(axis) for axis in family.axes], axis=0)
+    side = np.stack((radius, np.zeros_like(radius), np.zeros_like(radius)))
+    half_round = np.pi * _pixels(family.centers, family.centers + side, camera)
+    finest = int(np.sqrt(most / 4))
+    return np.maximum(3, np.minimum(np.ceil(half_round / PIXELS), finest)).astype(np.int64)
+
+
+def _graticules(family: Ellipsoids, rows: int) -> Patch:
+    """Longitudes and so many rows of latitudes. Their first and last column, and each pole, are one place."""
     coordinates, cells = _graticule(rows)
-    if family.handedness().item() < 0:
-        cells = cells[[0, 2, 1]]
-    local = _on_sphere(coordinates)
-    positions = family.centers + np.stack([dot(local, axes[:, i, None]) for i in range(3)])
-    normals = unit(np.stack([dot(local, inverse[:, i, None]) for i in range(3)]))
-    border = np.zeros(coordinates.shape[1], dtype=bool)
-    return Patch(positions, normals, normals, coordinates, cells, border)
+    local, places, count = _on_sphere(coordinates)[:, None], coordinates.shape[1], family.numbers.size
+
+    def along(vectors: Floats) -> Floats:
+        """Sums (3, K, V) of K times three vectors by the coordinates of the V places."""
+        return np.stack([dot(local, vectors[:, i, :, None]) for i in range(3)])
+
+    normals = unit(along(family.inverse).reshape(3, -1))
+    # Left-handed axes turn the cells over.
+    turned = np.take_along_axis(cells[:, None], winding(family.handedness() < 0).transpose(0, 2, 1), axis=0)
+    offsets = np.arange(count)[:, None] * places
+    return Patch(
+        positions=(family.centers[:, :, None] + along(family.axes)).reshape(3, -1),
+        normals=normals,
+        shading=normals,
+        coordinates=np.tile(coordinates, count),
+        shapes=family.numbers.repeat(places),
+        border=np.zeros(count * places, dtype=bool),
+        triangles=(turned + offsets).reshape(3, -1),
+    )
 
 
 def _graticule(rows: int) -> tuple[Floats, Integers]:

@@ -19,6 +19,7 @@ from renderer.math.arrays import (
     lengths,
     magnitude,
     put,
+    stacked,
     taken,
     unit,
 )
@@ -263,7 +264,7 @@ def build(
     """The family of some ellipsoids and spheres of a scene, given with their numbers."""
     del assets
     centers = columns([shape.center for shape in shapes])
-    axes = np.array([_axes(shape) for shape in shapes], dtype=np.float64).transpose(1, 2, 0).copy()
+    axes = stacked([_axes(shape) for shape in shapes])
     squared = np.stack([dot(axis, axis) for axis in axes])
     return Ellipsoids(
         kind="ellipsoid",

@@ -12,12 +12,12 @@ from renderer.math.arrays import (
     Floats,
     Integers,
     Masks,
-    column,
     cross,
     dot,
     lengths,
     magnitude,
     put,
+    stacked,
     taken,
     unit,
 )
@@ -28,9 +28,9 @@ from renderer.shapes.polygons import FlatFamily, Polygons
 
 
 def edges_of(
-    center: Floats, normal: Floats, tangent: Floats, size: Sequence[float]
+    center: Floats, normal: Floats, tangent: Floats, size: Sequence[float] | Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Corner and edges, each (3, 1), of the form with centre, normal, tangent and size.
+    """Corners and edges, each (3, K), of the form with centre, normal, tangent and size (2, K).
 
     The tangent is made perpendicular to the normal twice; once leaves an error of eps / sin(angle).
     """
@@ -41,11 +41,17 @@ def edges_of(
     return center - first / 2 - second / 2, first, second
 
 
-def edges(shape: language.Rectangle | language.Parallelogram) -> tuple[Floats, Floats, Floats]:
-    """Corner and edges, each (3, 1), of either form of a rectangle."""
-    if isinstance(shape, language.Parallelogram):
-        return column(shape.corner), column(shape.edges[0]), column(shape.edges[1])
-    return edges_of(column(shape.center), column(shape.normal), column(shape.tangent), shape.size)
+def _edges(shapes: Sequence[language.Rectangle | language.Parallelogram]) -> Floats:
+    """Corners, first and second edges of either form of rectangles, (3, 3, K)."""
+    cornered = [shape for shape in shapes if isinstance(shape, language.Parallelogram)]
+    centered = [shape for shape in shapes if isinstance(shape, language.Rectangle)]
+    center, normal, tangent = stacked([(shape.center, shape.normal, shape.tangent) for shape in centered])
+    sizes = np.array([shape.size for shape in centered], dtype=np.float64).reshape(-1, 2).T
+    edges = np.empty((3, 3, len(shapes)))
+    which = np.array([isinstance(shape, language.Rectangle) for shape in shapes])
+    edges[:, :, ~which] = stacked([(shape.corner, *shape.edges) for shape in cornered])
+    edges[:, :, which] = edges_of(center, normal, tangent, sizes)
+    return edges
 
 
 @dataclass(slots=True, eq=False)
@@ -172,9 +178,7 @@ def build(
 ) -> Rectangles:
     """The family of some rectangles of a scene, given with their numbers."""
     del assets
-    parts = [edges(shape) for shape in shapes]
-    anchors, first, second = (np.hstack([part[i] for part in parts]) for i in range(3))
-    return from_edges(np.array(numbers, dtype=np.int64), anchors, first, second)
+    return from_edges(np.array(numbers, dtype=np.int64), *_edges(shapes))
 
 
 def from_edges(numbers: Integers, anchors: Floats, first: Floats, second: Floats) -> Rectangles:

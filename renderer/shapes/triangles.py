@@ -8,11 +8,23 @@ import numpy as np
 import schemas.shapes as language
 from renderer.assets import AssetSource
 from renderer.interaction import Points, Rays
-from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, magnitude, put, taken, unit
+from renderer.math.arrays import (
+    Floats,
+    Integers,
+    Masks,
+    cross,
+    dot,
+    lengths,
+    magnitude,
+    put,
+    stacked,
+    taken,
+    unit,
+)
 from renderer.shapes import woop
 from renderer.shapes.frames import derivatives_of_texture, frame_of_normals, frame_of_texture
 from renderer.shapes.polygons import FlatFamily, Polygons
-from schemas.reading.advice import CLEARLY_AN_AREA
+from schemas.reading.advice import CLEARLY_AN_AREA, on_one_line
 
 
 @dataclass(slots=True, eq=False)
@@ -155,13 +167,20 @@ def needs_exact_area(vertices: Floats) -> Masks:
     return lengths(cross(unit(b - a), unit(c - a))) <= CLEARLY_AN_AREA
 
 
+def on_lines(shapes: Sequence[language.Triangle]) -> Masks:
+    """Triangles (K,) of a scene whose vertices lie exactly on one line."""
+    flat = needs_exact_area(stacked([shape.vertices for shape in shapes]))
+    for number in np.flatnonzero(flat).tolist():
+        flat[number] = on_one_line(*shapes[number].vertices)
+    return flat
+
+
 def build(numbers: Sequence[int], shapes: Sequence[language.Triangle], assets: AssetSource) -> Triangles:
     """The family of some triangles of a scene, given with their numbers."""
     del assets
-    vertices = np.array([shape.vertices for shape in shapes], dtype=np.float64).transpose(1, 2, 0).copy()
+    vertices = stacked([shape.vertices for shape in shapes])
     normals = unit_normals(vertices)
     corners = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
-    texture = [corners if shape.uvs is None else shape.uvs for shape in shapes]
     return Triangles(
         kind="triangle",
         numbers=np.array(numbers, dtype=np.int64),
@@ -169,21 +188,22 @@ def build(numbers: Sequence[int], shapes: Sequence[language.Triangle], assets: A
         sizes=np.max([magnitude(vertex) for vertex in vertices], axis=0),
         vertices=vertices,
         normals=normals,
-        vertex_normals=vertex_normals(shapes, normals),
+        vertex_normals=_vertex_normals(shapes, normals),
         smooth=np.array([shape.normals is not None for shape in shapes]),
         retried=needs_exact_area(vertices),
-        texture=np.array(texture, dtype=np.float64).transpose(1, 2, 0).copy(),
+        texture=stacked([shape.uvs or corners for shape in shapes]),
         mapped=np.array([shape.uvs is not None for shape in shapes]),
     )
 
 
-def vertex_normals(shapes: Sequence[language.Triangle], normals: Floats) -> Floats:
+def _vertex_normals(shapes: Sequence[language.Triangle], normals: Floats) -> Floats:
     """Unit normals (3, 3, K) at the vertices: those given, or the triangle's own.
 
     Both windings are in use, so the side is decided once for a triangle. Deciding it at each point would
     turn some of them over, with a jump where the smooth normal crosses the plane of the triangle.
     """
-    own = normals.T[:, None, :].repeat(3, axis=1)
-    given = [own[i] if shape.normals is None else shape.normals for i, shape in enumerate(shapes)]
-    at_vertices = np.stack([unit(corner) for corner in np.array(given, dtype=np.float64).transpose(1, 2, 0)])
+    given = np.stack((normals, normals, normals))
+    smooth = [i for i, shape in enumerate(shapes) if shape.normals is not None]
+    given[:, :, smooth] = stacked([shape.normals for shape in shapes if shape.normals is not None])
+    at_vertices = np.stack([unit(corner) for corner in given])
     return at_vertices * np.where(dot(at_vertices.sum(axis=0), normals) < 0, -1.0, 1.0)

@@ -93,7 +93,7 @@ def test_smooth_normals() -> None:
     """Three faces of a cube, one of them cut in two: the corner's normal is the diagonal all the same."""
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [0, 1, 1], [1, 0, 1]])
     faces = np.array([[0, 2, 4], [0, 4, 1], [0, 3, 5], [0, 5, 2], [0, 1, 3], [1, 6, 3]])
-    normals = meshes.smooth_normals(vertices.T.astype(float), faces.T)
+    normals = meshes.smooth_normals(vertices.T.astype(float), faces.T, np.arange(7))
     np.testing.assert_allclose(normals[:, 0], [-(3**-0.5)] * 3, atol=1e-15)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=0), 1, atol=1e-15)
 
