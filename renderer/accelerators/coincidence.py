@@ -10,7 +10,7 @@ from renderer.accelerators.bvh import NOTHING, Bvh, from_root
 from renderer.accelerators.intersection import TreeIntersector
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.interaction import RayStage
-from renderer.math.arrays import Floats, Integers, taken
+from renderer.math.arrays import Floats, Integers, Masks, taken, unit
 from renderer.math.numerics import SURFACE
 from renderer.shapes.family import Family
 from renderer.shapes.overlaps import Earlier, Overlaps
@@ -85,15 +85,46 @@ def _distinct(family: Family) -> Integers:
     return np.arange(owners.size)
 
 
+def _candidates(families: Sequence[Family]) -> list[Integers]:
+    """Primitives of each family that pairs are looked for among."""
+    distinct = [_distinct(family) for family in families]
+    for surface in {family.surface for family in families}:
+        alike = [i for i, family in enumerate(families) if family.surface == surface]
+        near = _in_company([families[i].part(distinct[i]) for i in alike])
+        for i, kept in zip(alike, near, strict=True):
+            distinct[i] = distinct[i][kept]
+    return distinct
+
+
+def _in_company(families: Sequence[Family]) -> list[Masks]:
+    """Primitives of families of one surface, (K,) each, that may be in one place with some other.
+
+    In most scenes hardly any, though the boxes of very many overlap.
+    """
+    random = np.random.default_rng(0)
+    low, high = (np.hstack(part) for part in zip(*map(_boxes, families), strict=True))
+    low, high = low.min(axis=1, keepdims=True), high.max(axis=1, keepdims=True)
+    origin = low + random.uniform(0.3, 0.7, (3, 1)) * (high - low)
+    direction = unit(random.normal(size=(3, 1)))
+    reach = max(family.reaches().max() for family in families)
+    values, rooms = np.hstack([family.signatures(origin, direction, reach) for family in families])
+    order = np.argsort(values - rooms)
+    least, greatest = (values - rooms)[order], np.maximum.accumulate((values + rooms)[order])
+    near = np.append(False, least[1:] <= greatest[:-1])
+    kept = np.empty_like(near)
+    kept[order] = near | np.append(near[1:], False)
+    return np.split(kept, np.cumsum([family.numbers.size for family in families])[:-1])
+
+
 def _pairs(families: Sequence[Family], begins: Integers) -> Iterator[Found]:
     """Numbers of earlier and of later primitives, of all."""
     yield np.arange(0), np.arange(0)
-    distinct = [_distinct(family) for family in families]
+    distinct = _candidates(families)
     parts = [family.part(items) for family, items in zip(families, distinct, strict=True)]
     # Few boxes are compared with a tree of many.
     by_size = sorted(range(len(families)), key=lambda number: distinct[number].size)
     for i, j in combinations_with_replacement(by_size, 2):
-        if parts[i].surface != parts[j].surface:
+        if parts[i].surface != parts[j].surface or not distinct[i].size:
             continue
         for own, others in coinciding(parts[i], parts[j]):
             a, b = begins[i] + distinct[i][own], begins[j] + distinct[j][others]

@@ -64,6 +64,11 @@ class Ellipsoids(Family):
         """An ellipsoid."""
         return "ellipsoid"
 
+    def signatures(self, origin: Floats, direction: Floats, reach: float) -> tuple[Floats, Floats]:
+        """By the centre, which has three roundings along each axis."""
+        del reach
+        return dot(self.centers - origin, direction), 8 * SURFACE * (self.sizes + magnitude(origin))
+
     def coincide(self, own: Integers, other: Family, others: Integers) -> Masks:
         """Whether two are one ellipsoid: in the frame of the first, the axes of the second turn its sphere.
 

@@ -145,6 +145,16 @@ class Family(ABC):
         There rays hit both, and which of them first is a matter of rounding.
         """
 
+    def signatures(self, origin: Floats, direction: Floats, reach: float) -> tuple[Floats, Floats]:
+        """A number and a room for each primitive, (K,): of two that coincide the rooms meet.
+
+        They tell most others apart, by a place and a vector, (3, 1) each, that no shape is likely to be in
+        line with. `reach` is the greatest of the `reaches` of all. A room is NaN for what has no area; here
+        it is endless, and nothing is told apart.
+        """
+        del origin, direction, reach
+        return np.zeros(self.numbers.size), np.full(self.numbers.size, np.inf)
+
     def reaches(self) -> Floats:
         """Magnitudes, at most `sizes`, whose roundings may move a surface off others, (K,)."""
         return self.sizes

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.math.arrays import Floats, Integers, Masks, dot, taken
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, taken
 from renderer.math.numerics import SURFACE
 from renderer.shapes.family import Family
 
@@ -63,6 +63,22 @@ class FlatFamily(Family):
     def reaches(self) -> Floats:
         """None where a coordinate is the same at all corners: no extent, however large, rounds that."""
         return _reaches(self.corners(), self.sizes)
+
+    def signatures(self, origin: Floats, direction: Floats, reach: float) -> tuple[Floats, Floats]:
+        """By the foot of the perpendicular from the origin on the plane.
+
+        Of two shapes in one plane the corners of one are near the plane of the other, so that their normals
+        differ by twice that room over the height of the former, and their feet by the distance times that.
+        All roundings together are below 64.
+        """
+        a, b, c = corners = self.corners()[:3] - origin
+        longest = np.max([lengths(b - a), lengths(c - b), lengths(a - c)], axis=0)
+        distance = np.max([lengths(corner) for corner in corners], axis=0)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            tilt = np.nan_to_num(distance / (lengths(cross(b - a, c - a)) / longest), nan=np.inf)
+            room = 64 * SURFACE * (reach + self.sizes) * (1 + tilt)
+        foot = dot(self.normals, a) * dot(self.normals, direction)
+        return foot, np.where(self.without_area(), np.nan, room)
 
     def coincide(self, own: Integers, other: Family, others: Integers) -> Masks:
         """Whether they lie in one plane and overlap by more than rounding.
