@@ -83,6 +83,8 @@ def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]], *, field: str = "ty
             candidates = tuple(required)
         if not candidates:
             return None
+        if len(candidates) == 1:
+            return MARK + candidates[0].__name__
         best = max(candidates, key=lambda model: fullness(value, required[model]))
         return MARK + best.__name__
 

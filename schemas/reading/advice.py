@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from fractions import Fraction
 
 from schemas.cameras import Camera
 from schemas.lights import Light, ParallelogramLight, PointLight, RectangleLight, SpotLight
@@ -59,9 +58,11 @@ def _without_area(a: Vector, b: Vector, c: Vector) -> bool:
 
 
 def on_one_line(a: Vector, b: Vector, c: Vector) -> bool:
-    """Whether three points lie exactly on one line."""
-    exact_a, exact_b, exact_c = (tuple(map(Fraction, vertex)) for vertex in (a, b, c))
-    e, f = ([q - p for p, q in zip(exact_a, end, strict=True)] for end in (exact_b, exact_c))
+    """Whether three points lie exactly on one line: a double is a whole number over a power of two."""
+    ratios = [number.as_integer_ratio() for number in (*a, *b, *c)]
+    finest = max(below for _, below in ratios)
+    x, y, z, *ends = (above * (finest // below) for above, below in ratios)
+    e, f = ([end - start for end, start in zip(ends[i : i + 3], (x, y, z), strict=True)] for i in (0, 3))
     return all(e[i] * f[j] == e[j] * f[i] for i, j in ((0, 1), (0, 2), (1, 2)))
 
 
@@ -275,12 +276,14 @@ def _large_shapes(scene: Scene) -> Iterator[Finding]:
     camera = scene.camera
     pixel = 2 * math.tan(math.radians(camera.vertical_fov) / 2) / camera.height
     view = length(difference(camera.look_at, camera.position))
+    most = max(pixel / INEXACT, BOUNDLESS)
     for index, shape in enumerate(scene.shapes):
         low, high = _box(shape)
         largest = max(map(abs, (*low, *high)))
+        if largest <= most * view:
+            continue
         beyond = [max(a - x, x - b, 0.0) for x, a, b in zip(camera.position, low, high, strict=True)]
-        near = max(view, math.hypot(*beyond))
-        if largest > max(pixel / INEXACT, BOUNDLESS) * near:
+        if largest > most * math.hypot(*beyond):
             detail = (
                 "This shape reaches so far that rounding moves points on it by a hundredth of a pixel or "
                 "more: its borders, shadows and textures may be inexact. Make it smaller."
