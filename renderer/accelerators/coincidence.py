@@ -10,7 +10,7 @@ from renderer.accelerators.bvh import NOTHING, Bvh, from_root
 from renderer.accelerators.intersection import TreeIntersector
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.interaction import RayStage
-from renderer.math.arrays import Floats, Integers, Masks, taken, unit
+from renderer.math.arrays import Floats, Integers, taken, unit
 from renderer.math.numerics import SURFACE
 from renderer.shapes.family import Family
 from renderer.shapes.overlaps import Earlier, Overlaps
@@ -87,33 +87,40 @@ def _distinct(family: Family) -> Integers:
 
 def _candidates(families: Sequence[Family]) -> list[Integers]:
     """Primitives of each family that pairs are looked for among."""
-    distinct = [_distinct(family) for family in families]
+    candidates = [_distinct(family) for family in families]
     for surface in {family.surface for family in families}:
         alike = [i for i, family in enumerate(families) if family.surface == surface]
-        near = _in_company([families[i].part(distinct[i]) for i in alike])
-        for i, kept in zip(alike, near, strict=True):
-            distinct[i] = distinct[i][kept]
-    return distinct
+        found = _in_company([families[i] for i in alike], [candidates[i] for i in alike])
+        for i, items in zip(alike, found, strict=True):
+            candidates[i] = items
+    return candidates
 
 
-def _in_company(families: Sequence[Family]) -> list[Masks]:
-    """Primitives of families of one surface, (K,) each, that may be in one place with some other.
+def _in_company(families: Sequence[Family], candidates: Sequence[Integers]) -> list[Integers]:
+    """Those of some primitives of families of one surface that may be in one place with another of them.
 
     In most scenes hardly any, though the boxes of very many overlap.
     """
+    found = zip(_signatures(families), candidates, strict=True)
+    values, rooms = np.hstack([signatures[:, items] for signatures, items in found])
+    order = np.argsort(values - rooms)
+    least, greatest = (values - rooms)[order], np.maximum.accumulate((values + rooms)[order])
+    near = np.append(False, least[1:] <= greatest[:-1])
+    kept = np.empty_like(near)
+    kept[order] = near | np.append(near[1:], False)
+    parts = np.split(kept, np.cumsum([items.size for items in candidates])[:-1])
+    return [items[part] for items, part in zip(candidates, parts, strict=True)]
+
+
+def _signatures(families: Sequence[Family]) -> list[Floats]:
+    """Numbers and rooms (2, K) of each family, by any place between the shapes and any direction."""
     random = np.random.default_rng(0)
     low, high = (np.hstack(part) for part in zip(*map(_boxes, families), strict=True))
     low, high = low.min(axis=1, keepdims=True), high.max(axis=1, keepdims=True)
     origin = low + random.uniform(0.3, 0.7, (3, 1)) * (high - low)
     direction = unit(random.normal(size=(3, 1)))
     reach = max(family.reaches().max() for family in families)
-    values, rooms = np.hstack([family.signatures(origin, direction, reach) for family in families])
-    order = np.argsort(values - rooms)
-    least, greatest = (values - rooms)[order], np.maximum.accumulate((values + rooms)[order])
-    near = np.append(False, least[1:] <= greatest[:-1])
-    kept = np.empty_like(near)
-    kept[order] = near | np.append(near[1:], False)
-    return np.split(kept, np.cumsum([family.numbers.size for family in families])[:-1])
+    return [np.stack(family.signatures(origin, direction, reach)) for family in families]
 
 
 def _pairs(families: Sequence[Family], begins: Integers) -> Iterator[Found]:

@@ -184,11 +184,10 @@ class _Making:
 
     def _lines(self) -> set[int]:
         """Numbers of the triangles whose vertices lie on one line."""
-        triangles = [
-            (i, shape) for i, shape in enumerate(self.document.shapes) if isinstance(shape, Triangle)
-        ]
-        flat = on_lines([shape for _, shape in triangles])
-        return {triangles[place][0] for place in np.flatnonzero(flat).tolist()}
+        shapes = self.document.shapes
+        numbers = [number for number, shape in enumerate(shapes) if isinstance(shape, Triangle)]
+        flat = on_lines([shape for shape in shapes if isinstance(shape, Triangle)])
+        return {numbers[place] for place in np.flatnonzero(flat).tolist()}
 
     def _family(self, effect: ShapeEffect, numbers: list[int]) -> Family:
         shapes = [self.document.shapes[number] for number in numbers]

@@ -161,11 +161,11 @@ def material_numbers(request: Request) -> Integers:
 
 def leave_out_unused(request: Request) -> None:
     """List materials and textures that no shape shows."""
+    shown = {name: request.scene.document.materials[name] for name in request.names}
     for name, material in request.document.materials.items():
-        if name not in request.names:
+        if name not in shown:
             reason = "no shape has this material"
             request.leave_out(f"materials.{material.type}", reason, f"/materials/{escaped(name)}")
-    shown = {name: request.scene.document.materials[name] for name in request.names}
     parts = {name for _, name in used_textures({"materials": shown})}
     for name, texture in request.document.textures.items():
         if name not in parts:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -171,3 +172,19 @@ def test_displaced_faces_of_a_plate_join_at_its_rim() -> None:
         rim = np.abs(corners[:, :2]).max(axis=1) == 1
         assert (corners[:, 2][rim] == 0).all()
         assert (side * corners[:, 2][~rim] > 0).all()
+
+
+def test_displaced_tiles_in_a_row_are_cut_alike() -> None:
+    """As finely as the widest, at one end, is alone; one of another relief at the other does not count."""
+    ends = [-6.0, *(0.25 * i - 3 for i in range(13)), 8.0]
+    tiles = [rectangle([x, -1, 0], [end - x, 0, 0], [0, 2, 0]) for x, end in pairwise(ends)]
+    same, other = relief(), relief(0.2)
+    order = np.random.default_rng(1).permutation(len(tiles)).tolist()
+    parts = built([tiles[i] for i in order], *(other if i == len(tiles) - 1 else same for i in order))
+    row = [parts[order.index(i)] for i in range(len(tiles))]
+    narrow, wide, wider = (built([tiles[i]])[0].shape[2] for i in (1, 0, -1))
+    assert narrow < wide < wider
+    assert [part.shape[2] for part in row] == [wide] * (len(tiles) - 1) + [wider]
+    for end, (left, right) in zip(ends[1:-2], pairwise(row[:-1]), strict=True):
+        shift = np.array([end, 0, 0])[None, :, None]
+        np.testing.assert_array_equal(on_seam(left - shift), on_seam(right - shift))
