@@ -39,8 +39,8 @@ class Rays:
     t : (N,) float64
         Distance of the nearest hit, inf for none.
     shapes, primitives : (N,) int64
-    coordinates : (2, N) float64
-        Surface coordinates of the hit, as the shape defines them.
+    coordinates : (3, N) float64
+        Surface coordinates of the hit, two or three, as the shape defines them.
     """
 
     origins: Floats
@@ -60,7 +60,7 @@ class Rays:
         self.t = np.full(count, np.inf)
         self.shapes = np.full(count, MISS, dtype=np.int64)
         self.primitives = np.zeros(count, dtype=np.int64)
-        self.coordinates = np.zeros((2, count))
+        self.coordinates = np.zeros((3, count))
 
     def anew(self) -> "Rays":
         """The same rays, which have hit nothing yet."""
@@ -74,7 +74,7 @@ class Rays:
         self,
         candidates: Integers,
         t: Floats,
-        coordinates: tuple[Floats, Floats],
+        coordinates: tuple[Floats, ...],
         shapes: Integers,
         primitives: Integers,
     ) -> None:
@@ -87,7 +87,7 @@ class Rays:
         candidates : (M,) int64
             Rays that hit something, each once.
         t : (M,) float64
-        coordinates : two of (M,) float64
+        coordinates : two or three of (M,) float64
         shapes, primitives : (M,) or (1,) int64
             Numbers of what they hit.
         """
@@ -98,7 +98,7 @@ class Rays:
         rays = candidates[nearer]
         self.t[rays] = t[nearer]
         self.shapes[rays], self.primitives[rays] = shapes[nearer], primitives[nearer]
-        for row, places in zip(self.coordinates, coordinates, strict=True):
+        for row, places in zip(self.coordinates, coordinates, strict=False):
             row[rays] = places[nearer]
 
     def offer_several(
@@ -145,6 +145,9 @@ class RayStage(Protocol):
 class Points:
     """Places where rays hit shapes: what shading needs of them, M points.
 
+    What not every scene needs exists where some stage of the plan asked for it; reading it elsewhere raises
+    AttributeError.
+
     Attributes
     ----------
     rays : (M,) int64
@@ -160,8 +163,8 @@ class Points:
         The origins, but for rays that went nowhere (`OriginSurfaces.origins_before_hits`).
     directions : (3, M) float64
     t : (M,) float64
-    hits : (2, M) float64
-        Surface coordinates of the hit, as the shape defines them.
+    hits : (3, M) float64
+        Surface coordinates of the hit, two or three, as the shape defines them.
     shapes, primitives, materials : (M,) int64
     positions : (3, M) float64
         On the surface, rebuilt from its coordinates; error at most `numerics.SURFACE` times `sizes`.
@@ -169,10 +172,6 @@ class Points:
         Geometric unit normals on the side the ray came from.
     shading_normals : (3, M) float64
         Unit; the same array as `normals` unless `bent`.
-    viewers : (3, M) float64
-        Unit vectors back along the rays.
-    coordinates : (2, M) float64
-        Texture coordinates (u, v).
     flipped : (M,) bool
         Whether the ray came from behind, so that the outward normal was turned.
     sizes : (M,) float64
@@ -181,21 +180,23 @@ class Points:
         Of the surface, linear.
     radiance : (3, M) float64
         Towards the viewer, gathered by the stages.
-    tangents : (3, M) float64
-        Unit vectors in which u grows; zero where no stage requested them.
-    handedness : (M,) float64
-        1 where v grows along outward normal x tangent, -1 where it grows against it: mirrored coordinates.
-    by_u, by_v : (3, M) float64
-        Derivatives of the position by u and v on the outward side; zero where no stage requested them.
-    bent : bool
-        Whether shading normals may differ from geometric ones.
-    footprints : (2, 2, M) float64 or None
-        What offsets by a sample's share of the pixel, two of them, add to (u, v): coordinate, offset, point.
-        None where no stage requested them.
     doubts : (M,) float64
         Squared error to expect of the radiance, because what varies within the pixel has few samples.
+    bent : bool
+        Whether shading normals may differ from geometric ones.
     lookups : int
         Texture look-ups made for the points so far.
+    viewers : (3, M) float64
+        Unit vectors back along the rays; where a stage asked for them, as all that follows.
+    coordinates : (2, M) float64
+        Texture coordinates (u, v).
+    frames : (4, M) float64
+        Unit tangents, in which u grows; in the last row 1 where v grows along outward normal x tangent, -1
+        where it grows against it: mirrored coordinates.
+    derivatives : (6, M) float64
+        Of the position by u and by v, on the outward side, scene units.
+    footprints : (2, 2, M) float64
+        What offsets by a sample's share of the pixel, two of them, add to (u, v): coordinate, offset, point.
     """
 
     rays: Integers
@@ -214,20 +215,18 @@ class Points:
     positions: Floats
     normals: Floats
     shading_normals: Floats
-    viewers: Floats
-    coordinates: Floats
     flipped: Masks
     sizes: Floats
     colors: Floats
     radiance: Floats
-    tangents: Floats
-    handedness: Floats
-    by_u: Floats
-    by_v: Floats
     doubts: Floats
     bent: bool
-    footprints: Floats | None = None
     lookups: int = 0
+    viewers: Floats = field(init=False)
+    coordinates: Floats = field(init=False)
+    frames: Floats = field(init=False)
+    derivatives: Floats = field(init=False)
+    footprints: Floats = field(init=False)
 
     @property
     def count(self) -> int:
@@ -264,8 +263,8 @@ class Points:
         return (self.previous_origins[:, index] != self.origins[:, index]).any(axis=0)
 
     def footprints_at(self, index: Integers) -> Floats | None:
-        """Footprints of some points, if any stage requested them."""
-        return None if self.footprints is None else self.footprints[:, :, index]
+        """Footprints of some points, if any stage asked for them."""
+        return self.footprints[:, :, index] if hasattr(self, "footprints") else None
 
     def between(self, start: int, stop: int) -> "Points":
         """The points start..stop as views: what is added to their radiance is added to ours."""
@@ -279,7 +278,7 @@ class Points:
         """All arrays cut alike, but origins that all points share."""
         part = copy(self)
         for item in fields(self):
-            value = getattr(self, item.name)
+            value = getattr(self, item.name, None)
             if isinstance(value, np.ndarray) and value.shape[-1] == self.count:
                 setattr(part, item.name, cut(value))
         return part
@@ -298,7 +297,6 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
     """
     hit = np.flatnonzero((rays.shapes >= 0) & (rays.shapes < EMITTER))
     count = hit.size
-    directions = taken(rays.directions, hit)
     shapes = rays.shapes[hit]
     normals = np.zeros((3, count))
     origins, start = rays.origins_at(hit), rays.origin_surfaces
@@ -310,7 +308,7 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
         path_lengths=np.zeros(count) if start is None else start.path_lengths[hit],
         origins=origins,
         previous_origins=_previous_origins(rays, hit, origins),
-        directions=directions,
+        directions=taken(rays.directions, hit),
         t=rays.t[hit],
         hits=taken(rays.coordinates, hit),
         shapes=shapes,
@@ -319,19 +317,22 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
         positions=np.zeros((3, count)),
         normals=normals,
         shading_normals=np.zeros((3, count)) if bent else normals,
-        viewers=-unit(directions),
-        coordinates=np.zeros((2, count)),
         flipped=np.zeros(count, dtype=bool),
         sizes=np.zeros(count),
         colors=np.zeros((3, count)),
         radiance=np.zeros((3, count)),
-        tangents=np.zeros((3, count)),
-        handedness=np.ones(count),
-        by_u=np.zeros((3, count)),
-        by_v=np.zeros((3, count)),
         doubts=np.zeros(count),
         bent=bent,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Viewers:
+    """Stage: unit vectors back along the rays."""
+
+    def run(self, points: Points) -> None:
+        """Give the points their viewers."""
+        points.viewers = -unit(points.directions)
 
 
 def _previous_origins(rays: Rays, hit: Integers, origins: Floats) -> Floats:

@@ -11,7 +11,7 @@ from renderer.integrator import intersect, shade
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats, Integers, vectors
 from renderer.math.numerics import finite
-from renderer.plan.building import compile_visibility
+from renderer.plan.building import compile_visibility, with_coordinates
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Lighting
 from renderer.tiling import BLOCK_RAYS
@@ -85,7 +85,7 @@ def trace(plan: RenderPlan, origins: ArrayLike, directions: ArrayLike) -> Hits:
     _refuse_beyond("origins", start, usable, (0.0, FARTHEST), "Start the ray nearer to the scene.")
     _refuse_beyond("directions", along, usable, (SHORTEST, LONGEST), "Multiply it by any number.")
     hits = _misses(start.shape[1], len(plan.document.lights))
-    lights = compile_visibility(plan)
+    lights, plan = compile_visibility(plan), with_coordinates(plan)
     for first in range(0, usable.size, BLOCK_RAYS):
         _trace_block(plan, lights, start, along, usable[first : first + BLOCK_RAYS], hits)
     return hits

@@ -9,7 +9,7 @@ from accuracy.inspection.lighting import lights_at
 from renderer.integrator import camera_rays, intersect, successors
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats
-from renderer.plan.building import compile_visibility
+from renderer.plan.building import compile_visibility, with_coordinates
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Lighting
 from renderer.tiling import Block
@@ -59,7 +59,7 @@ def ray_of(plan: RenderPlan, x: int, y: int) -> Rays:
 
 def walk(plan: RenderPlan, x: int, y: int) -> tuple[Leg, bool]:
     """Follow the ray of a pixel; also say whether the tree is complete. Short paths come first."""
-    lights = compile_visibility(plan)
+    lights, plan = compile_visibility(plan), with_coordinates(plan)
     root = _followed(plan, lights, "camera", camera_wave(ray_of(plan, x, y)))
     waiting, count = deque([root]), 1
     while waiting:

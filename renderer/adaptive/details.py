@@ -121,7 +121,6 @@ class Detail:
         base = _upright(points) if self.relief is None else self.relief.base(points)
         centers = None
         if self.texels is not None:
-            assert points.footprints is not None
             centers = self.texels.centers(points.coordinates, points.footprints)
         viewers = _local(base, points.viewers)
         arriving = [self._light(base, viewers, beams) for beams in lights if beams]

@@ -122,7 +122,7 @@ class BumpMap:
             return
         side = np.where(points.flipped[chosen], -1.0, 1.0)
         normals = points.shading_normals[:, chosen] * side
-        by_u, by_v = points.by_u[:, chosen], points.by_v[:, chosen]
+        by_u, by_v = np.vsplit(points.derivatives[:, chosen], 2)
         slope_u, slope_v = self.heights.slopes(points.coordinates[:, chosen])
         points.lookups += LOOKUPS_A_SLOPE * chosen.size
         area = dot(cross(by_u, by_v), normals)
@@ -139,10 +139,10 @@ def frame_of(points: Points, chosen: Integers) -> tuple[Floats, Floats, Floats]:
     tangent takes any frame that fits it.
     """
     outward = points.shading_normals[:, chosen] * np.where(points.flipped[chosen], -1.0, 1.0)
-    tangents = points.tangents[:, chosen]
+    tangents, handedness = points.frames[:3, chosen], points.frames[3, chosen]
     rest = tangents - outward * dot(tangents, outward)
     tangents = np.where(lengths(rest) > SHORT, unit(rest), frame_of_normals(outward))
-    return tangents, cross(outward, tangents) * points.handedness[chosen], outward
+    return tangents, cross(outward, tangents) * handedness, outward
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,10 +58,8 @@ def terms(materials: Sequence[Surface], dtype: np.dtype[np.floating]) -> list[Te
     for above, upto, precision in ((-1.0, SHARP, dtype), (SHARP, np.inf, double)):
         shiny = (table.specular > 0) & (table.shininess > above) & (table.shininess <= upto)
         if shiny.any():
-            stage = Highlight(table, above, upto, precision)
-            found.append(
-                Term(stage, "highlights", f"cosines to powers, {precision}", shiny, float(shiny.mean()))
-            )
+            stage, detail = Highlight(table, above, upto, precision), f"cosines to powers, {precision}"
+            found.append(Term(stage, "highlights", detail, shiny, float(shiny.mean()), viewed=True))
     return found
 
 

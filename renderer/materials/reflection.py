@@ -32,6 +32,8 @@ class Term:
         Materials that request it.
     share : float
         Share of the materials whose points it works on.
+    viewed : bool
+        Whether it reads the viewers of points.
     """
 
     stage: LightTerm
@@ -39,3 +41,4 @@ class Term:
     detail: str
     used: Masks
     share: float
+    viewed: bool = False

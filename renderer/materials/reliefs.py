@@ -63,7 +63,6 @@ class MappedRelief:
 
     def base(self, points: Points) -> Base:
         """The tangent frame and the places on the map."""
-        assert points.footprints is not None
         side = np.where(points.flipped, -1.0, 1.0)
         first, second, third = (axis * side for axis in frame_of(points, np.arange(points.count)))
         centers = self.table.centers(points.coordinates, points.footprints)
@@ -96,12 +95,12 @@ class BumpRelief:
 
     def base(self, points: Points) -> Base:
         """Axes of the tilt: the normal moves by the slopes along two vectors of the tangent plane."""
-        assert points.footprints is not None
         side = np.where(points.flipped, -1.0, 1.0)
         normals = points.shading_normals * side
-        area = dot(cross(points.by_u, points.by_v), normals)
+        by_u, by_v = np.vsplit(points.derivatives, 2)
+        area = dot(cross(by_u, by_v), normals)
         sign = np.where(area < 0, -1.0, 1.0)
-        tilt_u, tilt_v = sign * cross(normals, points.by_v), sign * cross(points.by_u, normals)
+        tilt_u, tilt_v = sign * cross(normals, by_v), sign * cross(by_u, normals)
         first = unit(tilt_u)
         second = cross(normals, first)
         scales = np.stack((dot(tilt_u, first), dot(tilt_v, first), dot(tilt_v, second), np.abs(area)))

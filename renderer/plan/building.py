@@ -18,6 +18,7 @@ from renderer.plan.cost import COSTS
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Lighting
+from renderer.shapes.family import Location
 
 
 def build_plan(request: Request) -> RenderPlan:
@@ -28,6 +29,7 @@ def build_plan(request: Request) -> RenderPlan:
     intersectors = [shapes.intersector(request, family, camera) for family in request.families]
     intersectors += shapes.overlaps(request)
     visible = lights.visible_lights(request)
+    shapes.list_points(request)
     points, bent = surfaces.surfaces(request)
     bounces = scattering.stages(request)
     lightings = tuple(lights.lighting(request, emitter) for emitter in emitters)
@@ -44,7 +46,7 @@ def build_plan(request: Request) -> RenderPlan:
         passes=tiling.passes(*request.document.camera.picture_size, antialiasing.samples),
         intersectors=tuple(intersectors),
         visible_lights=tuple(visible),
-        surfaces=tuple(points),
+        surfaces=(*shapes.location(request), *points),
         lightings=lightings,
         scattering=bounces,
         unshaded=light_surfaces.Unshaded(
@@ -68,6 +70,15 @@ def build_plan(request: Request) -> RenderPlan:
 def compile_visibility(plan: RenderPlan) -> tuple[Lighting, ...]:
     """One stage a light of the scene, black ones too, that marks what blocks it and adds nothing."""
     return lights.visibility(Request(plan.scene, plan.quality, plan.geometry, plan.culling))
+
+
+def with_coordinates(plan: RenderPlan) -> RenderPlan:
+    """The plan with texture coordinates of all points, whether or not a texture reads them."""
+    stages = [
+        replace(stage, reads=stage.reads | {"coordinates"}) if isinstance(stage, Location) else stage
+        for stage in plan.surfaces
+    ]
+    return replace(plan, surfaces=tuple(stages))
 
 
 def _camera(request: Request) -> Pinhole:
@@ -104,6 +115,7 @@ def _layers(request: Request) -> tuple[Layer, ...]:
         hits = COSTS.shape * cost.near_shapes(sum(family.numbers.size for family in request.families))
         each = (COSTS.camera + hits + COSTS.point) / count
         request.list_stage("rays of layers", "layers", "one ray through the centre of each pixel", each=each)
+    request.reads |= {"coordinates"} if "uv" in request.layers else set()
     for layer in chosen:
         request.list_stage(f"layer {layer.name}", f"layers.{layer.name}", layer.detail)
     return chosen

@@ -155,5 +155,6 @@ def _terms(request: Request, emitter: Emitter, pointer: str) -> list[LightTerm]:
             asking = request.material_pointers(np.flatnonzero(term.used))
             each = costs[term.stage.adds] * emitter.count * term.share
             request.list_stage(term.name, f"materials.{name}", term.detail, (pointer, *asking), each)
+            request.reads |= {"viewers"} if term.viewed else set()
             found.append(term.stage)
     return found

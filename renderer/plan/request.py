@@ -38,6 +38,8 @@ class Request:
         Materials whose textures are not looked up at points, but shaded all over pixels.
     entries, left_out : list
         The plan as people read it, under construction.
+    reads : set of str
+        What stages read of `interaction.Points` that exists only where some stage asks for it.
     document : Scene
         The scene without what has no strength.
     sampling : Sampling
@@ -58,6 +60,7 @@ class Request:
     details: frozenset[str] = frozenset()
     entries: list[Entry] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
+    reads: set[str] = field(default_factory=set)
     document: Scene = field(init=False)
     sampling: Sampling = field(init=False)
     dtype: np.dtype[np.floating] = field(init=False)

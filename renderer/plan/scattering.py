@@ -51,6 +51,7 @@ def _asked(request: Request, part: str, stage: str, detail: str) -> bool:
             request.leave_out(f"materials.{material.type}.{part}", f"{pointer} is 0", pointer)
     if asking:
         request.list_stage(stage, f"materials.{kinds[0]}.{part}", detail, tuple(asking), COSTS.bounce)
+        request.reads |= {"viewers"}
     return bool(asking)
 
 

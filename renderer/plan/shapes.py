@@ -8,10 +8,11 @@ from renderer.accelerators.intersection import TreeIntersector
 from renderer.accelerators.raster import RasterIntersector
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.cameras import Pinhole
-from renderer.interaction import RayStage
+from renderer.interaction import RayStage, Viewers
 from renderer.plan import cost
 from renderer.plan.cost import COSTS
 from renderer.plan.request import Request
+from renderer.plan.stages import PointStage
 from renderer.shapes import Family
 from renderer.shapes.family import Intersector, Location, Outline
 from renderer.shapes.triangles import Triangles
@@ -55,17 +56,23 @@ def intersector_of(family: Family, outline: Outline | None = None) -> RayStage:
     return TreeIntersector(family, tree_of(family)) if in_tree(family) else Intersector(family, outline)
 
 
-def location(request: Request, family: Family, *, framed: bool, sloped: bool) -> Location:
-    """The stage that forms the points on a family."""
-    local = np.full(len(request.document.shapes), -1, dtype=np.int64)
-    shapes, first = np.unique(family.numbers, return_index=True)
-    local[shapes] = first
-    pointers = tuple(f"/shapes/{number}" for number in shapes.tolist())
-    detail = "positions, normals and texture coordinates of hits" + (", and tangents" if framed else "")
-    share = shapes.size / max(1, len(request.document.shapes))
-    name, each = f"points on {family.plural}", COSTS.point * share
-    request.list_stage(name, f"shapes.{family.kind}", detail, pointers, each)
-    return Location(family, local, framed, sloped)
+def list_points(request: Request) -> None:
+    """List the points on each family."""
+    for family in request.families:
+        shapes = np.unique(family.numbers)
+        pointers = tuple(f"/shapes/{number}" for number in shapes.tolist())
+        name, each = f"points on {family.plural}", COSTS.point * shapes.size / len(request.document.shapes)
+        request.list_stage(name, f"shapes.{family.kind}", "positions and normals of hits", pointers, each)
+
+
+def location(request: Request) -> list[PointStage]:
+    """The stages that form points, with what other stages, which are all listed by now, read of them."""
+    local = np.full((len(request.families), len(request.document.shapes)), -1, dtype=np.int64)
+    for places, family in zip(local, request.families, strict=True):
+        shapes, first = np.unique(family.numbers, return_index=True)
+        places[shapes] = first
+    viewers = [Viewers()] if "viewers" in request.reads else []
+    return [Location(request.families, local, frozenset(request.reads)), *viewers]
 
 
 def overlaps(request: Request) -> list[RayStage]:

@@ -7,7 +7,6 @@ from renderer.materials.maps import Ambient, BumpMap, Colors, ColorTexture, Hori
 from renderer.math.arrays import Floats, Integers, Masks, column, columns
 from renderer.plan.cost import COSTS
 from renderer.plan.request import Request
-from renderer.plan.shapes import location
 from renderer.plan.stages import PointStage
 from renderer.textures import Texture
 from renderer.textures import footprints as footprint_stage
@@ -30,12 +29,7 @@ def surfaces(request: Request) -> tuple[list[PointStage], bool]:
     maps = _textures_of(request, "normal_map")
     bumps = _bumps(request)
     footprints = _footprints(request)
-    stages: list[PointStage] = [
-        location(request, family, framed=bool(maps or request.details), sloped=bool(bumps or footprints))
-        for family in request.families
-    ]
-    stages.extend(footprints)
-    stages.append(_colors(request))
+    stages: list[PointStage] = [*footprints, _colors(request)]
     for name, used in _textures_of(request, "color_texture").items():
         stages.append(ColorTexture(_texture(request, name, "color_texture", used), used))
     for name, used in maps.items():
@@ -68,6 +62,8 @@ def _footprints(request: Request) -> list[Footprints]:
     share = f"1 / {samples} of a pixel" if samples > 1 else "a pixel"
     detail = f"what {share} covers in textures"
     request.list_stage("ray footprints", "textures.footprints", detail, pointers, COSTS.footprint)
+    mapped = any(request.document.materials[name].normal_map for name in request.details)
+    request.reads |= {"coordinates", "derivatives", "viewers"} | ({"frames"} if mapped else set())
     return [footprint_stage.build(build_pinhole(request.document.camera), samples)]
 
 
@@ -93,6 +89,7 @@ def _texture(request: Request, name: str, part: str, used: Masks) -> Texture:
     )
     stage, pointers = f"{part.replace('_', ' ')} {name}", (f"/textures/{escaped(name)}", *asking)
     request.list_stage(stage, effect, detail, pointers, each)
+    request.reads |= {"coordinates"} if part == "color_texture" else {"coordinates", "frames"}
     return request.texture(name, stored=part == "normal_map")
 
 
@@ -120,6 +117,7 @@ def _bump(request: Request, name: str, height: float, materials: list[int]) -> B
     used = np.isin(np.arange(len(request.names)), materials)
     effect = f"materials.{_kind(request, used)}.bump_map"
     request.list_stage(f"bump map {name}", effect, detail, pointers, each)
+    request.reads |= {"coordinates", "derivatives"}
     return BumpMap(request.heights(name, height), used)
 
 
@@ -137,6 +135,7 @@ def _horizon(request: Request) -> list[Horizon]:
         return []
     detail = "shading normals that point away from the viewer are bent to the horizon"
     request.list_stage("normals at the horizon", "materials.phong", detail, tuple(asking))
+    request.reads |= {"viewers"}
     return [Horizon()]
 
 

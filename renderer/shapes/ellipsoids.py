@@ -165,9 +165,9 @@ class Ellipsoids(Family):
         t = np.where(entering, near, np.maximum(near, far))
         ahead = np.flatnonzero((t > 0) & inward)
         passed = np.where(entering, -half_chord, half_chord)[ahead]
-        coordinates = _angles(taken(lines.across, ahead) + passed * taken(lines.direction, ahead))
+        x, y, z = taken(lines.across, ahead) + passed * taken(lines.direction, ahead)
         t = t[ahead] / lines.length[ahead]
-        rays.offer(found[ahead], t, coordinates, self.numbers[shape : shape + 1], WHOLE)
+        rays.offer(found[ahead], t, (x, y, z), self.numbers[shape : shape + 1], WHOLE)
 
     def _departed(
         self, shape: int, start: OriginSurfaces, found: Integers, power: Floats
@@ -192,7 +192,6 @@ class Ellipsoids(Family):
         put(points.positions, chosen, centers + where[0] * axes[0] + where[1] * axes[1] + where[2] * axes[2])
         normals = unit(where[0] * inverse[0] + where[1] * inverse[1] + where[2] * inverse[2])
         points.face_rays(chosen, normals, dot(taken(points.directions, chosen), normals) > 0)
-        put(points.coordinates, chosen, taken(points.hits, chosen))
 
     def _on_sphere(self, points: Points, chosen: Integers, shapes: Integers) -> Floats:
         """Where the rays enter or leave the unit sphere, (3, M).
@@ -214,7 +213,19 @@ class Ellipsoids(Family):
         passed = np.where(dot(origin, origin) > FAR, -1.0, passed)
         return unit(across + np.copysign(half_chord, passed) * along)
 
-    def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+    def coordinates(self, points: Points, chosen: Integers, shapes: Integers) -> Floats:
+        """Longitude about the third axis from the first, latitude from its lower end, both in [0, 1].
+
+        By atan2: an arc cosine loses half the digits at the poles. Longitude 1 is longitude 0.
+        """
+        del shapes
+        x, y, z = taken(points.hits, chosen)
+        longitude = np.arctan2(y, x) / (2 * np.pi)
+        longitude = np.where(longitude < 0, longitude + 1, longitude)
+        longitude = np.where((longitude >= 1) | ((x == 0) & (y == 0)), 0.0, longitude)
+        return np.stack((longitude, np.arctan2(np.hypot(x, y), -z) / np.pi))
+
+    def frames(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Along the parallels; the axes may be left-handed."""
         angle = 2 * np.pi * points.coordinates[0, chosen]
         first, second, _ = self.axes[:, :, shapes]
@@ -249,18 +260,6 @@ class _Lines:
     along: Floats
     across: Floats
     closest: Floats
-
-
-def _angles(where: Floats) -> tuple[Floats, Floats]:
-    """Longitude about the third axis from the first, latitude from its lower end, both in [0, 1].
-
-    By atan2: an arc cosine loses half the digits at the poles. Longitude 1 is longitude 0.
-    """
-    x, y, z = where
-    longitude = np.arctan2(y, x) / (2 * np.pi)
-    longitude = np.where(longitude < 0, longitude + 1, longitude)
-    longitude = np.where((longitude >= 1) | ((x == 0) & (y == 0)), 0.0, longitude)
-    return longitude, np.arctan2(np.hypot(x, y), -z) / np.pi
 
 
 def build(

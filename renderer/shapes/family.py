@@ -8,7 +8,7 @@ import numpy as np
 
 from renderer.cameras import Pinhole
 from renderer.interaction import Points, Rays
-from renderer.math.arrays import Floats, Integers, Masks
+from renderer.math.arrays import Floats, Integers, Masks, put, taken
 
 MARGIN = 2.0**-40
 """Relative margin of conservative tests: thousands of roundings wide, and far below a pixel."""
@@ -194,18 +194,23 @@ class Family(ABC):
 
     @abstractmethod
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
-        """Fill in position, normals and texture coordinates of the points `chosen`.
+        """Fill in position and normals of the points `chosen` (m,).
 
-        `shapes` are their numbers within the family.
+        `shapes` (m,) are their numbers within the family.
         """
 
+    def coordinates(self, points: Points, chosen: Integers, shapes: Integers) -> Floats:
+        """Texture coordinates of such points, (2, m): by default those of the surface."""
+        del shapes
+        return taken(points.hits[:2], chosen)
+
     @abstractmethod
-    def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
-        """Unit tangents (3, M), in which u grows, and the handedness (M,) of the texture coordinates."""
+    def frames(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+        """Unit tangents (3, m), in which u grows, and the handedness (m,) of the texture coordinates."""
 
     @abstractmethod
     def derivatives(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
-        """Derivatives (3, M) of the position by the texture coordinates u and v, scene units.
+        """Derivatives (3, m) of the position by the texture coordinates u and v, scene units.
 
         Zero where the texture coordinates do not say.
         """
@@ -228,37 +233,39 @@ class Intersector:
             self.family.intersect(shape, rays)
 
 
+GROUPS = {"coordinates": 2, "frames": 4, "derivatives": 6}
+"""Rows of what points have only where a stage reads it, by the names of their fields, and of the methods that
+form it; the first serves the others."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Location:
-    """Stage: positions, normals and texture coordinates of the points on one family.
+    """Stage: positions and normals of points, and what else is read of them.
 
     Attributes
     ----------
-    family : Family
-    local : (shapes of the scene,) int64
+    families : tuple of Family
+    local : (families, shapes of the scene) int64
         Place within the family of the first primitive of each shape of the scene, -1 for shapes of others.
-    framed : bool
-        Whether a normal map needs tangents.
-    sloped : bool
-        Whether a bump map needs derivatives.
+    reads : frozenset of str
+        Which of `GROUPS` stages read.
     """
 
-    family: Family
+    families: tuple[Family, ...]
     local: Integers
-    framed: bool
-    sloped: bool = False
+    reads: frozenset[str]
 
     def run(self, points: Points) -> None:
-        """Fill in the points that lie on this family."""
-        local = self.local[points.shapes]
-        chosen = np.flatnonzero(local >= 0)
-        shapes = local[chosen] + points.primitives[chosen]
-        if not chosen.size:
-            return
-        self.family.locate(points, chosen, shapes)
-        points.sizes[chosen] = self.family.sizes[shapes]
-        if self.sloped:
-            points.by_u[:, chosen], points.by_v[:, chosen] = self.family.derivatives(points, chosen, shapes)
-        if self.framed:
-            frame = self.family.frame(points, chosen, shapes)
-            points.tangents[:, chosen], points.handedness[chosen] = frame
+        """Fill in the points."""
+        groups = [name for name in GROUPS if name in self.reads]
+        for name in groups:
+            setattr(points, name, np.empty((GROUPS[name], points.count)))
+        for family, local in zip(self.families, taken(self.local, points.shapes), strict=True):
+            chosen = np.flatnonzero(local >= 0)
+            if chosen.size:
+                shapes = local[chosen] + points.primitives[chosen]
+                family.locate(points, chosen, shapes)
+                points.sizes[chosen] = family.sizes[shapes]
+                for name in groups:
+                    values = getattr(family, name)(points, chosen, shapes)
+                    put(getattr(points, name), chosen, np.vstack(values))

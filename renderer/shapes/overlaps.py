@@ -128,7 +128,7 @@ class Tied(Rays):
         self,
         candidates: Integers,
         t: Floats,
-        coordinates: tuple[Floats, Floats],
+        coordinates: tuple[Floats, ...],
         shapes: Integers,
         primitives: Integers,
     ) -> None:
@@ -140,7 +140,7 @@ class Tied(Rays):
         rays = candidates[taken_now]
         self.distances[rays] = t[taken_now]
         self.shapes[rays], self.primitives[rays] = shapes[taken_now], primitives[taken_now]
-        for row, places in zip(self.coordinates, coordinates, strict=True):
+        for row, places in zip(self.coordinates, coordinates, strict=False):
             row[rays] = places[taken_now]
 
     def offer_several(

@@ -122,15 +122,13 @@ class Rectangles(FlatFamily):
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions from the surface coordinates: they stay on the plane however long the ray was."""
-        hits = taken(points.hits, chosen)
-        u, v = hits
+        u, v = taken(points.hits[:2], chosen)
         places = taken(self.anchors, shapes) + u * taken(self.first, shapes) + v * taken(self.second, shapes)
         put(points.positions, chosen, places)
-        put(points.coordinates, chosen, hits)
         flipped = dot(taken(points.directions, chosen), taken(self.products, shapes)) > 0
         points.face_rays(chosen, taken(self.normals, shapes), flipped)
 
-    def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+    def frames(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Along the first edge; the normal is that of both edges, so nothing is mirrored."""
         del points, chosen
         return unit(self.first[:, shapes]), np.ones(shapes.size)

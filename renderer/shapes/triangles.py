@@ -78,12 +78,9 @@ class Triangles(FlatFamily):
         rays.offer(found.pairs, found.t, (found.u, found.v), self.numbers[one], self.primitives[one])
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
-        """Position, normals and texture coordinates as means of the vertices'."""
-        second, third = taken(points.hits, chosen)
-        first = 1 - second - third
-        weights = (first, second, third)
+        """Position and smooth normals as means of the vertices'."""
+        weights = _weights(points, chosen)
         put(points.positions, chosen, _mean(self.vertices, shapes, weights))
-        put(points.coordinates, chosen, _mean(self.texture, shapes, weights))
         normals = taken(self.normals, shapes)
         flipped = dot(taken(points.directions, chosen), normals) > 0
         facing = points.face_rays(chosen, normals, flipped)
@@ -91,7 +88,11 @@ class Triangles(FlatFamily):
             smooth = unit(_mean(self.vertex_normals, shapes, weights)) * np.where(flipped, -1.0, 1.0)
             put(points.shading_normals, chosen, np.where(self.smooth[shapes], smooth, facing))
 
-    def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+    def coordinates(self, points: Points, chosen: Integers, shapes: Integers) -> Floats:
+        """Means of the vertices'."""
+        return _mean(self.texture, shapes, _weights(points, chosen))
+
+    def frames(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         """Direction in which u grows, or any frame where the texture coordinates do not say."""
         del points, chosen
         normals = self.normals[:, shapes]
@@ -136,6 +137,12 @@ class Triangles(FlatFamily):
             edge_anchors=self.vertices,
             corners=self.vertices,
         )
+
+
+def _weights(points: Points, chosen: Integers) -> tuple[Floats, Floats, Floats]:
+    """Of the three vertices, at some points (m,)."""
+    second, third = taken(points.hits[:2], chosen)
+    return 1 - second - third, second, third
 
 
 def _mean(values: Floats, shapes: Integers, weights: tuple[Floats, Floats, Floats]) -> Floats:

@@ -61,11 +61,12 @@ def _in_texture(points: Points, offsets: Floats) -> Floats:
 
     Where texture coordinates do not span the surface, as at a pole, they are 0.
     """
-    first, second = unit(points.by_u), unit(points.by_v)
+    by_u, by_v = np.vsplit(points.derivatives, 2)
+    first, second = unit(by_u), unit(by_v)
     normals = cross(first, second)
     squares = dot(normals, normals)
     parts = []
-    for vectors, scale in ((cross(second, normals), points.by_u), (cross(normals, first), points.by_v)):
+    for vectors, scale in ((cross(second, normals), by_u), (cross(normals, first), by_v)):
         divisor = squares * lengths(scale)
         usable = divisor > 0
         parts.append(np.where(usable, dot(vectors, offsets) / np.where(usable, divisor, 1.0), 0.0))

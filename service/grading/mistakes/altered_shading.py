@@ -9,7 +9,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from renderer.interaction import Points
+from renderer.interaction import Points, Viewers
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.materials.phong import Diffuse, Highlight, Phong
@@ -127,7 +127,7 @@ def _with_formula(formula: Formula, plan: RenderPlan) -> RenderPlan:
         altered = [AlteredPhong(table, formula, length) for table in tables[:1]]
         return replace(light, terms=(*kept, *altered))
 
-    return _with_lights(change, plan)
+    return _with_lights(change, replace(plan, surfaces=(*plan.surfaces, Viewers())))
 
 
 def _length(document: Scene, emitter: Emitter) -> float:

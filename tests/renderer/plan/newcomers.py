@@ -166,15 +166,14 @@ class Tubes(Family):
             rays.offer(hit, t[hit], (angle, height[hit]), self.numbers[shape : shape + 1], WHOLE)
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
-        angle, height = points.hits[:, chosen] * np.array([[2 * np.pi], [1.0]])
+        angle, height = points.hits[:2, chosen] * np.array([[2 * np.pi], [1.0]])
         first, second, axis = taken(self.axes, shapes)
         outward = np.cos(angle) * first + np.sin(angle) * second
         put(points.positions, chosen, taken(self.bases, shapes) + outward + height * axis)
         normals = unit(outward)
         points.face_rays(chosen, normals, dot(taken(points.directions, chosen), normals) > 0)
-        put(points.coordinates, chosen, taken(points.hits, chosen))
 
-    def frame(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
+    def frames(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
         by_u, _ = self.derivatives(points, chosen, shapes)
         return unit(by_u), np.ones(chosen.size)
 
@@ -217,7 +216,8 @@ class MinnaertTerm:
 def minnaert_terms(materials: Sequence[Surface], dtype: np.dtype[np.floating]) -> list[Term]:
     numbers = [(m.albedo, m.darkening) if isinstance(m, Minnaert) else (0.0, 0.0) for m in materials]
     albedos, darkenings = np.array(numbers).T
-    return [Term(MinnaertTerm(albedos, darkenings), "Minnaert term", "powers", albedos > 0, 1.0)]
+    term = MinnaertTerm(albedos, darkenings)
+    return [Term(term, "Minnaert term", "powers", albedos > 0, 1.0, viewed=True)]
 
 
 TUBE = ShapeEffect(build_tubes, Tubes, meshed=False)

@@ -1,6 +1,7 @@
 """A plan has what the scene needs, with pointers, and nothing else."""
 
 import json
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,14 @@ import pytest
 
 import renderer
 import scenes
+from renderer.integrator import centre_points
+from renderer.interaction import Viewers
 from renderer.plan.effects import LIGHTS, SHAPES, TEXTURES
+from renderer.shapes.family import Location
+from renderer.tiling import blocks
 from schemas.api.plans import PlanDocument
 from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
+from schemas.tiles import Tile
 from tests.documents import (
     Json,
     bulb,
@@ -197,6 +203,53 @@ def test_effect_that_is_not_needed_is_not_built(
     assert renderer.render(plan_of(without, files=FILES)).image.any()
     with pytest.raises(AssertionError, match=name):
         plan_of(without | parts[kind], files=FILES)
+
+
+BOX = {"board": BOARD | {"filter": "box"}}
+FILTERED = {"coordinates", "derivatives", "viewers", "footprints"}
+
+
+@pytest.mark.parametrize(
+    ("material", "parts"),
+    [
+        ({}, set()),
+        ({"specular": 0.5}, {"viewers"}),
+        ({"mirror": 0.5}, {"viewers"}),
+        ({"color_texture": "image"}, {"coordinates"}),
+        ({"color_texture": "board"}, FILTERED),
+        ({"normal_map": "image"}, {"coordinates", "frames", "viewers"}),
+        ({"bump_map": "image", "bump_height": 0.1}, {"coordinates", "derivatives", "viewers"}),
+    ],
+    ids=lambda value: "-".join(value) if isinstance(value, dict) else "",
+)
+@pytest.mark.parametrize("shape", [FLOOR, sphere([0, 1, 0], 1), triangle([0, 0, 0], [1, 0, 0], [0, 2, 0])])
+def test_points_have_what_some_stage_reads(material: Json, parts: set[str], shape: Json) -> None:
+    document = scene(shape, lights=[ABOVE], textures={"image": IMAGE} | BOX, materials=of(**material))
+    plan = plan_of(document, files=FILES)
+    (block,) = blocks(Tile(0, 0, 0, plan.width, plan.height), plan.passes[0])
+    points = centre_points(plan, Counter(), block)
+    assert points.count
+    assert {name for name in (*FILTERED, "frames") if hasattr(points, name)} == parts
+
+
+def without(plan: renderer.RenderPlan, part: str) -> renderer.RenderPlan:
+    """A plan whose points lack something."""
+    stages = (
+        replace(stage, reads=stage.reads - {part}) if isinstance(stage, Location) else stage
+        for stage in plan.surfaces
+        if part != "viewers" or not isinstance(stage, Viewers)
+    )
+    return replace(plan, surfaces=tuple(stages))
+
+
+@pytest.mark.parametrize("part", ["viewers", "coordinates", "frames", "derivatives"])
+def test_what_no_stage_asked_for_cannot_be_read(part: str) -> None:
+    maps = {"board": phong(color_texture="board"), "map": phong(normal_map="image")}
+    shapes = [FLOOR | {"material": "board"}, sphere([0, 1, 0], 1, material="map")]
+    plan = plan_of(scene(*shapes, textures={"image": IMAGE} | BOX, materials=maps), files=FILES)
+    assert renderer.render(plan).image.any()
+    with pytest.raises(AttributeError, match=part):
+        renderer.render(without(plan, part))
 
 
 def test_texture_that_nothing_shows_is_not_read() -> None:
