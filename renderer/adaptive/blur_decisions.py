@@ -22,7 +22,6 @@ from renderer.adaptive.blur import (
 )
 from renderer.adaptive.decisions import (
     EASES,
-    LEAP,
     LEAST,
     MOST_ROUNDS,
     MOSTLY,
@@ -154,7 +153,7 @@ def _allot(estimate: Estimate, found: Findings, shared: Shared, ease: float) -> 
     allotted = allocate(
         shared.variances, have[found.sampled], shared.survey, goal, np.zeros(0), np.zeros(0, np.uint8)
     )
-    want[found.sampled] = np.minimum(allotted.pixels, have[found.sampled] + LEAP)
+    want[found.sampled] = allotted.pixels
     between = np.flatnonzero(~estimate.shown.ravel())
     levels = allotted.strata[estimate.strata.ravel()[between]]
     between, levels = between[levels > 0], levels[levels > 0]

@@ -20,13 +20,12 @@ from renderer.adaptive.early_passes import (
     refine_preview,
 )
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.findings import Findings, errors_of
+from renderer.adaptive.findings import Findings
 from renderer.adaptive.lamps import lit
 from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, SAMPLED, Levels
 from renderer.adaptive.neighbours import spread
 from renderer.adaptive.states import State
 from renderer.adaptive.uncertainty import standard_errors
-from renderer.halves import HALVES
 from renderer.math.arrays import Floats, Integers, Masks
 
 MARGIN = 0.95
@@ -35,14 +34,6 @@ MARGIN = 0.95
 EASES = (1.0, 0.7, 0.5, 0.3, 0.1)
 """Shares of the goals, tried in turn until one asks for work: the error was not reached, so the goals were
 too high."""
-
-LEAP = 3
-"""Levels that a pixel may rise at once, to eight times its samples: few samples predict poorly how many more
-are needed."""
-
-STEP = 1
-"""Levels that a pixel with only a pilot sample may rise: its own samples will predict better than its
-stratum."""
 
 BISECTIONS = 20
 """Bisections of the share of the error that samples aim at: to a millionth."""
@@ -238,10 +229,9 @@ def _allot(estimate: Estimate, found: Findings, ease: float) -> None:
         found.variances, have[found.sampled], found.survey, goal, borders.contrasts, borders.coverage
     )
     borders.cover_again(estimate, allotted.covers)
-    want[found.sampled] = np.minimum(allotted.pixels, have[found.sampled] + LEAP)
+    want[found.sampled] = allotted.pixels
     pilots = np.flatnonzero(~estimate.shown.ravel())
-    levels = allotted.strata[estimate.strata.ravel()[pilots]]
-    want[pilots] = np.minimum(levels, np.maximum(have[pilots], SAMPLED) + STEP)
+    want[pilots] = levels = allotted.strata[estimate.strata.ravel()[pilots]]
     estimate.shown.ravel()[pilots[levels > 0]] = True
 
 
@@ -299,20 +289,10 @@ def suspect(estimate: Estimate, found: Findings) -> None:
     odd &= (kinds[found.probes] <= strata.EVEN) & ~fine(estimate).ravel()[found.probes]
     near = np.zeros(estimate.have.shape, dtype=bool)
     near.ravel()[found.probes[odd]] = True
-    near.ravel()[_followed(estimate, found)] = True
     near = spread(near, NEAR) & ~estimate.shown
     estimate.strata[near] = estimate.strata[near] % strata.STEPS + strata.STEPS * strata.SUSPECT
     estimate.shown |= near
     estimate.want[near] = np.maximum(estimate.have[near], SAMPLED) + RAISED
-
-
-def _followed(estimate: Estimate, found: Findings) -> Integers:
-    """Suspects that found something themselves: what is long and thin continues beyond them."""
-    suspects = found.sampled[estimate.strata.ravel()[found.sampled] // strata.STEPS == strata.SUSPECT]
-    pilots = estimate.values.reshape(3, -1)[:, suspects]
-    errors, noise = errors_of(estimate.halves.reshape(HALVES, 3, -1)[:, :, suspects], pilots)
-    matters = _matters(estimate, errors, noise, 1 / (2 * NEAR + 1) ** 2)
-    return suspects[(errors > FIND * estimate.aim**2) & matters]
 
 
 def _matters(estimate: Estimate, errors: Floats, noise: Floats, probability: Floats | float) -> Masks:
