@@ -20,10 +20,6 @@ BORDERS = 0.75
 UNKNOWN = 2.0**-8
 """Contrast of borders if pilot samples found none in the whole picture."""
 
-TOGETHER = np.float32(4)
-"""Where light and colour both change in a pixel, its error is the product of the two steps over this, as if a
-shadow's edge and that of a field ran together through the middle of the pixel."""
-
 FAINT, RIM = 2.0**-7, 2.0**-4
 """Least contrasts of a border and of the outermost pixels, as shares of the borders' mean."""
 
@@ -196,25 +192,8 @@ def _leave_textures_out(estimate: Estimate, expected: NDArray[np.float32]) -> No
     lit = np.divide(estimate.pilots, colors, dtype=np.float32)
     light = strata.expected_errors(lit)
     light *= (colors**2).mean(axis=0)
-    np.maximum(light, _correlated(lit, estimate.colors), out=light)
     np.maximum(light, BENT * expected, out=light)
     np.copyto(expected, light, where=unlike)
-
-
-def _correlated(light: Picture, colors: Picture) -> NDArray[np.float32]:
-    """Squared error (H, W) to expect of means of colours in the mean light, where both differ inside a pixel.
-
-    The largest steps of light (3, H, W) and of colours to a neighbour estimate how much they do.
-    """
-    steps, detail = np.zeros(light.shape, np.float32), np.zeros(light.shape, np.float32)
-    for found, values in ((steps, light), (detail, colors)):
-        for axis in (1, 2):
-            change = np.abs(np.diff(values, axis=axis))
-            first = np.s_[:, :-1] if axis == 1 else np.s_[:, :, :-1]
-            second = np.s_[:, 1:] if axis == 1 else np.s_[:, :, 1:]
-            np.maximum(found[first], change, out=found[first])
-            np.maximum(found[second], change, out=found[second])
-    return ((steps * detail / TOGETHER) ** 2).mean(axis=0)
 
 
 def probes(estimate: Estimate) -> Masks:
