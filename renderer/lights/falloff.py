@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, Weights
 from renderer.math.arrays import Floats
 from renderer.math.numerics import SURFACE
@@ -25,12 +24,10 @@ class Falloff:
 
     Attributes
     ----------
-    emitter : Emitter
     area : bool
         Whether the light is a rectangle, so that g is the integrand of a form factor.
     """
 
-    emitter: Emitter
     area: bool
 
     def run(self, view: LightView) -> None:
@@ -41,7 +38,7 @@ class Falloff:
         nothing.
         """
         scale = view.scale()
-        touching = SURFACE * (view.of_points(view.points.sizes) + self.emitter.size) * scale
+        touching = SURFACE * (view.of_points(view.points.sizes) + view.emitter.size) * scale
         ratios = view.pairs("falloff")
         np.copyto(ratios, view.inverse_distances())
         close = ratios >= (1 / touching).astype(ratios.dtype)
@@ -63,11 +60,6 @@ class Falloff:
         return np.abs(frame.away) * np.abs(frame.first * frame.second_along) / np.pi
 
 
-def area_falloff(emitter: Emitter, _light: Light) -> Falloff:
-    """The falloff of a rectangle."""
-    return Falloff(emitter, area=True)
-
-
-def point_falloff(emitter: Emitter, _light: Light) -> Falloff:
-    """The falloff of a point."""
-    return Falloff(emitter, area=False)
+def build(light: Light) -> Falloff:
+    """The falloff of a light."""
+    return Falloff(area=light.type == "rectangle")

@@ -11,7 +11,7 @@ import numpy as np
 import schemas.lights as language
 from renderer.lights.emitters import Emitter, build_point
 from renderer.lights.view import LightView, Weights
-from renderer.math.arrays import Floats, column, cross, dot, unit
+from renderer.math.arrays import column, cross, dot, unit
 from renderer.shapes.frames import frame_of_normals
 from schemas.quality import LightSampling
 
@@ -35,13 +35,10 @@ class Cone:
 
     Attributes
     ----------
-    axis : (3, 1) float64
-        Unit, as the light travels.
     outer, width : float
         1 - cos of the angle where the light ends, and by how much it is less where nothing is lost.
     """
 
-    axis: Floats
     outer: float
     width: float
 
@@ -50,15 +47,15 @@ class Cone:
 
         1 - cos t is half the squared distance of two unit vectors: no digit of a narrow cone is lost.
         """
-        apart = unit(view.towards) + self.axis
+        apart = unit(view.towards) + view.emitter.normal
         share = np.clip((self.outer - dot(apart, apart) / 2) / self.width, 0, 1)
         view.weigh(Weights(np.ones((1, view.count), view.dtype), share * share))
 
 
-def cone(emitter: Emitter, light: language.SpotLight) -> Cone:
+def cone(light: language.SpotLight) -> Cone:
     """The cone of a spot light."""
     half = math.radians(light.outer_angle) / 2
     across = math.radians(light.outer_angle - light.inner_angle) / 2
     # Differences of cosines as products of sines, in which nothing cancels.
     width = 2 * math.sin(2 * half - across) * math.sin(across)
-    return Cone(emitter.normal, 2 * math.sin(half) ** 2, width)
+    return Cone(2 * math.sin(half) ** 2, width)

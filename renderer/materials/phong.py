@@ -49,7 +49,7 @@ def build(materials: Sequence[Surface]) -> Phong:
 
 
 def terms(materials: Sequence[Surface], dtype: np.dtype[np.floating]) -> list[Term]:
-    """What a light adds to K materials, with pair work in `dtype`."""
+    """Terms of a light for K materials, with pair work in `dtype`."""
     table = build(materials)
     found = []
     if table.diffuse.any():

@@ -1,4 +1,4 @@
-"""How materials reflect the light of lights: what every model of it gives to plans."""
+"""Terms that a material's model of reflection gives to every light."""
 
 from dataclasses import dataclass
 from typing import Literal, Protocol

@@ -115,7 +115,8 @@ def _layers(request: Request) -> tuple[Layer, ...]:
         hits = COSTS.shape * cost.near_shapes(sum(family.numbers.size for family in request.families))
         each = (COSTS.camera + hits + COSTS.point) / count
         request.list_stage("rays of layers", "layers", "one ray through the centre of each pixel", each=each)
-    request.reads |= {"coordinates"} if "uv" in request.layers else set()
+    if "uv" in request.layers:
+        request.reads.add("coordinates")
     for layer in chosen:
         request.list_stage(f"layer {layer.name}", f"layers.{layer.name}", layer.detail)
     return chosen

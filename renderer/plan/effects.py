@@ -18,9 +18,8 @@ import schemas.shapes
 import schemas.textures
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.assets import AssetSource
-from renderer.lights import emitters, spots
+from renderer.lights import emitters, falloff, spots
 from renderer.lights.emitters import Emitter
-from renderer.lights.falloff import area_falloff, point_falloff
 from renderer.materials import phong
 from renderer.materials.reflection import Term
 from renderer.plan.stages import LightStage
@@ -62,8 +61,8 @@ E = TypeVar("E", bound=Effect)
 
 def cast_by_segments(family: Family, emitter: Emitter, dtype: PairType, culling: bool) -> list[LightStage]:
     """Shadows of whatever rays can hit."""
-    del dtype, culling
-    return [SegmentShadows(family, emitter)]
+    del emitter, dtype, culling
+    return [SegmentShadows(family)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +97,7 @@ class ShapeEffect(Effect):
 
 @dataclass(frozen=True, slots=True)
 class WeightEffect:
-    """What the points of a light count less by.
+    """A weight of the points of a light.
 
     Attributes
     ----------
@@ -109,14 +108,14 @@ class WeightEffect:
     asked : callable or None
         Whether a light asks for it; None where all of the kind do.
     build : callable
-        Makes the stage, given the emitter and the light.
+        Makes the stage of a light.
     """
 
     name: str
     detail: str
     field: str
     asked: Callable[[Any], bool] | None
-    build: Callable[[Emitter, Any], LightStage]
+    build: Callable[[Any], LightStage]
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +141,8 @@ class LightEffect(Effect):
         served = {weight.field for weight in self.weights} | ({"visible"} if self.surface else set())
         for name in sorted({*served, "visible", "falloff", "outer_angle"}):
             if (name in served) != (name in kind.model_fields):
-                has, lacks = ("renderer", "scene language")[:: 1 if name in served else -1]
+                parties = "renderer", "scene language"
+                has, lacks = parties if name in served else parties[::-1]
                 return f"the {has} has a '{name}' for it, and the {lacks} has none"
         return None
 
@@ -169,7 +169,7 @@ class MaterialEffect(Effect):
     curvature: Callable[[Any], float]
 
     def disagreement(self, kind: type[BaseModel]) -> str | None:
-        """What the scene language lacks."""
+        """A class without the fields of all materials."""
         if issubclass(kind, schemas.materials.Surface):
             return None
         return "in the scene language it is no Surface, so it has no colour, maps and further rays"
@@ -296,9 +296,9 @@ def _is_physical(light: Any) -> bool:
 
 
 _BY_FORM_FACTOR = WeightEffect(
-    "falloff", "cosine and squared distance at light points", "falloff", _is_physical, area_falloff
+    "falloff", "cosine and squared distance at light points", "falloff", _is_physical, falloff.build
 )
-_BY_DISTANCE = WeightEffect("falloff", "squared distance", "falloff", _is_physical, point_falloff)
+_BY_DISTANCE = WeightEffect("falloff", "squared distance", "falloff", _is_physical, falloff.build)
 _BY_CONE = WeightEffect("cone", "the angle from the axis", "outer_angle", None, spots.cone)
 
 _AREA_LIGHT = LightEffect(emitters.build_rectangle, (_BY_FORM_FACTOR,), surface=True)

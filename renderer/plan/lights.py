@@ -136,18 +136,18 @@ def shadow_stages(request: Request, emitter: Emitter) -> list[LightStage]:
 
 
 def _weights(request: Request, emitter: Emitter, pointer: str) -> list[LightStage]:
-    """What the light asks its points to be weighed by."""
+    """Weights that the light asks for."""
     light = request.document.lights[emitter.number]
     weights = [weight for weight in LIGHTS[type(light)].weights if not weight.asked or weight.asked(light)]
     for weight in weights:
         name, each = f"{weight.name} of light {emitter.number}", COSTS.falloff * emitter.count
         asking = (f"{pointer}/{weight.field}" if weight.field in light.model_fields_set else pointer,)
         request.list_stage(name, f"lights.{weight.name}", weight.detail, asking, each)
-    return [weight.build(emitter, light) for weight in weights]
+    return [weight.build(light) for weight in weights]
 
 
 def _terms(request: Request, emitter: Emitter, pointer: str) -> list[LightTerm]:
-    """What the light adds to the materials of each kind."""
+    """Terms of the light, for the materials of each kind."""
     found: list[LightTerm] = []
     costs = {"diffuse": COSTS.diffuse, "specular": COSTS.highlight}
     for kind, name in {type(material): material.type for material in request.materials}.items():
@@ -155,6 +155,7 @@ def _terms(request: Request, emitter: Emitter, pointer: str) -> list[LightTerm]:
             asking = request.material_pointers(np.flatnonzero(term.used))
             each = costs[term.stage.adds] * emitter.count * term.share
             request.list_stage(term.name, f"materials.{name}", term.detail, (pointer, *asking), each)
-            request.reads |= {"viewers"} if term.viewed else set()
+            if term.viewed:
+                request.reads.add("viewers")
             found.append(term.stage)
     return found

@@ -82,20 +82,16 @@ def _texture(request: Request, name: str, part: str, used: Masks) -> Texture:
     asking = request.material_pointers(np.flatnonzero(used), f"/{part}")
     detail = "colours by texture coordinates" if part == "color_texture" else "bends shading normals"
     each = COSTS.lookup * len(asking) / len(request.names)
-    effect = (
-        f"textures.{texture.type}"
-        if part == "color_texture"
-        else f"materials.{_kind(request, used)}.normal_map"
-    )
+    effect = f"textures.{texture.type}" if part == "color_texture" else _effect(request, used, part)
     stage, pointers = f"{part.replace('_', ' ')} {name}", (f"/textures/{escaped(name)}", *asking)
     request.list_stage(stage, effect, detail, pointers, each)
     request.reads |= {"coordinates"} if part == "color_texture" else {"coordinates", "frames"}
     return request.texture(name, stored=part == "normal_map")
 
 
-def _kind(request: Request, used: Masks) -> str:
-    """The `type` of the first material that asks."""
-    return request.materials[int(used.argmax())].type
+def _effect(request: Request, used: Masks, part: str) -> str:
+    """The effect of a part of materials, by the kind of the first one that asks."""
+    return f"materials.{request.materials[int(used.argmax())].type}.{part}"
 
 
 def _bumps(request: Request) -> list[BumpMap]:
@@ -115,7 +111,7 @@ def _bump(request: Request, name: str, height: float, materials: list[int]) -> B
     each = LOOKUPS_A_SLOPE * COSTS.lookup * len(asking) / len(request.names)
     detail, pointers = "tilts shading normals by heights", (f"/textures/{escaped(name)}", *asking)
     used = np.isin(np.arange(len(request.names)), materials)
-    effect = f"materials.{_kind(request, used)}.bump_map"
+    effect = _effect(request, used, "bump_map")
     request.list_stage(f"bump map {name}", effect, detail, pointers, each)
     request.reads |= {"coordinates", "derivatives"}
     return BumpMap(request.heights(name, height), used)

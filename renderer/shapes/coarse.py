@@ -51,8 +51,13 @@ def coarse_of(numbers: Sequence[int], shapes: Sequence[language.Shape], assets: 
     ------
     AssetError
         As for `meshes.read`.
+    TypeError
+        If no line of this module makes triangles of a kind of shape.
     """
     parts = []
+    known = tuple(kind for kinds, _ in _MADE_BY for kind in kinds)
+    if unknown := [type(shape).__name__ for shape in shapes if not isinstance(shape, known)]:
+        raise TypeError(f"{unknown[0]} cannot be displaced: no line of {__name__} makes triangles of it.")
     for kinds, make in _MADE_BY:
         chosen = [i for i, shape in enumerate(shapes) if isinstance(shape, kinds)]
         if chosen:

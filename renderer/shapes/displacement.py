@@ -118,7 +118,7 @@ def _of_round(family: Ellipsoids, relief: "_Relief", camera: Pinhole, most: int)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Relief:
-    """Which heights move which shape of the scene: their number (shapes,) among all."""
+    """Heights that move the shapes of a scene: the number (shapes,) of those of each."""
 
     heights: Sequence[Heights]
     numbers: Integers

@@ -110,14 +110,6 @@ class Ellipsoids(Family):
         """None: its normals are those of the surface."""
         return self.numbers[:0]
 
-    def without_area(self) -> Masks:
-        """None: the scene language refuses them."""
-        return np.zeros(self.numbers.size, dtype=bool)
-
-    def count_retried(self) -> int:
-        """None."""
-        return 0
-
     def intersect(self, shape: int, rays: Rays) -> None:
         """Hits from the closest approach to the centre (Haines et al., Ray Tracing Gems, ch. 7).
 

@@ -148,9 +148,9 @@ class Family(ABC):
     def signatures(self, origin: Floats, direction: Floats, reach: float) -> tuple[Floats, Floats]:
         """A number and a room for each primitive, (K,): of two that coincide the rooms meet.
 
-        They tell most others apart, by a place and a vector, (3, 1) each, that no shape is likely to be in
-        line with. `reach` is the greatest of the `reaches` of all. A room is NaN for what has no area; here
-        it is endless, and nothing is told apart.
+        They separate most others, by a place and a vector, (3, 1) each, that no shape is likely to be in line
+        with. `reach` is the greatest of the `reaches` of all. A room is NaN for what has no area; here it is
+        endless, and separates nothing.
         """
         del origin, direction, reach
         return np.zeros(self.numbers.size), np.full(self.numbers.size, np.inf)
@@ -171,13 +171,13 @@ class Family(ABC):
     def smooth_shapes(self) -> Integers:
         """Numbers of the shapes whose shading normals are not those of the surface, (M,)."""
 
-    @abstractmethod
     def without_area(self) -> Masks:
         """Primitives that nothing can hit, as they have no area, (K,)."""
+        return np.zeros(self.numbers.size, dtype=bool)
 
-    @abstractmethod
     def count_retried(self) -> int:
         """Number of primitives so thin that exact arithmetic had to decide if they have an area."""
+        return 0
 
     def reach(self, direction: Floats) -> Floats:
         """Greatest value of direction . x over the places x of each shape, (K,), for a vector (3, 1).

@@ -11,7 +11,6 @@ from renderer.interaction import Points, Rays
 from renderer.math.arrays import (
     Floats,
     Integers,
-    Masks,
     cross,
     dot,
     lengths,
@@ -141,14 +140,6 @@ class Rectangles(FlatFamily):
     def smooth_shapes(self) -> Integers:
         """None."""
         return self.numbers[:0]
-
-    def without_area(self) -> Masks:
-        """None: the scene language refuses them."""
-        return np.zeros(self.numbers.size, dtype=bool)
-
-    def count_retried(self) -> int:
-        """None."""
-        return 0
 
     def occluders(self) -> Polygons:
         """The same rectangles as things that stand in the light."""

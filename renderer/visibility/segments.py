@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.interaction import Rays
-from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.math.arrays import taken
 from renderer.shapes.family import MARGIN, Family
@@ -16,16 +15,9 @@ from renderer.shapes.family import MARGIN, Family
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SegmentShadows:
-    """Stage of a light: shadows of one family.
-
-    Attributes
-    ----------
-    family : Family
-    emitter : Emitter
-    """
+    """Stage of a light: shadows of one family."""
 
     family: Family
-    emitter: Emitter
 
     def run(self, view: LightView) -> None:
         """Block the pairs with a shape strictly between."""
@@ -33,15 +25,16 @@ class SegmentShadows:
         if not open_points.size:
             return
         chosen, start = view.chosen[open_points], view.points
+        emitter = view.emitter
         centre, origins = taken(view.towards, open_points), taken(start.positions, chosen)
         surfaces = start.origin_surfaces(chosen)
         blocked = np.zeros((view.light_points.count, open_points.size), dtype=bool)
         for row, u, v in zip(blocked, *view.light_points.places(open_points), strict=True):
-            towards = centre + self.emitter.first * u + self.emitter.second * v
+            towards = centre + emitter.first * u + emitter.second * v
             rays = Rays(
                 origins, towards, start.pixels[chosen], start.samples[chosen], origin_surfaces=surfaces
             )
             for shape in range(self.family.numbers.size):
                 self.family.intersect(shape, rays)
-            row[...] = rays.t < (1 - MARGIN if self.emitter.weight else np.inf)
+            row[...] = rays.t < (1 - MARGIN if emitter.weight else np.inf)
         view.block(blocked, open_points)

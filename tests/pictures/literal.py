@@ -304,7 +304,7 @@ class Drawing:
 
 
 def by_phong(material: Any, color: V, normal: V, l: V, viewer: V) -> V:
-    """What white light from l adds."""
+    """Reflected radiance of white light from l."""
     mirror = sub(mul(normal, 2 * dot(normal, l)), l)
     gloss = max(0.0, dot(mirror, viewer))
     high = material.specular * (gloss**material.shininess if gloss > 0 else 0.0)

@@ -130,12 +130,6 @@ class Tubes(Family):
     def smooth_shapes(self) -> Integers:
         return self.numbers[:0]
 
-    def without_area(self) -> Masks:
-        return np.zeros(self.numbers.size, dtype=bool)
-
-    def count_retried(self) -> int:
-        return 0
-
     def _local(self, vectors: Floats, shapes: Integers) -> Floats:
         axes = taken(self.axes, shapes)
         return np.stack([dot(vectors, axis) / dot(axis, axis) for axis in axes])

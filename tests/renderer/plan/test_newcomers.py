@@ -15,9 +15,9 @@ from schemas.quality import FixedQuality, Quality, TargetQuality
 from service.grading.mistakes.altered_shading import altered_shading
 from tests.documents import Json, bulb, camera, lamp, phong, rectangle, sampled, sphere, spot
 from tests.pictures.literal import Drawing
-from tests.pictures.parts import DOUBLE, SINGLE, samples_of
+from tests.pictures.parts import DOUBLE, SINGLE, Files, samples_of
 from tests.pictures.references import root_of_product
-from tests.pictures.test_literal_pairs import compared
+from tests.pictures.test_literal_pairs import PNGS, compared
 from tests.renderer.plan.newcomers import MINNAERT, TUBE, LargerScene, Minnaert, Tube
 
 
@@ -141,9 +141,22 @@ def test_newcomer_that_is_no_surface_is_refused() -> None:
         registered(PhongMaterial | Minnaert, {PhongMaterial: MATERIALS[PhongMaterial]})
 
 
+def test_displacement_of_a_newcomer_is_refused() -> None:
+    """It would not be in the picture, beside shapes that can be displaced."""
+    scene = larger("bulb")
+    raised = phong(displacement_map="bumps", displacement_height=0.1)
+    document = scene.model_dump(exclude_unset=True) | {
+        "materials": dict.fromkeys(("plain", "dusty", "shiny"), raised),
+        "textures": {"bumps": {"type": "image", "asset": "white.png"}},
+    }
+    loaded = renderer.load_scene(LargerScene.model_validate(document), assets=Files(PNGS))
+    with pytest.raises(TypeError, match="Tube cannot be displaced"):
+        renderer.compile_scene(loaded)
+
+
 @pytest.mark.parametrize("seed", range(1000, 1024))
 def test_shadows_by_segments_are_those_of_every_family(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the package has no faster way for is right for the kinds that it has one for."""
+    """The slow way of new kinds, on the kinds that have a faster one."""
     for kind, effect in SHAPES.items():
         monkeypatch.setitem(SHAPES, kind, replace(effect, cast=cast_by_segments))
     for each in compared(seed, few=True):
