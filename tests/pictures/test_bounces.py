@@ -224,9 +224,10 @@ def test_path_ends_below_float32() -> None:
     [
         {"lights": [{**bulb([0, 9, 0]), "falloff": "physical"}]},
         {"lights": [lamp([-5, 9, 0], [1, 0, 0], [0, 0, 1], color=[1e9, 0, 0])]},
+        {"lights": [bulb([0, 9, 0], [1, 1, 1])] * 16},
         {"ambient": [1e9, 1, 1]},
     ],
-    ids=["falloff", "lamp", "ambient"],
+    ids=["falloff", "lamp", "many bulbs", "ambient"],
 )
 def test_bright_scenes_keep_paths_going(brighter: Json) -> None:
     """Whatever this path finds at its end: a plan does not know what it will see."""

@@ -57,6 +57,8 @@ def larger(light: str, side: int = 24, **changes: Any) -> LargerScene:
         tube([-0.8, 0.02, 0.3], [0.1, 1.4, 0.2], 0.5),
         tube([0.6, 0.5, 1.2], [1.2, 0.1, -0.9], 0.4, material="shiny"),
         sphere([0.9, 1.4, -0.6], 0.5) | {"material": "dusty"},
+        # Beyond every light, which it does not shade.
+        tube([-3, 7, 1], [6, 0, 0], 1.5),
     ]
     return LargerScene.model_validate(
         {
