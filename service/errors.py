@@ -6,6 +6,7 @@ ServiceError
 │   ├── BodyIncompleteError
 │   ├── BodySlowError
 │   ├── MediaTypeError
+│   ├── DisconnectedError       the client did not wait for its answer
 │   ├── UnknownHostError        a request was sent to another name
 │   ├── ParametersError         parameters that the address does not have
 │   └── RangeError
@@ -79,6 +80,10 @@ class BodySlowError(RequestError):
 
 class MediaTypeError(RequestError):
     """A request body is not of a type that the route reads."""
+
+
+class DisconnectedError(RequestError):
+    """The client disconnected before its answer."""
 
 
 class UnknownHostError(RequestError):

@@ -1,11 +1,11 @@
-"""Request bodies: checks of type, length and throughput while they arrive."""
+"""Request bodies: checks of type, length and throughput while they arrive, and disconnections after them."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Coroutine
 from contextlib import asynccontextmanager
-from typing import Annotated
+from typing import Annotated, Any, TypeVar
 
 from fastapi import Depends, Request
 from starlette.requests import ClientDisconnect
@@ -15,6 +15,7 @@ from service.errors import (
     BodyIncompleteError,
     BodySlowError,
     BodyTooLargeError,
+    DisconnectedError,
     MediaTypeError,
 )
 from service.jobs.context import Here
@@ -23,6 +24,8 @@ SLOWEST = 16 * 1024
 """Bytes a second at which a body must arrive after ``first_seconds``: a modem is fast enough."""
 # No real Content-Length has more digits.
 _MOST_DIGITS = 18
+
+Answer = TypeVar("Answer")
 
 
 async def chunks(request: Request, limit: int, first_seconds: float) -> AsyncIterator[bytes]:
@@ -122,3 +125,23 @@ JsonBody = Annotated[bytes, Depends(_json_body)]
 
 TraceBody = Annotated[bytes, Depends(_trace_body)]
 """As long as the rays that a request may have need."""
+
+
+async def while_connected(request: Request, answer: Coroutine[Any, Any, Answer]) -> Answer:
+    """Await the answer to a request whose body was read; cancel it as soon as the client disconnects.
+
+    Raises
+    ------
+    DisconnectedError
+        Nobody receives it; it ends the handler.
+    """
+    # After the body nothing is received but the end of the connection.
+    answering, ended = asyncio.ensure_future(answer), asyncio.ensure_future(request.receive())
+    try:
+        await asyncio.wait((answering, ended), return_when=asyncio.FIRST_COMPLETED)
+        if not answering.done():
+            raise DisconnectedError("The client disconnected before the answer.")
+        return answering.result()
+    finally:
+        answering.cancel()
+        ended.cancel()

@@ -68,6 +68,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.BodyTooLargeError: Kind(413, "body_too_large"),
     errors.BodyIncompleteError: Kind(400, "body_incomplete"),
     errors.BodySlowError: Kind(408, "body_slow"),
+    errors.DisconnectedError: Kind(400, "disconnected"),
     errors.UnknownHostError: Kind(421, "unknown_host"),
     errors.MediaTypeError: Kind(415, "media_type"),
     errors.ParametersError: Kind(422, "parameters"),

@@ -22,6 +22,12 @@ def is_alive(process: int) -> bool:
     return bool(state) and state[0] != b"Z"
 
 
+def ticks_of(process: int) -> int:
+    """CPU time of a process so far, in ticks of the clock; 0 of one that is gone."""
+    fields = _read(Path(f"/proc/{process}/stat")).rpartition(b")")[2].split()
+    return sum(map(int, fields[11:13]))
+
+
 def _children(process: int) -> list[int]:
     with suppress(OSError):
         threads = [*Path(f"/proc/{process}/task").iterdir()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Request, Response
 
 from schemas.api.comparisons import ComparisonAnswer, ComparisonRequest
 from schemas.api.inspections import Inspection, InspectionRequest, TraceAnswer, TraceRequest
@@ -14,7 +14,7 @@ from schemas.api.previews import PreviewRequest
 from schemas.json_schema import scene_json_schema
 from service.analyses import calls, comparisons
 from service.api.authentication import CurrentUser, JobId
-from service.api.bodies import JsonBody, TraceBody
+from service.api.bodies import JsonBody, TraceBody, while_connected
 from service.api.routes.jobs import BODY, GONE, UNKNOWN
 from service.api.routes.parameters import json_request, problem
 from service.jobs.admission import WHITE, admit
@@ -56,9 +56,9 @@ async def plan(here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
     summary="Trace rays",
     response_description="One entry for each ray.",
 )
-async def trace(here: Here, user: CurrentUser, body: TraceBody) -> TraceAnswer:
+async def trace(request: Request, here: Here, user: CurrentUser, body: TraceBody) -> TraceAnswer:
     """Cast rays into a scene and report what each of them hits first."""
-    return await calls.trace(here, user, body)
+    return await while_connected(request, calls.trace(here, user, body))
 
 
 @router.get(
@@ -148,9 +148,9 @@ OFFERS: dict[str, Any] = {
     summary="Predict cost and error",
     response_description="Several qualities with their predicted cost and error.",
 )
-async def quote(here: Here, user: CurrentUser, body: JsonBody) -> Quote:
+async def quote(request: Request, here: Here, user: CurrentUser, body: JsonBody) -> Quote:
     """Predict the cost and the error of a scene at several qualities. This takes about 1.5 seconds."""
-    return await calls.quote(here, user, body)
+    return await while_connected(request, calls.quote(here, user, body))
 
 
 @router.post(
@@ -165,9 +165,10 @@ async def quote(here: Here, user: CurrentUser, body: JsonBody) -> Quote:
     summary="Preview a scene",
     response_description="A small PNG picture.",
 )
-async def preview(here: Here, user: CurrentUser, body: JsonBody) -> Response:
+async def preview(request: Request, here: Here, user: CurrentUser, body: JsonBody) -> Response:
     """Render a small picture of a scene while you wait. No job is created, and nothing is stored."""
-    return Response(await calls.preview(here, user, body), media_type="image/png")
+    png = await while_connected(request, calls.preview(here, user, body))
+    return Response(png, media_type="image/png")
 
 
 PICTURES: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content": WHITE, "encoding": "srgb"}}
@@ -189,9 +190,9 @@ PICTURES: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content"
     summary="Compare two pictures",
     response_description="Metrics, a verdict, and likely mistakes.",
 )
-async def compare(here: Here, user: CurrentUser, body: JsonBody) -> ComparisonAnswer:
+async def compare(request: Request, here: Here, user: CurrentUser, body: JsonBody) -> ComparisonAnswer:
     """Compare two pictures, sent or of jobs: metrics, a verdict that allows for noise, likely mistakes."""
-    return await comparisons.compare(here, user, body)
+    return await while_connected(request, comparisons.compare(here, user, body))
 
 
 PIXEL: dict[str, Any] = {"x": 0, "y": 0}
@@ -213,9 +214,9 @@ PIXEL: dict[str, Any] = {"x": 0, "y": 0}
     summary="Inspect a pixel",
     response_description="What the ray hits, and why the pixel looks as it does.",
 )
-async def inspect(here: Here, job_id: JobId, body: JsonBody) -> Inspection:
+async def inspect(request: Request, here: Here, job_id: JobId, body: JsonBody) -> Inspection:
     """Trace the ray through the centre of a pixel: what it hits, what each light adds there, what blocks it.
 
     The job need not have begun. The pixel of the picture is the mean of many such rays.
     """
-    return await calls.inspect(here, job_id, body)
+    return await while_connected(request, calls.inspect(here, job_id, body))

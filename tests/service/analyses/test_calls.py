@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import os
+import signal
+import socket
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -10,15 +14,19 @@ import httpx2
 import pytest
 
 import renderer
+import scenes
 from accuracy.inspection import inspect, inspection_plan
 from schemas.api.inspections import Inspection
 from schemas.api.plans import Quote
 from schemas.api.request_pointers import in_scene
 from schemas.quality import FixedQuality
+from service.server import RunningServer
 from service.settings import Settings
+from tests.service.conftest import Start
 from tests.service.in_process import InProcess, in_process
+from tests.service.processes import is_alive, ticks_of, workers_of
 from tests.service.sending import mistakes, problem_of, put
-from tests.service.support import finish, long_scene, scene, submit
+from tests.service.support import TIMEOUT, finish, long_scene, scene, submit, until
 
 BEHIND_THE_BALL = (30, 27)
 
@@ -128,3 +136,29 @@ def test_quotes_beyond_the_limit_are_sent_away(tmp_path: Path) -> None:
         assert problem_of(refused, 429)["code"] == "busy"
         assert int(refused.headers["Retry-After"]) >= 1
         assert quote(client).status_code == 200
+
+
+def sent(server: RunningServer, path: str, body: Any) -> socket.socket:
+    """A connection on which a request was sent and nothing was received."""
+    host = server.url.removeprefix("http://")
+    content = json.dumps(body).encode()
+    head = f"POST {path} HTTP/1.1\r\nHost: {host}\r\nContent-Length: {len(content)}\r\n\r\n"
+    name, _, port = host.rpartition(":")
+    connection = socket.create_connection((name, int(port)), timeout=TIMEOUT)
+    connection.sendall(head.encode() + content)
+    return connection
+
+
+@pytest.mark.parametrize("path", ["/v1/quotes", "/v1/previews"])
+def test_call_ends_when_its_client_disconnects(start: Start, path: str) -> None:
+    """It would not end by itself, as its worker is stopped, nor be found silent within the test."""
+    server = start(workers=1, worker_silence_seconds=3600)
+    body = {"scene": json.loads((Path(str(scenes.__file__)).parent / "gallery/glass.json").read_text())}
+    (worker,) = workers_of(server.process.pid)
+    before = ticks_of(worker)
+    with sent(server, path, body):
+        until(lambda: ticks_of(worker) > before + 5)
+        os.kill(worker, signal.SIGSTOP)
+    until(lambda: not is_alive(worker))
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+        assert client.post(path, json={"scene": scene(8, 8)}).status_code == 200
