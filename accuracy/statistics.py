@@ -1,4 +1,4 @@
-"""Statistics: means, ratios and medians with 95 % intervals, and levels of tests."""
+"""Statistics: means and medians with 95 % intervals, and levels of tests."""
 
 import statistics
 from collections.abc import Sequence
@@ -58,31 +58,10 @@ def mean(values: npt.ArrayLike, usual: float, covered: float = 0.0) -> Interval:
     """
     values = np.asarray(values, dtype=np.float64)
     middle = max(float(values.mean()), 0.0)
-    return _around(middle, values - values.mean(), usual * middle, max(1 - covered, 0.0))
-
-
-def ratio(parts: npt.ArrayLike, wholes: npt.ArrayLike, usual: float) -> Interval:
-    """The ratio of two means from pairs of samples (n,), as in Cochran, Sampling Techniques, chapter 6.
-
-    `usual` is the deviation of the ratio of a pair, relative to the ratio.
-    """
-    parts, wholes = np.asarray(parts, dtype=np.float64), np.asarray(wholes, dtype=np.float64)
-    middle = float(parts.mean() / wholes.mean())
-    return _around(middle, (parts - middle * wholes) / wholes.mean(), usual * middle, 1.0)
-
-
-def _around(middle: float, residuals: Floats, usual: float, left: float) -> Interval:
-    freedom = residuals.size - 1 + BELIEVED
-    variance = (float(np.sum(residuals**2)) + BELIEVED * usual**2) / freedom
-    half = student(freedom) * sqrt(variance / residuals.size * left)
+    freedom = values.size - 1 + BELIEVED
+    variance = (float(np.sum((values - values.mean()) ** 2)) + BELIEVED * (usual * middle) ** 2) / freedom
+    half = student(freedom) * sqrt(variance / values.size * max(1 - covered, 0.0))
     return Interval(middle, max(middle - half, 0.0), middle + half)
-
-
-def line(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:
-    """Slope and scatter of the straight line that is nearest to points, by least squares."""
-    across, up = np.asarray(x) - np.mean(x), np.asarray(y) - np.mean(y)
-    slope = float(across @ up / (across @ across))
-    return slope, float(np.sqrt(np.mean((up - slope * across) ** 2)))
 
 
 def shared_out(probability: float, tests: int) -> float:

@@ -29,9 +29,10 @@ def quote(
 ) -> Quote:
     """Predict what a picture costs at several qualities, and how far off it will be.
 
-    The price comes from the plan alone. All else comes from a pilot in this process: blocks of the picture
-    are timed, pixels sampled twice, effects left out, and pictures of target quality begun, as long as there
-    is time. What there was no time for is missing in the answer.
+    The price comes from the plan alone. All else comes from a pilot in this process: what is asked for is
+    rendered first, as far as there is time, then blocks of the picture are timed, effects left out, pixels
+    sampled twice, and other target errors tried. What there was no time for is missing in the answer, and a
+    cost that is a rough guess says so.
 
     Parameters
     ----------
@@ -65,12 +66,11 @@ def quote(
     """
     before = thread_time()
     plan = compile_scene(scene, quality)
-    compiling, begun = thread_time() - before, monotonic()
-    pilot = Pilot(scene, plan.quality, target_error, plan)
-    pilot.run(limit, compiling)
+    pilot, begun = Pilot(scene, plan, thread_time() - before), monotonic()
+    pilot.run(limit, target_error)
     fixed, adaptive = pilot.fixed(workers), pilot.adaptive(workers)
     known: list[Fixed | Adaptive] = [*fixed, adaptive]
-    asked = _asked(pilot, known)
+    asked = _asked(pilot, fixed, adaptive)
     return Quote(
         asked=asked,
         offers=_offers(pilot, fixed, adaptive),
@@ -81,38 +81,32 @@ def quote(
         workers=workers,
         pilot=PilotReport(
             seconds=monotonic() - begun,
-            blocks=len(pilot.stopwatch.firsts) if pilot.stopwatch else 0,
+            blocks=sum(watch.blocks for watch in pilot.timings),
             pixels=pilot.sampled.pixels if pilot.sampled else 0,
-            target_errors=sum(rehearsal.found is not None for rehearsal in pilot.rehearsals),
+            target_errors=len(pilot.rehearsals),
         ),
     )
 
 
-def _asked(pilot: Pilot, known: list[Fixed | Adaptive]) -> Offer | None:
-    for each in known:
-        if isinstance(each, Adaptive):
-            if pilot.target and each.points:
-                return each.priced(pilot.target.error, pilot.target.time_limit)
-        elif pilot.target is None and each.ladder == pilot.ladders[0]:
-            return each.priced(pilot.asked)
-    return None
+def _asked(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> Offer | None:
+    if pilot.target is not None:
+        return adaptive.priced(pilot.target.error, pilot.target.time_limit) if adaptive.tried else None
+    return fixed[0].priced(pilot.asked) if fixed else None
 
 
 def _offers(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> tuple[Offer, ...]:
     """All that was priced: the ladders from few samples to many, then errors from large to small."""
     offers = []
     for each in fixed:
-        own = {pilot.asked} if pilot.target is None and each.ladder == pilot.ladders[0] else set()
+        own = {pilot.asked} if pilot.target is None and each is fixed[0] else set()
         offers += [each.priced(count) for count in sorted({*each.ladder.counts} | own)]
-    errors = sorted(adaptive.errors(ERRORS), reverse=True)
-    return (*offers, *(adaptive.priced(error) for error in errors))
+    return (*offers, *map(adaptive.priced, sorted(adaptive.errors(ERRORS), reverse=True)))
 
 
 def _effects(pilot: Pilot, asked: Offer | None) -> tuple[EffectShare, ...]:
-    if asked is None:
-        return ()
-    total = asked.cpu_seconds.estimate
+    total = asked.cpu_seconds.estimate if asked else 0.0
     return tuple(
         EffectShare(effect=one.effect, pointers=one.pointers, cpu_seconds=share * total, share=share)
         for one, share in sorted(pilot.effects, key=lambda found: -found[1])
+        if asked
     )

@@ -1,9 +1,12 @@
 """A pilot has little time: it is cut into small units of work, and none begins that might not be finished."""
 
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Self, TypeVar
+
+from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
 
 Result = TypeVar("Result")
 
@@ -13,33 +16,36 @@ still has all its time, and a client waits for seconds at most."""
 
 
 @dataclass(frozen=True, slots=True)
-class Deadline:
+class Deadline(TimeLimit):
     """A time by which work of this thread has to be done, in CPU seconds: other work does not shorten it.
 
     Attributes
     ----------
     end : float
-        By the clock of `time.thread_time`, seconds.
-    latest : float
-        By the clock of `time.monotonic`, seconds, however little of the processor there was.
+        By the clock of `time.thread_time`, seconds; `until` is the latest, however little of the processor
+        there was.
     """
 
-    end: float
-    latest: float
+    end: float = math.inf
 
     @classmethod
-    def after(cls, seconds: float) -> "Deadline":
+    def after(cls, seconds: float) -> Self:
         """After so many CPU seconds of this thread."""
-        return cls(time.thread_time() + seconds, time.monotonic() + WALL_RATIO * seconds)
+        return cls(time.monotonic() + WALL_RATIO * seconds, 0.0, time.thread_time() + seconds)
 
     @property
     def left(self) -> float:
         """CPU seconds until then, below 0 once it is over."""
-        return min(self.end - time.thread_time(), self.latest - time.monotonic())
+        return min(self.end - time.thread_time(), self.until - time.monotonic())
+
+    def check(self) -> None:
+        """Raise `OutOfTimeError` when the time has run out."""
+        if self.left <= 0:
+            raise OutOfTimeError
 
     def part(self, share: float) -> "Deadline":
         """An earlier deadline, after a share of the time that is left."""
-        return Deadline(time.thread_time() + max(self.left, 0.0) * share, self.latest)
+        return Deadline(self.until, self.ray_seconds, time.thread_time() + max(self.left, 0.0) * share)
 
 
 def within(deadline: Deadline, units: Iterable[Callable[[], Result]], first: float = 0.0) -> Iterator[Result]:

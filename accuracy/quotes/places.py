@@ -2,54 +2,38 @@
 
 import numpy as np
 
-from renderer.math import morton
-from renderer.math.arrays import Integers
 from renderer.tiling import Block
 from schemas.tiles import Tile
 
-SIDE = 64
-"""Side of the blocks of the first sample, pixels: those that `tiling.blocks` makes of them."""
-
-SMALL = 16
-"""Side of the smallest blocks, pixels: smaller ones are all calls and no arithmetic."""
+ACROSS, DOWN = 0.7548776662466927, 0.5698402909980532
+"""Powers of the root of x^3 = x + 1, whose multiples fill a square most evenly (Roberts 2018)."""
 
 APART = 4
 """Side of the squares in each of which one pixel is sampled, pixels: neighbours show much the same, and
 blocks of many pixels cost less for each."""
 
 
-def spread(columns: int, rows: int, seed: int) -> list[tuple[int, int]]:
-    """The cells of a grid, (column, row), each once, in an order whose every beginning is spread evenly.
-
-    It is the order of a square twice as fine each time, begun anywhere: Morton's order of the places with
-    their bits reversed.
-    """
-    bits = (max(columns, rows) - 1).bit_length()
-    first = np.random.default_rng(seed).integers(0, 1 << bits, 2)
-    row, column = np.indices((rows, columns)).reshape(2, -1)
-    across, down = (
-        _reversed_bits((at - by) % (1 << bits), bits) for at, by in zip((column, row), first, strict=True)
-    )
-    # The second coarsest cell is the one across, so that two cells show both halves either way.
-    order = np.argsort(morton.codes(across, across ^ down))
-    return list(zip(column[order].tolist(), row[order].tolist(), strict=True))
-
-
-def _reversed_bits(numbers: Integers, bits: int) -> Integers:
-    """Numbers below 2^bits with their lowest bit first."""
-    reverse = np.zeros_like(numbers)
-    for bit in range(bits):
-        reverse |= (numbers >> bit & 1) << (bits - 1 - bit)
-    return reverse
-
-
 def cells(width: int, height: int, side: int, seed: int) -> list[Tile]:
-    """The picture in squares, smaller ones at its right and lower edges, in the order of `spread`."""
-    order = spread(-(-width // side), -(-height // side), seed)
-    return [
-        Tile(i, x * side, y * side, min((x + 1) * side, width), min((y + 1) * side, height))
-        for i, (x, y) in enumerate(order)
+    """The picture in squares, smaller ones at its right and lower edges, each once.
+
+    They come in the order of a lattice of rank 1, begun anywhere: those whose fractional part is below any
+    limit are spread evenly (a Bohr set).
+    """
+    rows, columns = np.indices((-(-height // side), -(-width // side))).reshape(2, -1)
+    begin = np.random.default_rng(seed).random()
+    order = np.argsort((columns * ACROSS + rows * DOWN + begin) % 1)
+    corners = (np.stack((columns, rows), axis=1)[order] * side).tolist()
+    return [Tile(i, x, y, min(x + side, width), min(y + side, height)) for i, (x, y) in enumerate(corners)]
+
+
+def parts(cell: Tile, side: int, seed: int) -> list[Tile]:
+    """The squares of a cell, smaller ones at its right and lower edges, in random order."""
+    found = [
+        Tile(0, x, y, min(x + side, cell.x1), min(y + side, cell.y1))
+        for y in range(cell.y0, cell.y1, side)
+        for x in range(cell.x0, cell.x1, side)
     ]
+    return [found[at] for at in np.random.default_rng((seed, cell.index)).permutation(len(found))]
 
 
 def scattered(cell: Tile, seed: int) -> Block:

@@ -1,12 +1,12 @@
 """The qualities that a quote predicts: two ladders of fixed counts, and target errors."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import isqrt
 
 from accuracy.variations import fixed_quality, seeded
-from renderer.compiling import compile_scene
+from renderer.compiling import at_quality
 from renderer.plan.plan import RenderPlan
-from renderer.scenes import LoadedScene
 from schemas.quality import (
     CONFIDENCE,
     SQUARE_PATTERNS,
@@ -20,11 +20,11 @@ from schemas.quality import (
 COUNTS = (1, 4, 16, 64, 256)
 """Camera samples of the rungs of a ladder: square numbers, as some patterns need them."""
 
-MEASURED = (1, 4, 16)
-"""Those whose errors a pilot measures; the others follow from these."""
-
 ERRORS = (4 / 255, 2 / 255, 1 / 255)
 """Target errors that are always priced."""
+
+FINEST = 1e-6
+"""Smallest error that target quality takes."""
 
 MOST = 4096
 """Camera samples beyond which no count is offered: where they do not suffice, the pattern is the wrong
@@ -33,15 +33,7 @@ one."""
 
 @dataclass(frozen=True, slots=True)
 class Ladder:
-    """Qualities that only differ in the number of camera samples.
-
-    Attributes
-    ----------
-    pattern : str
-        Of the camera samples.
-    light : LightSampling
-    precision : str
-    """
+    """Qualities that only differ in the number of camera samples, whose pattern and light these are."""
 
     pattern: str
     light: LightSampling
@@ -53,28 +45,16 @@ class Ladder:
         return (1,) if self.pattern == "center" else COUNTS
 
     @property
-    def measured(self) -> tuple[int, ...]:
-        """Counts whose errors are measured."""
-        return tuple(count for count in MEASURED if count in self.counts)
+    def allowed(self) -> Sequence[int]:
+        """All counts that the pattern allows."""
+        if self.pattern == "center":
+            return self.counts
+        squares = self.pattern in SQUARE_PATTERNS
+        return [side**2 for side in range(1, isqrt(MOST) + 1)] if squares else range(1, MOST + 1)
 
     def quality(self, count: int) -> FixedQuality:
         """A rung, as a job request has it."""
         return fixed_quality(self.pattern, count, self.light.pattern, self.light.samples, self.precision)
-
-    def at_least(self, count: float) -> int | None:
-        """The least count that the pattern allows and that is not below `count`; None if there is none."""
-        if not count <= self.counts[-1] ** 2 or count > MOST:
-            return None
-        whole = max(int(-(-count // 1)), 1)
-        root = isqrt(whole - 1) + 1
-        return root * root if self.pattern in SQUARE_PATTERNS else whole
-
-    def at_most(self, count: float) -> int | None:
-        """The greatest count that the pattern allows and that is not above `count`; None if there is none."""
-        whole = int(min(count, self.counts[-1] ** 2, MOST))
-        if whole < 1:
-            return None
-        return isqrt(whole) ** 2 if self.pattern in SQUARE_PATTERNS else whole
 
 
 def own_ladder(sampling: Sampling, quality: Quality | None) -> tuple[Ladder, int]:
@@ -91,9 +71,9 @@ def sobol_ladder(precision: str) -> Ladder:
     return Ladder("sobol", LightSampling(pattern="sobol", samples=4), precision)
 
 
-def compiled(scene: LoadedScene, quality: Quality, seed: int | None = None) -> RenderPlan:
-    """The plan of a quality, with another seed if one is given."""
-    return compile_scene(scene if seed is None else seeded(scene, seed), quality)
+def planned(plan: RenderPlan, quality: Quality, more: int = 0) -> RenderPlan:
+    """The plan of the same scene at another quality, with so much added to its seed."""
+    return at_quality(replace(plan, scene=seeded(plan.scene, plan.seed + more)), quality)
 
 
 def target(

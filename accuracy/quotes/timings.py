@@ -1,219 +1,137 @@
-"""CPU seconds of fixed qualities, from blocks of the real plan.
-
-The first camera sample is timed in blocks all over the picture, the whole of it where there is time. What the
-other samples cost, and those of other ladders, is timed in few of them, as a ratio: where one costs much, so
-does the other.
-"""
+"""CPU seconds of fixed qualities: what rays of each pass cost in blocks all over the picture."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
+from math import hypot, sqrt
 
 import numpy as np
 
 from accuracy.quotes import places
 from accuracy.quotes.deadlines import Deadline, within
-from accuracy.statistics import factor, mean, ratio
+from accuracy.statistics import BELIEVED, factor
 from accuracy.variations import Variant, variants
 from renderer.compiling import compile_scene
 from renderer.integrator import render_tile
 from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
-from renderer.tiling import blocks
-from schemas.quality import Quality
+from renderer.tiling import passes
 from schemas.tiles import Pass, Tile
 
 FIRST = Pass(index=1, stride=1, first=0, last=1)
-"""The round of every plan that takes one sample in every pixel."""
+"""The pass of every plan that takes one sample in every pixel."""
 
-DEEPEST = 3
-"""Index of the last round of samples that is timed, 4 to 16: those after it take as long for each sample."""
+SIDES = (64, 32, 16)
+"""Sides of the blocks of the first three passes, pixels; those after them cost as much for each ray."""
 
-LONGEST = 0.15
-"""Seconds that a unit of work shall take at most, as far as it can be cut."""
+SLOW = 0.03
+"""CPU seconds of a block of 32 x 32 pixels from which on first blocks are no larger: more of them fit."""
 
-UNIT, CALLS = 0.03, 0.15
-"""Seconds from which on blocks are slow, and share of the time that calls may take in smaller ones."""
+UNSTEADY = 0.17
+"""Standard deviation of the logarithm of the CPU time of a picture over that of its repetition, while two to
+three other programs share two processors: 0.15 to 0.17, in 44 pictures."""
 
-SLOW = 4e-6
-"""CPU seconds of a ray from which on the round before the deepest is timed: its blocks cover four times the
-pixels, and calls are a small part of the time of either."""
+BLOCKS_DIFFER = 0.7
+"""Relative standard deviation that is usual between the prices of rays in blocks of a picture."""
 
-UNSTEADY = 0.06
-"""Standard deviation of the logarithm of the CPU time of the same work, some seconds later on a machine with
-other work: caches and clock rates are shared."""
-
-KNOWN = 1.25
-"""A cost is known well enough if it is at most this many times what it is taken for."""
-
-BLOCKS_DIFFER, RATIOS_DIFFER = 0.7, 0.25
-"""Relative standard deviations that are usual between blocks of a picture, and between ratios in them."""
-
-FEWEST, EVERY = 2, 5
-"""All ladders are timed in the first 2 cells, and then in one of every 5."""
-
-EFFECT_BLOCKS, EFFECT_SIDE = 4, 32
-"""Blocks in which an effect is left out, spread over the picture, and their side, pixels: a thousand rays
-cost much more than the calls that they take."""
-
-TURNS = 2
-"""How often each of these is rendered, with and without; the faster one counts, as nothing can make a block
-faster than it is."""
-
-
-@dataclass(frozen=True, slots=True)
-class Timing:
-    """What samples of a ladder cost.
-
-    Attributes
-    ----------
-    first, later : Interval
-        CPU seconds of the whole picture for the first sample of every pixel, and for each of the others.
-    """
-
-    first: Interval
-    later: Interval
-
-    def cpu_seconds(self, count: int) -> Interval:
-        """CPU seconds of a picture with so many camera samples."""
-        return self.first.plus(self.later.scaled(count - 1)).times(factor(UNSTEADY))
+EFFECT_BLOCKS, TURNS = 4, 2
+"""Blocks of 32 x 32 pixels in which an effect is left out, and how often; the fastest counts, as nothing can
+make a block faster than it is."""
 
 
 @dataclass(slots=True)
 class Stopwatch:
-    """Times the samples of several ladders in blocks of one picture.
+    """Times blocks of a plan, as long as there is time.
 
     Attributes
     ----------
-    plans : list of RenderPlan
-        One a ladder, the requested one first.
-    firsts : list of (float, int)
-        CPU seconds of the first sample in cells, and their pixels.
-    pairs : list of list of (float, float, float)
-        For each plan, from cells where all were timed, CPU seconds a pixel: the first sample of the first
-        plan, its own first sample, and each of its later ones.
+    plan : RenderPlan
+    found : dict of int to list of (float, int)
+        By the index of the pass, CPU seconds of a block, and its camera rays.
     """
 
-    plans: list[RenderPlan]
-    firsts: list[tuple[float, int]] = field(default_factory=list)
-    pairs: list[list[tuple[float, float, float]]] = field(init=False)
+    plan: RenderPlan
+    found: dict[int, list[tuple[float, int]]] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        """Begin with nothing timed."""
-        self.pairs = [[] for _ in self.plans]
+    @property
+    def blocks(self) -> int:
+        """How many were timed."""
+        return sum(map(len, self.found.values()))
 
-    def run(self, goal: Deadline, deadline: Deadline) -> None:
-        """Time blocks until the goal; longer where costs are not known well enough by then."""
-        plan = self.plans[0]
-        for side in within(deadline, [self._side]):
-            cells = places.cells(plan.width, plan.height, side, plan.seed)
-            for _ in within(deadline, self._units(cells)):
-                if goal.left < 0 and self._known():
-                    return
+    def run(self, deadline: Deadline) -> None:
+        """Time blocks in turns of all passes, until the deadline or in the whole picture."""
+        for _ in within(deadline, self._units()):
+            pass
 
-    def _known(self) -> bool:
-        timings = [self.timing(number) for number in range(len(self.plans))]
-        return all(timing and timing.later.high <= KNOWN * timing.later.estimate for timing in timings)
+    def _units(self) -> Iterator[partial[None]]:
+        plan = self.plan
+        most = SIDES[1] if self._probe() > SLOW else SIDES[0]
+        cells = places.cells(plan.width, plan.height, most, plan.seed)
+        timed = list(zip(plan.passes[1:], SIDES, strict=False))
+        for turn in range((most // SIDES[-1]) ** 2):
+            for cell in cells:
+                for pass_, side in timed:
+                    parts = places.parts(cell, min(side, most), plan.seed)
+                    if turn < len(parts):
+                        yield partial(self._time, parts[turn], pass_)
 
-    def _side(self) -> int:
-        """Side of the cells: that of the plan's blocks, or less where these are slow.
-
-        Many small cells show more than few large ones, but small blocks cost more a ray. A block is taken
-        to cost so much for its calls and so much for each ray, which two small ones show.
-        """
-        self._probe(places.SMALL)  # fills caches
-        small, medium = self._probe(places.SMALL), self._probe(2 * places.SMALL)
-        if medium > LONGEST:
-            return places.SMALL
-        # The larger one has four times the rays: three times those of the smaller one more.
-        calls = max(small - (medium - small) / 3, 0.0)
-        large = calls + (medium - calls) * 4
-        slow = large > LONGEST or (large > UNIT and calls < CALLS * medium)
-        return 2 * places.SMALL if slow else places.SIDE
-
-    def _probe(self, side: int) -> float:
-        """CPU seconds of a block in the middle of the picture."""
-        plan = self.plans[0]
+    def _probe(self) -> float:
+        """CPU seconds of a block in the middle of the picture, with full caches."""
+        plan, side = self.plan, SIDES[1]
         x, y = max(plan.width - side, 0) // 2, max(plan.height - side, 0) // 2
         tile = Tile(0, x, y, min(x + side, plan.width), min(y + side, plan.height))
-        return render_tile(plan, tile, FIRST).cpu_seconds
+        return min(render_tile(plan, tile, FIRST).cpu_seconds for _ in range(2))
 
-    def _units(self, cells: list[Tile]) -> Iterator[partial[None]]:
-        for number, cell in enumerate(cells):
-            yield partial(self._time, cell)
-            if number < FEWEST or number % EVERY == 0:
-                yield from (partial(self._compare, each, cell) for each in range(len(self.plans)))
+    def _time(self, tile: Tile, pass_: Pass) -> None:
+        rays = tile.width * tile.height * (pass_.last - pass_.first)
+        self.found.setdefault(pass_.index, []).append((render_tile(self.plan, tile, pass_).cpu_seconds, rays))
 
-    def _time(self, cell: Tile) -> None:
-        seconds = render_tile(self.plans[0], cell, FIRST).cpu_seconds
-        self.firsts.append((seconds, cell.width * cell.height))
+    def cpu_seconds(self, count: int) -> Interval:
+        """CPU seconds of a picture with so many camera samples, where at least one block was timed."""
+        pixels, total, variance = self.plan.width * self.plan.height, 0.0, 0.0
+        scatter = self._scatter()
+        for pass_ in passes(self.plan.width, self.plan.height, count)[1:]:
+            # Deeper passes cost what the deepest one that was timed does.
+            seconds, rays = np.array(self.found[min(pass_.index, max(self.found))], dtype=float).T
+            cost = pixels * (pass_.last - pass_.first) * seconds.sum() / rays.sum()
+            covered = min(rays.sum() / (pixels * self._samples(pass_.index)), 1.0)
+            total += cost
+            variance += cost**2 * (1 - covered) / seconds.size
+        unsure = sqrt(scatter * variance) / total if total else 0.0
+        return factor(hypot(unsure, UNSTEADY)).scaled(total)
 
-    def _compare(self, number: int, cell: Tile) -> None:
-        """Time a plan in the cell that was timed last."""
-        seconds, pixels = self.firsts[-1]
-        plan = self.plans[number]
-        own = seconds if number == 0 else render_tile(plan, cell, FIRST).cpu_seconds
-        later = _later(plan, cell, DEEPEST if seconds < SLOW * pixels else DEEPEST - 1)
-        self.pairs[number].append((seconds / pixels, own / pixels, later or own / pixels))
+    def _samples(self, index: int) -> int:
+        pass_ = self.plan.passes[min(index, max(self.found))]
+        return pass_.last - pass_.first
 
-    def timing(self, number: int) -> Timing | None:
-        """What samples of a ladder cost; None if not a single block was timed.
-
-        Later samples are taken to cost what the first one does until one was timed.
-        """
-        if number >= len(self.plans) or not self.firsts or not (self.pairs[number] or number == 0):
-            return None
-        total = self.plans[0].width * self.plans[0].height
-        seconds, pixels = np.array(self.firsts).T
-        # Cells at the edges are smaller: what counts is the mean over pixels.
-        base = mean(seconds / pixels.mean(), BLOCKS_DIFFER, pixels.sum() / total).scaled(total)
-        if not self.pairs[number]:
-            return Timing(base, base.times(factor(RATIOS_DIFFER)))
-        bases, firsts, laters = zip(*self.pairs[number], strict=True)
-        first = base if number == 0 else base.times(ratio(firsts, bases, RATIOS_DIFFER))
-        return Timing(first, base.times(ratio(laters, bases, RATIOS_DIFFER)))
-
-
-def _later(plan: RenderPlan, cell: Tile, deepest: int) -> float | None:
-    """CPU seconds of a sample of a later round, from a block in a cell; None if there is but one round."""
-    later = plan.passes[min(deepest, len(plan.passes) - 1)]
-    if later.first == 0:
-        return None
-    inside = list(blocks(cell, later))
-    block = inside[int(np.random.default_rng((plan.seed, cell.index)).integers(len(inside)))]
-    count = block.columns.size * (later.last - later.first)
-    return render_tile(plan, Tile(0, *block.bounds), later).cpu_seconds / count
+    def _scatter(self) -> float:
+        """Squared relative standard deviation between blocks, of all passes together."""
+        squares, freedom = BELIEVED * BLOCKS_DIFFER**2, float(BELIEVED)
+        for found in self.found.values():
+            seconds, rays = np.array(found, dtype=float).T
+            prices = seconds / rays
+            squares += float(np.sum((prices / prices.mean() - 1) ** 2))
+            freedom += prices.size - 1
+        return squares / freedom
 
 
 def effect_shares(
-    scene: LoadedScene, quality: Quality, plan: RenderPlan, deadline: Deadline, first: float
+    scene: LoadedScene, plan: RenderPlan, deadline: Deadline, first: float
 ) -> list[tuple[Variant, float]]:
     """Leave out one effect after another, as long as there is time.
 
-    Parameters
-    ----------
-    scene : LoadedScene
-    quality : Quality
-    plan : RenderPlan
-        That of the scene at this quality.
-    deadline : Deadline
-    first : float
-        Seconds that the first effect is taken to last, at least.
-
-    Returns
-    -------
-    list of (Variant, float)
-        The scene without the effect, and the share of the CPU seconds that goes when it goes.
+    Gives the scenes without an effect, and the share of the CPU seconds of the plan that goes with it. The
+    first is taken to last `first` seconds at least.
     """
-    tiles = places.cells(plan.width, plan.height, EFFECT_SIDE, plan.seed)[:EFFECT_BLOCKS]
+    tiles = places.cells(plan.width, plan.height, SIDES[1], plan.seed)[:EFFECT_BLOCKS]
 
     def share(variant: Variant) -> tuple[Variant, float]:
-        other = compile_scene(replace(scene, document=variant.document), quality)
+        other = compile_scene(replace(scene, document=variant.document), plan.quality)
         with_it, without = (sum(_fastest(each, tile) for tile in tiles) for each in (plan, other))
         return variant, 1 - without / with_it if with_it else 0.0
 
-    # What more samples cost is known from the ladder.
+    # What more samples cost is known from the passes.
     kept = (variant for variant in variants(scene.document) if variant.effect != "antialiasing")
     return list(within(deadline, (partial(share, variant) for variant in kept), first))
 

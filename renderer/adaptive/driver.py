@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Self
 
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, measured_prices, usual_prices
+from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, usual_prices
 from renderer.adaptive.guides import Surroundings, surroundings
 from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.requests import TileRequest, records_centres, tile_request
@@ -39,7 +39,6 @@ class Driver:
     tile_size: int | None
     _rays: int = field(default=0, init=False)
     _seconds: float = field(default=0.0, init=False)
-    _tiles: int = field(default=0, init=False)
 
     @classmethod
     def begin(cls, plan: RenderPlan, workers: int = 0, tile_size: int | None = None) -> Self:
@@ -79,9 +78,7 @@ class Driver:
 
     def take(self, tile: Tile, samples: Samples) -> None:
         """Add what the pass has found in a tile. The order of tiles does not matter."""
-        if not self._tiles:
-            self._rays = self.estimate.rays_wanted()
-        self._tiles += 1
+        self._rays = self._rays or self.estimate.rays_wanted()
         self._seconds += samples.cpu_seconds
         self.estimate.take(tile, samples)
 
@@ -96,9 +93,9 @@ class Driver:
         if last:
             self.estimate.settle()
             return False
-        kind = kind_of(self.estimate)
-        self.prices = measured_prices(self.prices, kind, self._rays, self._seconds, self._tiles)
-        self._rays, self._seconds, self._tiles = 0, 0.0, 0
+        if self._rays:
+            self.prices = dict(self.prices) | {kind_of(self.estimate): self._seconds / self._rays}
+        self._rays, self._seconds = 0, 0.0
         goes_on = self.estimate.advance()
         while goes_on and not self.estimate.rays_wanted():
             goes_on = self.estimate.advance()

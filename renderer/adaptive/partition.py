@@ -10,7 +10,7 @@ from math import ceil
 import numpy as np
 
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.forecast import LAYERS, UNSURE, Prices, forecast
+from renderer.adaptive.forecast import LAYERS, Prices, forecast
 from renderer.math.arrays import Floats
 from renderer.tiling import tiles
 from schemas.tiles import Pass, Tile
@@ -18,11 +18,9 @@ from schemas.tiles import Pass, Tile
 PER_WORKER = 4
 """Tiles for each worker: while one is at its last, the others have little to wait for."""
 
-WHOLE, SHORTEST, LONGEST = 0.03, 0.006, 0.25
-"""CPU seconds. A pass of less than `WHOLE` is one tile: predictions are right within a factor of 1.7, so that
-all passes of 0.05 are cut. No cut leaves tiles worth less than `SHORTEST`: one of `soft` costs 3 to 4 ms
-apart from its rays. None is worth more than `LONGEST`, as a watcher waits for it and a deadline may lose
-it."""
+SHORTEST, LONGEST = 0.015, 0.25
+"""CPU seconds. No cut leaves tiles predicted to take less than `SHORTEST`: one of `soft` costs 3 to 4 ms for
+its calls. None is predicted to take more than `LONGEST`: watchers wait for it, and a deadline may lose it."""
 
 CELLS = 128
 """Most cells along the longer side of the picture; tiles are cut between them. Finding the cuts takes far
@@ -53,40 +51,13 @@ def pass_tiles(
         found = tiles(estimate.plan, Pass(index=0, stride=1, first=0, last=0), tile_size)
         more = estimate.requested.rising
         return [tile for tile in found if records or more[tile.y0 : tile.y1, tile.x0 : tile.x1].any()]
-    seconds = forecast(estimate, prices).next * (1.0 if estimate.have.any() else UNSURE)
     layers = estimate.have.size * prices[LAYERS] if records else 0.0
-    return tiles_of(estimate, seconds + layers, workers, layers / (seconds + layers or 1.0))
-
-
-def tiles_of(estimate: Estimate, seconds: float, workers: int, layer_share: float = 0.0) -> list[Tile]:
-    """The tiles of the next pass, in which it has something to do.
-
-    Parameters
-    ----------
-    estimate : Estimate
-    seconds : float
-        CPU seconds that the pass is predicted to take.
-    workers : int
-        Processes that share it; 0 where single tiles are not awaited.
-    layer_share : float
-        Part of them that layers take, which all pixels have alike.
-    """
-    height, width = estimate.have.shape
-    side = estimate.stride
+    seconds = forecast(estimate, prices).next + layers
+    count = max(ceil(seconds / LONGEST), min(PER_WORKER * workers, int(seconds / SHORTEST)), 1)
+    side, (height, width) = estimate.stride, estimate.have.shape
     while side * CELLS < max(width, height):
         side *= 2
-    work = estimate.rays_in_cells(side)
-    work /= max(work.sum(), 1.0)
-    if layer_share:
-        work = (1 - layer_share) * work + layer_share / work.size
-    return partition(work, side, width, height, tile_count(seconds, workers))
-
-
-def tile_count(seconds: float, workers: int) -> int:
-    """How many tiles a pass is cut into that is predicted to take so many CPU seconds."""
-    if seconds <= WHOLE:
-        return 1
-    return max(ceil(seconds / LONGEST), min(PER_WORKER * workers, int(seconds / SHORTEST)))
+    return partition(estimate.rays_in_cells(side), side, width, height, count)
 
 
 def partition(work: Floats, side: int, width: int, height: int, count: int) -> list[Tile]:

@@ -31,10 +31,6 @@ class Interval:
         """A multiple, `factor` >= 0."""
         return Interval(self.estimate * factor, self.low * factor, self.high * factor)
 
-    def plus(self, other: "Interval") -> "Interval":
-        """The sum of quantities that may err together."""
-        return Interval(self.estimate + other.estimate, self.low + other.low, self.high + other.high)
-
     def times(self, other: "Interval") -> "Interval":
         """The product of quantities that err independently: relative deviations add in squares.
 

@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from renderer.cameras import Mosaic, Pinhole, Window
+from renderer.cameras import Pinhole, Window
 from renderer.interaction import RayStage
 from renderer.layers import Layer
 from renderer.lights.surfaces import LightSurfaces, Unshaded
@@ -215,8 +215,8 @@ class AdaptivePlan:
         return self.needs_sampling | self.textured & ~self.averaged
 
 
-def seen_by(plan: RenderPlan, camera: Mosaic | Window) -> RenderPlan:
-    """The plan of the part of its picture that another camera shows; passes are still those of the whole."""
+def seen_by(plan: RenderPlan, camera: Window) -> RenderPlan:
+    """The plan of the part of its picture that a window shows; passes are still those of the whole."""
     adaptive = plan.adaptive
     if adaptive is not None:
         adaptive = replace(

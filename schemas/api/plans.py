@@ -142,6 +142,9 @@ class Offer(Message):
         "could not estimate it.",
     )
     error_unknown: str | None = Field(default=None, description="Why `error` is null.")
+    rough: str | None = Field(
+        default=None, description="Why the cost is a rough guess with a wide interval; null if it is not."
+    )
 
 
 class EffectShare(Message):

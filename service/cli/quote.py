@@ -87,6 +87,8 @@ def _plain(found: Quote, target_error: float | None, time: float | None) -> Iter
             yield _line(name, best)
     for reason in unknown_errors(found):
         yield f"error unknown\t{reason}"
+    for reason in rough_costs(found):
+        yield f"rough cost\t{reason}"
     for effect in found.effects:
         pointers = " ".join(map(output.harmless, effect.pointers))
         yield f"effect\t{effect.effect}\t{effect.share:.0%}\t{effect.cpu_seconds:.3g}\t{pointers}"
@@ -94,8 +96,17 @@ def _plain(found: Quote, target_error: float | None, time: float | None) -> Iter
 
 def unknown_errors(found: Quote) -> list[str]:
     """Why errors are not known, each reason once."""
+    return _reasons(found, "error_unknown")
+
+
+def rough_costs(found: Quote) -> list[str]:
+    """Why costs are rough guesses, each reason once."""
+    return _reasons(found, "rough")
+
+
+def _reasons(found: Quote, name: str) -> list[str]:
     offers = (*found.offers, found.asked, found.for_seconds)
-    return list(dict.fromkeys(offer.error_unknown for offer in offers if offer and offer.error_unknown))
+    return list(dict.fromkeys(getattr(offer, name) for offer in offers if offer and getattr(offer, name)))
 
 
 def _line(name: str, offer: Offer | None) -> str:
@@ -147,6 +158,8 @@ def _show(found: Quote, target_error: float | None, time: float | None) -> None:
         output.show(offers(found), seconds + "The quality of the scene or of the options is bold.")
     for reason in unknown_errors(found):
         output.show(f"Error not known (?): {reason}")
+    for reason in rough_costs(found):
+        output.show(f"Seconds are a guess (~): {reason}")
     if target_error is not None:
         _advise(f"For an error of {target_error:.2g}", found.for_error)
     if time is not None:
@@ -178,7 +191,8 @@ def _ladder(quality: FixedQuality | TargetQuality) -> object:
 
 
 def _cells(offer: Offer) -> Iterable[str]:
-    return short(offer.quality), _range(offer.seconds), _range(offer.error, CODE_VALUES)
+    seconds = ("~" if offer.rough else "") + _range(offer.seconds)
+    return short(offer.quality), seconds, _range(offer.error, CODE_VALUES)
 
 
 def short(quality: FixedQuality | TargetQuality) -> str:

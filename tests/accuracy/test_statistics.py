@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from accuracy.statistics import factor, line, mean, normal_equivalent, ratio
+from accuracy.statistics import factor, mean, normal_equivalent
 from renderer.math.intervals import Interval, beyond, student
 from renderer.math.numerics import EPS
 
@@ -33,20 +33,11 @@ def test_mean_of_a_part_leaves_the_variance_of_the_rest() -> None:
     assert half.high - half.estimate == pytest.approx((whole.high - whole.estimate) * np.sqrt(0.5), rel=1e-12)
 
 
-def test_ratio_is_that_of_the_means() -> None:
-    assert ratio([1.0, 9.0], [1.0, 3.0], usual=0.1).estimate == 2.5
-    same, apart = (ratio(parts, [1.0, 2.0, 4.0], usual=0.2) for parts in ([2.0, 4.0, 8.0], [2.0, 5.0, 7.0]))
-    assert same.estimate == apart.estimate == 2.0
-    assert same.high < apart.high
-    assert ratio([2.0, 4.0, 8.0], [1.0, 2.0, 4.0], usual=0.0) == Interval(2.0, 2.0, 2.0)
-
-
-def test_products_add_squared_logarithms_and_sums_add_ends() -> None:
+def test_products_add_squared_logarithms() -> None:
     product = Interval(1.0, np.exp(-3), np.exp(3)).times(Interval(2.0, 2 * np.exp(-4), 2 * np.exp(4)))
     assert (product.low, product.high) == pytest.approx((2 * np.exp(-5), 2 * np.exp(5)), rel=1e-12)
     assert Interval(1.0, 0.0, 2.0).times(factor(0.1)).low == 0.0
     assert Interval(0.0, 0.0, 0.0).times(factor(0.1)) == Interval(0.0, 0.0, 0.0)
-    assert Interval(1.0, 0.5, 2.0).plus(Interval(3.0, 2.0, 5.0)) == Interval(4.0, 2.5, 7.0)
 
 
 def test_factor_holds_in_95_of_100_cases() -> None:
@@ -54,7 +45,6 @@ def test_factor_holds_in_95_of_100_cases() -> None:
     known = factor(0.4)
     held = np.mean((np.log(known.low) <= logarithms) & (logarithms <= np.log(known.high)))
     assert abs(held - 0.95) <= CHANCE
-    assert line([0.0, 1.0, 3.0], [5.0, 3.0, -1.0]) == pytest.approx((-2.0, 0.0), abs=1e-12)
 
 
 def student_beyond(t: float, freedom: float) -> mpmath.mpf:

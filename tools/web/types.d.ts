@@ -134,6 +134,7 @@ interface OfferDocument {
   seconds: PredictedNumber;
   error: PredictedNumber | null;
   error_unknown: string | null;
+  rough: string | null;
 }
 
 /** The answer of `POST /v1/quotes`, as far as the page reads it. */

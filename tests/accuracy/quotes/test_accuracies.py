@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import inf, sqrt
+from collections import defaultdict
+from math import sqrt
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ import pytest
 import renderer
 from accuracy.quotes.accuracies import Accuracy, Sampled, UnknownAccuracyError
 from accuracy.quotes.deadlines import Deadline
-from accuracy.quotes.settings import Ladder, compiled
+from accuracy.quotes.settings import Ladder, planned
 from renderer.math.intervals import Interval
 from renderer.scenes import LoadedScene
 from schemas.quality import LightSampling
@@ -23,31 +23,32 @@ WIDE, HIGH = 4, 1024
 """A picture of which one pixel in four is on the edge."""
 
 
-def sampled(
-    scene: LoadedScene, ladder: Ladder, last: Ladder, counts: tuple[int, ...], seed: int, ray: float = 0.0
-) -> Sampled:
+def sampled(scene: LoadedScene, ladder: Ladder, last: Ladder, count: int, seed: int) -> Sampled:
     """One pixel in sixteen of the whole picture."""
-    plans = {count: compiled(scene, ladder.quality(count), seed + 3) for count in counts}
-    halves = (compiled(scene, last.quality(16), seed + half) for half in (1, 2))
-    found = Sampled([plans], (next(halves), next(halves)))
-    found.run(Deadline.after(3600.0), ray)
+    plan = renderer.compile_scene(scene)
+    one, another, other = (
+        planned(plan, quality, seed + more)
+        for more, quality in enumerate((last.quality(16), last.quality(16), ladder.quality(count)))
+    )
+    found = Sampled((one, another), other)
+    found.run(Deadline.after(3600.0))
     return found
 
 
-def assert_mean_squares(runs: list[Sampled], number: int, count: int, expected: float) -> None:
+def assert_mean_squares(runs: list[Sampled], name: tuple[bool, int], expected: float) -> None:
     """Within four standard errors: one in 16,000 is beyond."""
-    found = [np.average(run.squares[number][count], weights=run.weights) for run in runs]
+    found = [np.average(run.squares[name], weights=run.weights) for run in runs]
     assert abs(np.mean(found) - expected) < 4 * np.std(found, ddof=1) / sqrt(len(found))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 4, 16])
-@pytest.mark.parametrize("number", [0, 1], ids=["of another ladder", "of the two sets"])
-def test_squared_errors_are_unbiased(count: int, number: int) -> None:
+@pytest.mark.parametrize("other", [True, False], ids=["of another ladder", "of the two sets"])
+def test_squared_errors_are_unbiased(count: int, other: bool) -> None:
     """The edge shows half of its pixels grey, at 0.5."""
     scene = renderer.load_scene(edge(WIDE, HIGH))
-    runs = [sampled(scene, RANDOM, RANDOM, (count,), seed) for seed in range(0, 160, 4)]
-    assert_mean_squares(runs, number, count, 0.5**2 * 0.5**2 / count / WIDE)
+    runs = [sampled(scene, RANDOM, RANDOM, count, seed) for seed in range(0, 160, 4)]
+    assert_mean_squares(runs, (other, count), 0.5**2 * 0.5**2 / count / WIDE)
 
 
 @pytest.mark.slow
@@ -56,32 +57,32 @@ def test_error_of_a_fixed_grid_is_known() -> None:
     document = edge(WIDE, HIGH)
     document["shapes"][0]["corner"][0] = 0.5 / HIGH
     scene = renderer.load_scene(document)
-    runs = [sampled(scene, UNIFORM, RANDOM, (4,), seed) for seed in range(0, 48, 4)]
-    assert_mean_squares(runs, 0, 4, (0.5 * 0.25) ** 2 / WIDE)
+    runs = [sampled(scene, UNIFORM, RANDOM, 4, seed) for seed in range(0, 48, 4)]
+    assert_mean_squares(runs, (True, 4), (0.5 * 0.25) ** 2 / WIDE)
 
 
 @pytest.mark.parametrize("ladder", [RANDOM, UNIFORM, SOBOL], ids=lambda ladder: ladder.pattern)
 def test_few_or_flat_pixels_give_no_accuracy(ladder: Ladder) -> None:
     """One pixel in 256 is on the edge: that none of them was sampled says little."""
-    run = sampled(renderer.load_scene(edge(256, 128)), ladder, SOBOL, (4,), 0, ray=1.0)
-    everywhere = [found for each in run.squares for found in each.values()]
-    flat = [block for block, squares in enumerate(zip(*everywhere, strict=True)) if not any(squares)]
-    for blocks in (list(range(8)), flat):
-        cut = [{count: [found[i] for i in blocks] for count, found in each.items()} for each in run.squares]
-        part = replace(run, squares=cut, weights=[run.weights[i] for i in blocks], pixels=16 * len(blocks))
-        for number in (0, 1):
+    run = sampled(renderer.load_scene(edge(256, 128)), ladder, SOBOL, 4, 0)
+    flat = [
+        block for block, squares in enumerate(zip(*run.squares.values(), strict=True)) if not any(squares)
+    ]
+    for blocks in ([0, 1, 2], flat):
+        cut = {name: [found[block] for block in blocks] for name, found in run.squares.items()}
+        weights = [run.weights[block] for block in blocks]
+        part = Sampled(run.sets, run.other, defaultdict(list, cut), weights, 64 * len(blocks))
+        for other in (True, False):
             with pytest.raises(UnknownAccuracyError):
-                part.accuracy(number)
+                part.accuracy(other=other)
 
 
 def test_errors_between_and_beyond_counts_follow_the_law() -> None:
-    exact = Accuracy({count: Interval(*[0.1 / count] * 3) for count in (1, 4, 16)}, power=1.0, unsure=0.2)
-    for count in (1, 4, 9, 16, 100):
-        assert exact.error(count).estimate == pytest.approx(0.1 / count, rel=1e-12)
-    widths = [exact.error(count).high / exact.error(count).low for count in (16, 20, 64, 256)]
+    known = Accuracy({count: Interval(*[0.1 / count] * 3) for count in (1, 4, 16)})
+    for count in (1, 4, 16):
+        assert known.error(count).estimate == pytest.approx(0.1 / count, rel=1e-12)
+    errors = [known.error(count) for count in (16, 20, 64, 256)]
+    assert [each.estimate for each in errors] == sorted((each.estimate for each in errors), reverse=True)
+    widths = [each.high / each.low for each in errors]
     assert widths[0] == 1.0
     assert widths == sorted(widths)
-    for error in (0.02, 0.005, 0.0001):
-        assert exact.error(exact.count(error)).estimate <= error * (1 + 1e-12)
-    stuck = Accuracy({16: Interval(0.1, 0.1, 0.1)}, power=0.0, unsure=0.1)
-    assert stuck.count(0.05) == inf

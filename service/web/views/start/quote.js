@@ -101,7 +101,8 @@ function describe(quote, forTime, onUse, again) {
     figure(
       "Time",
       `about ${seconds(offer.seconds.estimate)}`,
-      `${seconds(offer.seconds.low)} to ${seconds(offer.seconds.high)}, with ${workers(quote.workers)}`,
+      `${seconds(offer.seconds.low)} to ${seconds(offer.seconds.high)}, with ${workers(quote.workers)}` +
+        (offer.rough ? ". There was no time to know more" : ""),
     ),
     offer.error
       ? figure(
