@@ -6,18 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from renderer.adaptive.planning.building import adapted
+from renderer.adaptive.planning.building import adapted, samples_of
 from renderer.cameras import Window
 from renderer.integrator import intersect, successors
 from renderer.interaction import Rays, first_of_each
 from renderer.math.arrays import Floats
 from renderer.plan.building import build_plan
-from renderer.plan.geometry import build_geometry
-from renderer.plan.plan import RenderPlan, seen_by
+from renderer.plan.geometry import SceneGeometry, build_geometry
+from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.scenes import LoadedScene, QualitySource, Source, load_request
 from renderer.waves import COUNTED_AS, KINDS, camera_wave, joined
 from schemas.api.layers import checked_layers
+from schemas.quality import Quality, TargetQuality
 
 SIDE = 32
 """Camera rays along each axis of the picture whose paths are followed to price bounces."""
@@ -58,24 +59,34 @@ def compile_scene(
     """
     names = checked_layers(layers)
     loaded, asked = load_request(scene, quality)
-    return _compiled(Request(loaded, asked, build_geometry(loaded), culling, names))
+    return _compiled(loaded, asked, build_geometry(loaded), names, culling=culling)
 
 
 def at_quality(plan: RenderPlan, quality: QualitySource) -> RenderPlan:
     """The plan of the same scene and layers at another quality; raises as `compile_scene` does for it."""
     loaded, asked = load_request(plan.scene, quality)
     names = tuple(layer.name for layer in plan.layers)
-    return _compiled(Request(loaded, asked, plan.geometry, plan.culling, names))
+    return _compiled(loaded, asked, plan.geometry, names, culling=plan.culling)
 
 
-def _compiled(request: Request) -> RenderPlan:
+def _compiled(
+    scene: LoadedScene,
+    quality: Quality | None,
+    geometry: SceneGeometry,
+    layers: tuple[str, ...],
+    *,
+    culling: bool,
+) -> RenderPlan:
+    target = quality if isinstance(quality, TargetQuality) else None
+    of_samples = samples_of(scene, target) if target else quality
+    request = Request(scene, of_samples, geometry, culling, layers, in_sequence=target is not None)
     plan = build_plan(request)
     if plan.scattering:
         plan = _with_bounces_priced(plan)
-    if request.target is not None:
-        plan = adapted(plan, request, request.target)
+    if target is not None:
+        plan = adapted(plan, request, target)
     crop = request.document.camera.crop
-    return seen_by(plan, Window.of(plan.camera, crop)) if crop else plan
+    return plan.seen_by(Window.of(plan.camera, crop)) if crop else plan
 
 
 def _with_bounces_priced(plan: RenderPlan) -> RenderPlan:

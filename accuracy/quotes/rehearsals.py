@@ -12,7 +12,7 @@ from accuracy.quotes.timings import UNSTEADY
 from accuracy.statistics import factor
 from renderer.adaptive.adaptive_render import attempt
 from renderer.adaptive.driver import Driver
-from renderer.adaptive.states import State
+from renderer.adaptive.estimate import State
 from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 

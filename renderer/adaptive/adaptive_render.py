@@ -12,9 +12,11 @@ import numpy as np
 
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.estimate import Estimate
+from renderer.adaptive.findings import sample_layers
 from renderer.adaptive.forecast import Forecast, Progress, seconds_left
 from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
+from renderer.adaptive.target_plan import target_plan
 from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import LAST_SECONDS, OutOfTimeError, TimeLimit, reserve
 from renderer.errors import tile_errors
@@ -172,7 +174,7 @@ def attempt(plan: RenderPlan, request: TileRequest) -> Samples | None:
     """Render what is requested of a tile, None if its time is over; errors name the tile."""
     with tile_errors(plan.seed, request.tile, f"levels up to {request.levels.want.max()}"):
         try:
-            return render_request(plan, request)
+            return render_request(target_plan(plan), request)
         except OutOfTimeError:
             return None
 
@@ -194,7 +196,7 @@ def render_adaptively(
     with shared_out(workers, partial(attempt, plan), start_after) as transport:
         while render.step(transport):
             pass
-    layers = render.buffers.finished() | render.estimate.layers(layer.name for layer in plan.layers)
+    layers = render.buffers.finished() | sample_layers(render.estimate, (layer.name for layer in plan.layers))
     image = render.estimate.image()
     return RenderResult(image, layers, _report(render, image), plan.document.display)
 

@@ -12,15 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.levels import COUNTS, COVERAGES, levels_of
+from renderer.adaptive.levels import COUNTS, COVERAGES, RAY_PRICE, levels_of
 from renderer.adaptive.strata import Survey
 from renderer.math.arrays import Floats, Integers
 
 BINS = 256
 """Bins of the logarithm of variances, four per octave, in the search for the multiplier."""
-
-RAY_PRICE = 1 / 12
-"""CPU time of a ray that finds what a pixel shows, over that of a camera sample, on `soft` and `chess`."""
 
 _COVERED = np.maximum(COVERAGES, 1)
 """Samples that a coverage is worth: where there is none, the pilot sample is one."""

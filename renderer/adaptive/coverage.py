@@ -16,6 +16,7 @@ from renderer.adaptive.guides import Nearby, guide
 from renderer.adaptive.lamps import pieces_of
 from renderer.adaptive.levels import COVERAGES, FIBONACCI
 from renderer.adaptive.rays import camera_rays, labels_of, of_lights
+from renderer.adaptive.target_plan import TargetPlan
 from renderer.film import BRIGHTEST
 from renderer.halves import HALVES
 from renderer.integrator import find_hits, radiance
@@ -23,7 +24,7 @@ from renderer.interaction import EMITTER
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.arrays import Floats, Integers, Masks, put
 from renderer.math.streams import bits, keys, uniforms
-from renderer.plan.plan import RenderPlan, adaptive_part, pilot_of
+from renderer.plan.plan import RenderPlan
 
 STEPS = dict(zip(FIBONACCI, (1, *FIBONACCI), strict=False))
 """Fibonacci lattices: point i of n lies at (i / n, i z / n), with z the number before n. No direction of an
@@ -33,10 +34,6 @@ USUAL = 12, 2.0**-8
 """Rays for a pixel, and the error that they leave at the borders of `soft`. For other errors the number
 follows their inverse to the power 4 / 3, as the error of a share of a pixel falls with the number of rays to
 the power -3 / 4."""
-
-UNEVEN = 1 / 8
-"""Expected squared error of a pilot sample, over the variance of those around that show the same: on an even
-slope the variance within a pixel is 1 / 12, that among three pixels in a row 2 / 3."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,14 +48,11 @@ class Cover:
         The part of it that pilot samples around predict: the mean of the guide.
     spread : (n,) float32
         Squared standard error of it, clipped to 0..1, mean over channels, because shares are not exact.
-    doubts : (n,) float32
-        Squared error to expect of it, because brightness is not.
     """
 
     values: NDArray[np.float32]
     known: NDArray[np.float32]
     spread: NDArray[np.float32]
-    doubts: NDArray[np.float32]
 
 
 def border_rays(error: float) -> float:
@@ -178,10 +172,10 @@ def _hits(
 
 
 def cover(
-    plan: RenderPlan, size: int, x: Integers, y: Integers, nearby: Nearby, counts: Counter[str]
+    plan: TargetPlan, size: int, x: Integers, y: Integers, nearby: Nearby, counts: Counter[str]
 ) -> Cover:
     """Find what pixels (n,) show, with `COVERAGES[size]` rays each."""
-    pilot = pilot_of(plan)
+    pilot = plan.pilot or plan
     count = int(COVERAGES[size]) // HALVES
     across, along = (
         place.reshape(-1, count) for place in places(plan.seed, plan.camera.numbers(x, y), count)
@@ -192,7 +186,7 @@ def cover(
     labels = labels_of(shapes[parts.rays])
     lamps = _lamps(pilot, x, y, (across, along), counts)
     parts = lamps.beside(parts, of_lights(labels))
-    around = guide(nearby, adaptive_part(plan).fine, pilot.unshaded.lights)
+    around = guide(nearby, plan.fine, pilot.unshaded.lights)
     known, is_known = around.at(labels, parts.lattices // HALVES)
     shown, missing = known.copy(), np.flatnonzero(~is_known)
     if missing.size:
@@ -201,13 +195,13 @@ def cover(
         every = np.full(chosen.size, HALVES)
         seen = camera_rays(pilot, x[of_rays[chosen]], y[of_rays[chosen]], every, there)
         put(shown, missing, np.minimum(radiance(pilot, seen, counts), BRIGHTEST))
-    found = _cover(parts, known, shown, lamps.radiance, _variances(parts, labels, nearby))
+    found = _cover(parts, known, shown, lamps.radiance)
     mixed = (nearby.labels != nearby.labels[4]).any(axis=0)
     uncertain = lamps.uncertain(found.values, HALVES * count, mixed).astype(np.float32)
     return replace(found, spread=found.spread + uncertain)
 
 
-def _cover(parts: _Parts, known: Floats, shown: Floats, lamps: Floats, variances: Floats) -> Cover:
+def _cover(parts: _Parts, known: Floats, shown: Floats, lamps: Floats) -> Cover:
     """Means of pixels from the radiance (3, m) of their parts, and what `lamps` (3, 2 n) add to lattices."""
     starts = np.flatnonzero(np.diff(parts.lattices, prepend=-1))
 
@@ -220,18 +214,7 @@ def _cover(parts: _Parts, known: Floats, shown: Floats, lamps: Floats, variances
         values=halves.mean(axis=2).astype(np.float32),
         known=(means(known) + lamps).reshape(3, -1, HALVES).mean(axis=2).astype(np.float32),
         spread=((apart**2).mean(axis=0) / 4).astype(np.float32),
-        doubts=(UNEVEN * means(variances)).reshape(-1, HALVES).mean(axis=1).astype(np.float32),
     )
-
-
-def _variances(parts: _Parts, labels: NDArray[np.int32], nearby: Nearby) -> Floats:
-    """Among pilot samples around that show the same as each part, clipped to 0..1, mean over channels."""
-    pixels = parts.lattices // HALVES
-    same = nearby.labels[:, pixels] == labels
-    values = np.clip(nearby.values, 0, 1)[:, :, pixels] * same
-    times = np.maximum(same.sum(axis=0, dtype=np.uint8), 1)
-    variances = (values**2).sum(axis=1) / times - (values.sum(axis=1) / times) ** 2
-    return np.maximum(variances.mean(axis=0), 0).astype(np.float64)
 
 
 def _parts(shapes: Integers, across: Floats, along: Floats) -> _Parts:

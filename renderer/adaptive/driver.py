@@ -7,12 +7,15 @@ service to its workers through a database; a picture has the same passes, tiles 
 from dataclasses import dataclass, field
 from typing import Self
 
+from renderer.adaptive.controller import advance
 from renderer.adaptive.estimate import Estimate
+from renderer.adaptive.findings import settle
 from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, usual_prices
 from renderer.adaptive.guides import Surroundings, surroundings
 from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.requests import TileRequest, records_centres, tile_request
 from renderer.adaptive.samples import Samples
+from renderer.adaptive.target_plan import target_plan
 from renderer.adaptive.time_limits import TimeLimit
 from renderer.plan.plan import RenderPlan
 from schemas.tiles import Tile
@@ -37,13 +40,13 @@ class Driver:
     prices: Prices
     workers: int
     tile_size: int | None
-    _rays: int = field(default=0, init=False)
+    _work: float = field(default=0.0, init=False)
     _seconds: float = field(default=0.0, init=False)
 
     @classmethod
     def begin(cls, plan: RenderPlan, workers: int = 0, tile_size: int | None = None) -> Self:
         """Drive a picture from its first pass on."""
-        return cls(Estimate.begin(plan), usual_prices(plan), workers, tile_size)
+        return cls(Estimate.begin(target_plan(plan)), usual_prices(plan), workers, tile_size)
 
     @property
     def is_first(self) -> bool:
@@ -78,7 +81,7 @@ class Driver:
 
     def take(self, tile: Tile, samples: Samples) -> None:
         """Add what the pass has found in a tile. The order of tiles does not matter."""
-        self._rays = self._rays or self.estimate.rays_wanted()
+        self._work = self._work or self.estimate.work_wanted()
         self._seconds += samples.cpu_seconds
         self.estimate.take(tile, samples)
 
@@ -91,12 +94,12 @@ class Driver:
             Whether the time is spent, so that no pass follows: tiles may be missing then.
         """
         if last:
-            self.estimate.settle()
+            settle(self.estimate)
             return False
-        if self._rays:
-            self.prices = dict(self.prices) | {kind_of(self.estimate): self._seconds / self._rays}
-        self._rays, self._seconds = 0, 0.0
-        goes_on = self.estimate.advance()
+        if self._work:
+            self.prices = dict(self.prices) | {kind_of(self.estimate): self._seconds / self._work}
+        self._work, self._seconds = 0.0, 0.0
+        goes_on = advance(self.estimate)
         while goes_on and not self.estimate.rays_wanted():
-            goes_on = self.estimate.advance()
+            goes_on = advance(self.estimate)
         return goes_on

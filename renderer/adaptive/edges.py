@@ -97,6 +97,13 @@ def _inside(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
     return (starts + enters * along) * seen, (starts + leaves * along) * seen
 
 
+def project(camera: Pinhole, places: Floats) -> tuple[Floats, Floats, Masks]:
+    """Column and row (2, M) of places (3, M), their depths (M,) along the view, and which are in the view."""
+    seen = _seen(camera, places)
+    inside: Masks = (np.abs(seen[:2]) < seen[2]).all(axis=0)
+    return on_picture(camera, np.where(inside, seen, 1.0)), seen[2], inside
+
+
 def _seen(camera: Pinhole, places: Floats) -> Floats:
     """Right and up, by half the width and height of the picture at the distance 1, and depth, (3, M)."""
     away = places - camera.position

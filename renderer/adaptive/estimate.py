@@ -3,33 +3,82 @@
 All sums are formed in the order of pixels, so that nothing depends on tiles.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from enum import Enum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive import strata
-from renderer.adaptive.aims import FIRST_AIM, NEXT_AIM, first_levels
-from renderer.adaptive.between import NODE, Ways
-from renderer.adaptive.findings import Findings, findings_of, worse_than_pilots
-from renderer.adaptive.lamps import lit
-from renderer.adaptive.lattice import Picture
-from renderer.adaptive.levels import COUNTS, COVERAGES, COVERED, PREVIEWED, SAMPLED, Levels
+from renderer.adaptive.lattice import NODE, Picture, Ways, stride_for
+from renderer.adaptive.levels import (
+    COUNTS,
+    COVERAGES,
+    COVERED,
+    PREVIEWED,
+    RAY_PRICE,
+    SAMPLED,
+    Levels,
+    node_level,
+)
 from renderer.adaptive.rays import Labels
 from renderer.adaptive.requests import LevelRequest
 from renderer.adaptive.samples import Samples
-from renderer.adaptive.states import State
-from renderer.adaptive.uncertainty import ErrorEstimate, error_of, unseen_glints
+from renderer.adaptive.target_plan import TargetPlan
+from renderer.adaptive.uncertainty import ErrorEstimate
 from renderer.film import Image
 from renderer.halves import HALVES
 from renderer.interaction import MISS
-from renderer.layers import Layers
 from renderer.math.arrays import Floats, Integers, Masks, add, put, taken
-from renderer.plan.plan import AdaptivePlan, RenderPlan, adaptive_part
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
+
+
+class State(Enum):
+    """What the next pass of a picture does."""
+
+    LATTICE = "lattice"
+    """Takes the nodes of a lattice that grows finer where the picture is not smooth."""
+
+    PROBES = "probes"
+    """Covers pixels at borders with rays that find which shapes they show, and samples probes, which measure
+    how far the picture is from the converged one."""
+
+    SAMPLE = "sample"
+    """Samples where that lowers the error most."""
+
+    DONE = "done"
+    """There is none: the error is reached, or more samples would not lower it."""
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether probes have measured how far the picture is from the converged one."""
+        return self in (State.SAMPLE, State.DONE)
+
+
+FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
+"""With a time limit: the first error aimed at, and each next one as a share of the last."""
+
+COARSER = 2
+"""Stride of the first lattice through a lens, over that of pilot samples: a node costs eight rays or more."""
+
+
+def first_stride(plan: TargetPlan) -> int:
+    """Pixels between the nodes of a picture's first lattice, also of a part of the picture."""
+    return stride_for(*plan.document.camera.picture_size) * (1 if plan.pilot else COARSER)
+
+
+def first_levels(plan: TargetPlan, tile: Tile) -> Levels:
+    """Levels requested by the first pass for the pixels of a tile, (h, w)."""
+    target = plan.quality
+    assert isinstance(target, TargetQuality)
+    aim = target.error if target.time_limit is None else max(target.error, FIRST_AIM)
+    stride = first_stride(plan)
+    want = np.zeros((tile.height, tile.width), dtype=np.uint8)
+    nodes = np.s_[-tile.y0 % stride :: stride, -tile.x0 % stride :: stride]
+    want[nodes] = PREVIEWED if plan.pilot else node_level(aim)
+    return want
 
 
 @dataclass(slots=True, eq=False)
@@ -41,7 +90,7 @@ class Estimate:
 
     Attributes
     ----------
-    plan : RenderPlan
+    plan : TargetPlan
     values : (3, H, W) float32
         What pixels show without samples: pilot samples, what is interpolated between them, and at borders the
         mean of what rays hit.
@@ -91,7 +140,7 @@ class Estimate:
         None before anything is known.
     """
 
-    plan: RenderPlan
+    plan: TargetPlan
     values: Picture
     pilots: Picture
     labels: Labels
@@ -119,7 +168,7 @@ class Estimate:
     error: ErrorEstimate | None = None
 
     @classmethod
-    def begin(cls, plan: RenderPlan) -> "Estimate":
+    def begin(cls, plan: TargetPlan) -> "Estimate":
         """Nothing but what the first pass wants: pilot samples or samples on a coarse lattice."""
         size = plan.height, plan.width
         want = first_levels(plan, Tile(0, 0, 0, plan.width, plan.height))
@@ -145,12 +194,12 @@ class Estimate:
             ways=np.full(size, NODE, dtype=np.uint8),
             strata=np.full(size, strata.STEPS - 1),
             probe_probability=np.zeros(strata.COUNT),
-            state=State.LATTICE if sampled.any() else State.PREVIEW,
-            stride=adaptive_part(plan).policy.first_stride(plan.width, plan.height),
+            state=State.LATTICE,
+            stride=first_stride(plan),
         )
 
     @classmethod
-    def restored(cls, plan: RenderPlan, arrays: dict[str, NDArray[Any]]) -> "Estimate":
+    def restored(cls, plan: TargetPlan, arrays: dict[str, NDArray[Any]]) -> "Estimate":
         """The estimate that gave `arrays`; ValueError if they are not those of an estimate."""
         # Version 0.1.0 showed the samples of all strata.
         arrays = {"kept": np.zeros((plan.height, plan.width), dtype=bool)} | arrays
@@ -169,9 +218,14 @@ class Estimate:
         return known if self.error is None else known | {ERROR: self.error.array()}
 
     @property
-    def adaptive(self) -> AdaptivePlan:
-        """What the plan has for target quality."""
-        return adaptive_part(self.plan)
+    def piloted(self) -> bool:
+        """Whether nodes are pilot samples, which have no noise; through a lens they are sampled."""
+        return self.plan.pilot is not None
+
+    @property
+    def coarsest(self) -> int:
+        """Pixels between the nodes of the first lattice."""
+        return first_stride(self.plan)
 
     @property
     def target(self) -> float:
@@ -201,10 +255,6 @@ class Estimate:
         """Sum of squared errors, mean over channels, that the aim allows."""
         return self.aim**2 * self.have.size
 
-    def advance(self) -> bool:
-        """Decide what the next pass wants, after all tiles of this one; False if the picture is done."""
-        return self.adaptive.policy.advance(self)
-
     def take(self, tile: Tile, samples: Samples) -> None:
         """Add what this pass has found in a tile. The order of tiles does not matter."""
         part = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
@@ -218,7 +268,7 @@ class Estimate:
         covered = self._numbers(tile, requested.covered)
         put(self.values.reshape(3, -1), covered, samples.covers)
         self._know(covered, samples.known)
-        self.spread.ravel()[covered], self.doubts.ravel()[covered] = samples.spread, samples.doubts
+        self.spread.ravel()[covered] = samples.spread
         self._add(self._numbers(tile, requested.sampled), samples)
         np.maximum(have, want, out=have)
         have[requested.covered & (have < COVERED)] = COVERED
@@ -266,10 +316,6 @@ class Estimate:
             # Slices of all pixels: an index for each of them takes ten times as long.
             y, x = slice(tile.y0, tile.y1), slice(tile.x0, tile.x1)
         picture = self.values[:, y, x].copy()
-        coming = (self.want[y, x] == PREVIEWED) & (self.have[y, x] < PREVIEWED)
-        if coming.any():
-            above, beside = rows // (2 * stride) * (2 * stride), columns // (2 * stride) * (2 * stride)
-            picture = np.where(coming, self.values[:, above, beside], picture)
         sampled = self.displayed[y, x] & (self.have[y, x] >= SAMPLED)
         if sampled.any():
             # Differences from a control variate may leave less than nothing where all is dark.
@@ -294,98 +340,37 @@ class Estimate:
 
     def rays_wanted(self) -> int:
         """Camera rays of the next pass."""
-        return int(self._wanted()[1].sum())
+        _, samples, covers = self._wanted()
+        return int(samples.sum() + covers.sum())
 
-    def rays_in_cells(self, side: int) -> Floats:
-        """Camera rays of the next pass in each square of so many pixels a side, (a, b)."""
+    def work_wanted(self) -> float:
+        """Work of the next pass, in samples."""
+        _, samples, covers = self._wanted()
+        return float(samples.sum() + RAY_PRICE * covers.sum())
+
+    def work_in_cells(self, side: int) -> Floats:
+        """The same in each square of so many pixels a side, (a, b)."""
         height, width = (-(-size // side) for size in self.have.shape)
-        pixels, rays = self._wanted()
+        pixels, samples, covers = self._wanted()
         rows, columns = np.divmod(pixels, self.have.shape[1])
         cells = rows // side * width + columns // side
-        return np.bincount(cells, rays, height * width).astype(np.float64).reshape(height, width)
+        work = np.bincount(cells, samples + RAY_PRICE * covers, height * width)
+        return work.astype(np.float64).reshape(height, width)
 
-    def _wanted(self) -> tuple[Integers, Integers]:
-        """Pixels (n,) of which the next pass wants something, and the camera rays of each."""
+    def _wanted(self) -> tuple[Integers, Integers, Integers]:
+        """Pixels (n,) of which the next pass wants something, and the samples and other rays of each."""
         have, want, coverage, cover = (
             map_.ravel() for map_ in (self.have, self.want, self.coverage, self.cover)
         )
         pixels = np.flatnonzero(self.requested.rising)
         have, want, cover = have[pixels], want[pixels], cover[pixels] * (cover > coverage)[pixels]
-        samples = np.maximum(COUNTS[want] - COUNTS[have], 0)
-        return pixels, samples + COVERAGES[cover] + ((want == PREVIEWED) & (have < PREVIEWED))
-
-    def layers(self, names: Iterable[str]) -> Layers:
-        """Those layers of a request that describe samples."""
-        known = {"samples": lambda: self.counts().astype(np.int32), "error": self.errors}
-        return {name: known[name]() for name in names if name in known}
-
-    def errors(self) -> Image:
-        """Estimated standard errors of the pixels, (H, W, 3) float32; for pilot samples their stratum's."""
-        found = self._findings(self.displayed, ~self.displayed)
-        pilots = np.sqrt(np.maximum(found.survey.errors, 0))[self.strata]
-        halves = np.abs(self.halves[0] - self.halves[1]) / 2
-        squares = np.where(self.displayed, halves, pilots) ** 2 + self.spread
-        return np.sqrt(squares).transpose(1, 2, 0).astype(np.float32)
-
-    def settle(self) -> ErrorEstimate:
-        """The error of the picture as it is, in the middle of a pass or not.
-
-        Before there are samples nothing is known of it but what the coarse picture lets expect.
-        """
-        if (self.have >= SAMPLED).any():
-            self.kept[...] = False
-            self.keep(self.so_far())
-            self.error = self.error_of(self.so_far())
-        elif self.error is None:
-            expected = strata.expected_errors(self.image().transpose(2, 0, 1)).mean(dtype=np.float64)
-            self.error = ErrorEstimate(float(np.sqrt(expected)), 0.0, 1.0, 1.0)
-        return self.error
-
-    def error_of(self, found: Findings) -> ErrorEstimate:
-        """The error of the picture, with the bound that has to keep the target."""
-        unseen = unseen_glints(self.labels, self.counts, self.adaptive.glints)
-        return error_of(found.total, found.variance, self.have.size, self.confidence, unseen)
-
-    def findings(self) -> Findings:
-        """What the samples say when a pass is complete."""
-        return self._findings(self.shown, ~self.shown)
-
-    def so_far(self) -> Findings:
-        """What the samples say in the middle of a pass: pixels that wait for theirs show their pilot sample.
-
-        All samples of their stratum say how far off that is, even if they are shown.
-        """
-        waiting = self.displayed & (self.have < SAMPLED)
-        alike = np.zeros(strata.COUNT, dtype=bool)
-        alike[self.strata[waiting]] = True
-        shown = self.displayed & ~waiting
-        return self._findings(shown, ~shown | alike[self.strata])
+        samples = np.maximum(COUNTS[want] - COUNTS[have], 0) + ((want == PREVIEWED) & (have < PREVIEWED))
+        return pixels, samples, COVERAGES[cover]
 
     @property
     def displayed(self) -> Masks:
         """Pixels whose samples are shown, (H, W)."""
         return self.shown & ~self.kept
-
-    def keep(self, found: Findings) -> Findings:
-        """Show pilot samples where those `found` are worse; gives what samples say of the picture then."""
-        if self.adaptive.pilot is None:
-            return found
-        worse = worse_than_pilots(found, self.halves, self.values, self.strata)
-        self.kept = self.shown & worse[self.strata]
-        return self._findings(self.displayed, ~self.displayed) if self.kept.any() else found
-
-    def _findings(self, shown: Masks, probing: Masks) -> Findings:
-        return findings_of(
-            self.halves,
-            self.squares,
-            self.have,
-            shown,
-            probing,
-            self.values,
-            self.strata,
-            self.spread,
-            lit(self.labels, self.adaptive.lamps),
-        )
 
 
 STATE, ERROR = "state", "error"

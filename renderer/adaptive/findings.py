@@ -1,19 +1,30 @@
 """What samples say: errors of the pixels that show them, and of pilot samples where they are probes."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from renderer.adaptive import uncertainty
+from renderer.adaptive.estimate import Estimate
+from renderer.adaptive.lamps import lit
 from renderer.adaptive.lattice import Picture
-from renderer.adaptive.levels import COUNTS, SAMPLED, Levels
+from renderer.adaptive.levels import COUNTS, SAMPLED
 from renderer.adaptive.neighbours import highest
-from renderer.adaptive.strata import COUNT, Survey, survey, typical_error
-from renderer.math.arrays import Floats, Integers, Masks
+from renderer.adaptive.strata import COUNT, Survey, expected_errors, survey, typical_error
+from renderer.adaptive.uncertainty import ErrorEstimate, unseen_glints
+from renderer.film import Image
+from renderer.halves import HALVES
+from renderer.layers import Layers
+from renderer.math.arrays import Floats, Integers, Masks, taken
 
-UNMODELLED = 1 / 8
+UNMODELLED = 1 / 6
 """Standard error of the sum of squared errors, as a share of it, for what samples have not hit: large errors
 are in few pixels."""
 
+
+PRIOR = 16
+"""x"""
 
 GLARE = 1 / 4
 """Probability that a pixel beside one brighter than white shows part of the same source. A lamp 225 times as
@@ -64,32 +75,95 @@ class Findings:
         return 2 * own + self.survey.variance + (UNMODELLED * self.total) ** 2
 
 
-def findings_of(  # noqa: PLR0913, PLR0917  arrays of an estimate
-    halves: Floats,
-    squares: Floats,
-    have: Levels,
-    shown: Masks,
-    probing: Masks,
-    pilots: Picture,
-    strata: Integers,
-    spread: Picture,
-    lit: Masks,
-) -> Findings:
-    """What is known of a picture; arrays as in `estimate.Estimate`, `pilots` its values.
+def findings(estimate: Estimate) -> Findings:
+    """What the samples say when a pass is complete."""
+    return _findings(estimate, estimate.shown, ~estimate.shown)
 
-    Samples of the pixels `probing` (H, W) are probes: they measure pilot samples that are shown. Pixels that
-    are `lit` (H, W) show a light that the camera sees, whose share of pixels is known.
+
+def so_far(estimate: Estimate) -> Findings:
+    """What the samples say in the middle of a pass: pixels that wait for theirs show their pilot sample.
+
+    All samples of their stratum say how far off that is, even if they are shown.
     """
-    levels = have.ravel()
+    waiting = estimate.displayed & (estimate.have < SAMPLED)
+    alike = np.zeros(COUNT, dtype=bool)
+    alike[estimate.strata[waiting]] = True
+    shown = estimate.displayed & ~waiting
+    return _findings(estimate, shown, ~shown | alike[estimate.strata])
+
+
+def keep_pilots(estimate: Estimate, found: Findings) -> Findings:
+    """Show pilot samples where those `found` are worse; gives what samples say of the picture then.
+
+    Samples of the same pixels say both: how far they are from each other, and from pilot samples.
+    """
+    if not estimate.piloted:
+        return found
+    numbers = estimate.strata.ravel()[found.sampled]
+    halves = taken(estimate.halves.reshape(6, -1), found.sampled).reshape(2, 3, -1)
+    errors, _ = errors_of(halves, taken(estimate.values.reshape(3, -1), found.sampled))
+    own, others = (np.bincount(numbers, values, minlength=COUNT) for values in (found.squares, errors))
+    estimate.kept = estimate.shown & (own > np.maximum(others, 0))[estimate.strata]
+    return _findings(estimate, estimate.displayed, ~estimate.displayed) if estimate.kept.any() else found
+
+
+def error_of(estimate: Estimate, found: Findings) -> ErrorEstimate:
+    """The error of the picture, with the bound that has to keep the target."""
+    unseen = unseen_glints(estimate.labels, estimate.counts, estimate.plan.glints)
+    return uncertainty.error_of(found.total, found.variance, estimate.have.size, estimate.confidence, unseen)
+
+
+def settle(estimate: Estimate) -> None:
+    """Find the error of the picture as it is, in the middle of a pass or not.
+
+    Before there are samples nothing is known of it but what the coarse picture lets expect.
+    """
+    if (estimate.have >= SAMPLED).any():
+        estimate.kept[...] = False
+        keep_pilots(estimate, so_far(estimate))
+        estimate.error = error_of(estimate, so_far(estimate))
+    elif estimate.error is None:
+        expected = expected_errors(estimate.image().transpose(2, 0, 1)).mean(dtype=np.float64)
+        estimate.error = ErrorEstimate(float(np.sqrt(expected)), 0.0, 1.0, 1.0)
+
+
+def sample_layers(estimate: Estimate, names: Iterable[str]) -> Layers:
+    """Those layers of a request that describe samples."""
+    asked, found = set(names), Layers()
+    if "samples" in asked:
+        found["samples"] = estimate.counts().astype(np.int32)
+    if "error" in asked:
+        found["error"] = _errors(estimate)
+    return found
+
+
+def _errors(estimate: Estimate) -> Image:
+    """Estimated standard errors of the pixels, (H, W, 3) float32; for pilot samples their stratum's."""
+    shown = estimate.displayed
+    found = _findings(estimate, shown, ~shown)
+    pilots = np.sqrt(np.maximum(found.survey.errors, 0))[estimate.strata]
+    halves = np.abs(estimate.halves[0] - estimate.halves[1]) / 2
+    squares = np.where(shown, halves, pilots) ** 2 + estimate.spread
+    return np.sqrt(squares).transpose(1, 2, 0).astype(np.float32)
+
+
+def _findings(estimate: Estimate, shown: Masks, probing: Masks) -> Findings:
+    """What is known of a picture that shows the samples of some pixels (H, W).
+
+    Samples of those that are `probing` (H, W) measure pilot samples that are shown.
+    """
+    levels, strata = estimate.have.ravel(), estimate.strata.ravel()
     sampled = np.flatnonzero(shown.ravel() & (levels >= SAMPLED))
     probes = np.flatnonzero(probing.ravel() & (levels >= SAMPLED))
-    means = halves.reshape(2, 3, -1)
+    means = estimate.halves.reshape(HALVES, 3, -1)
     single = np.zeros(levels.size)
     for chosen in (sampled, probes):
-        single[chosen] = squares.ravel()[chosen] / (COUNTS[levels[chosen]] - 1)
-    squared, variances = _sampled(means[:, :, sampled], single, sampled, COUNTS[levels[sampled]], pilots, lit)
-    errors, noise = errors_of(means[:, :, probes], pilots.reshape(3, -1)[:, probes])
-    numbers = strata.ravel()
+        single[chosen] = estimate.squares.ravel()[chosen] / (COUNTS[levels[chosen]] - 1)
+    lights = lit(estimate.labels, estimate.plan.lamps)
+    squared, variances = _sampled(
+        means[:, :, sampled], single, sampled, COUNTS[levels[sampled]], estimate.values, lights
+    )
+    errors, noise = errors_of(means[:, :, probes], estimate.values.reshape(3, -1)[:, probes])
     return Findings(
         sampled=sampled,
         probes=probes,
@@ -97,29 +171,16 @@ def findings_of(  # noqa: PLR0913, PLR0917  arrays of an estimate
         variances=variances,
         errors=errors,
         noise=noise,
-        spread=spread[spread > 0].astype(np.float64),
+        spread=estimate.spread[estimate.spread > 0].astype(np.float64),
         survey=survey(
-            strata=numbers[probes],
-            sizes=np.bincount(numbers[~shown.ravel()], minlength=COUNT),
+            strata=strata[probes],
+            sizes=np.bincount(strata[~shown.ravel()], minlength=COUNT),
             errors=errors,
             spread=noise,
             variances=single[probes],
-            expected=typical_error(numbers[probes]),
+            expected=typical_error(strata[probes]),
         ),
     )
-
-
-def worse_than_pilots(found: Findings, halves: Floats, pilots: Picture, strata: Integers) -> Masks:
-    """Strata (COUNT,) whose samples are expected to err by more than the pilot samples that they replace.
-
-    Samples of the same pixels (2, 3, H, W) say both: how far they are from each other, and from those.
-    """
-    numbers = strata.ravel()[found.sampled]
-    errors, _ = errors_of(
-        halves.reshape(2, 3, -1)[:, :, found.sampled], pilots.reshape(3, -1)[:, found.sampled]
-    )
-    own, others = (np.bincount(numbers, values, minlength=COUNT) for values in (found.squares, errors))
-    return np.asarray(own > np.maximum(others, 0))
 
 
 def _sampled(
@@ -174,7 +235,8 @@ def _guarded(single: Floats, sampled: Integers, squares: Floats, taken: Integers
     if explained == 0:
         return squares, np.zeros(own.size)
     scale = float(squares.sum()) / explained
-    return (squares + scale * around * shares) / 2, scale * np.maximum(own, around)
+    model = scale * (taken * own + PRIOR * around) / (taken + PRIOR)
+    return model * shares, model
 
 
 def _missed_glare(

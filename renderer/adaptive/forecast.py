@@ -9,21 +9,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import sqrt
 
-from renderer.adaptive.estimate import Estimate
+from renderer.adaptive.estimate import Estimate, State
 from renderer.adaptive.levels import COUNTS
-from renderer.adaptive.states import State
 from renderer.plan.plan import RenderPlan
 
-PILOTS, BORDERS, SAMPLES, LAYERS = "pilots", "borders", "samples", "layers"
+PILOTS, SAMPLES, LAYERS = "pilots", "samples", "layers"
 """Kinds of rays."""
-
-KINDS = {State.PREVIEW: PILOTS, State.BORDERS: BORDERS}
-"""What a pass traces, by the state of the picture; all others trace samples."""
 
 Prices = Mapping[str, float]
 """CPU seconds of a camera ray by kind."""
 
-USUAL = {PILOTS: 3.0, BORDERS: 0.6, SAMPLES: 2.0, LAYERS: 0.5}
+USUAL = {PILOTS: 3.0, SAMPLES: 2.0, LAYERS: 0.5}
 """Price of a ray over what the plan says of one, until it is measured: medians over the gallery at 128 x 128.
 Pilot samples have many light points, layers none."""
 
@@ -95,7 +91,7 @@ def usual_prices(plan: RenderPlan) -> dict[str, float]:
 
 def kind_of(estimate: Estimate) -> str:
     """Which rays the next pass traces."""
-    return KINDS.get(estimate.state, SAMPLES)
+    return PILOTS if estimate.piloted and estimate.state is State.LATTICE else SAMPLES
 
 
 def rays_of_picture(pixels: int, error: float) -> float:
@@ -105,7 +101,7 @@ def rays_of_picture(pixels: int, error: float) -> float:
 
 def forecast(estimate: Estimate, prices: Prices) -> Forecast:
     """Predict what a picture is going to take, with the next pass decided, or with a part of it done."""
-    kind, rays = kind_of(estimate), estimate.rays_wanted()
+    kind, rays = kind_of(estimate), estimate.work_wanted()
     upcoming = rays * prices[kind]
     if estimate.state.is_measured:
         return Forecast(upcoming, max(_samples_to_come(estimate) - rays, 0.0) * prices[SAMPLES])

@@ -1,16 +1,17 @@
-"""Pilot samples on lattices that grow finer, and values in between where the picture is smooth.
+"""Lattices of nodes that grow finer, and values in between where the picture is smooth.
 
-Where four neighbouring nodes of the lattice show the same shape, and the second differences around them
-are small, the nodes of the finer lattice between them are interpolated and take no ray.
+Nodes are pilot samples, or samples through a lens. Between the nodes of a lattice lie three sorts of the next
+finer one: between two of a row, between two of a column, and in the middle of four. A second difference
+estimates what linear interpolation errs by: where it is small and both sides show the same, no ray is needed.
 """
 
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.rays import Labels
-from renderer.math.arrays import Masks
+from renderer.math.arrays import Floats
 
 COARSEST = 8
 """Most pixels between the first pilot samples: at 1024 x 1024 pixels that makes `ENOUGH` of them."""
@@ -19,27 +20,21 @@ ENOUGH = 16384
 """Pilot samples to begin with. Half as many would cost as much and find less: for few samples, calls are most
 of the cost."""
 
+LEFT = 0.55
+"""Share of the nodes' squared noise that is left between them: from 4 / 9, interpolated along both axes, to 2
+/ 3, along one."""
+
 Picture = NDArray[np.float32]
 """(3, H, W) float32, linear."""
 
+Ways = NDArray[np.uint8]
+"""(H, W) uint8, how each pixel gets its value: one of the following."""
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cells:
-    """What lies between the nodes of a lattice of (a, b) nodes: where it may be interpolated.
+NODE, ACROSS, ALONG = 0, 1, 2
+"""A value comes from samples of its own; from both sides in its row; from both sides in its column."""
 
-    Attributes
-    ----------
-    middles : (a - 1, b - 1) bool
-        Cells that are smooth.
-    across : (a, b - 1) bool
-        Edges between neighbours in a row, both of whose cells are smooth; at the border of the picture, one.
-    along : (a - 1, b) bool
-        The same for neighbours in a column.
-    """
-
-    middles: Masks
-    across: Masks
-    along: Masks
+SORTS = (((0, 1), ACROSS), ((1, 0), ALONG), ((1, 1), ACROSS))
+"""Row and column, modulo 2, of the sorts of nodes of a finer lattice; the last needs the one before it."""
 
 
 def stride_for(width: int, height: int) -> int:
@@ -47,78 +42,115 @@ def stride_for(width: int, height: int) -> int:
     return int(2 ** np.clip(np.round(np.log2(width * height / ENOUGH) / 2), 0, np.log2(COARSEST)))
 
 
-def cells_of(values: Picture, labels: Labels, needs_sampling: Masks, allowed: float) -> Cells:
-    """Where a lattice may be interpolated.
+def bends(values: Picture, labels: Labels) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Most that linear interpolation errs by beside nodes, (a, b): along rows and along columns.
+
+    It is an eighth of the second difference, the greatest of the channels. Beside what shows something else
+    it is that of the next node; infinite where there is none.
 
     Parameters
     ----------
     values : (3, a, b) float32
     labels : (a, b) int32
-    needs_sampling : (a, b) bool
-        Nodes that show something finer than the lattice.
-    allowed : float
-        What interpolation may err by, as second differences estimate it; linear radiance.
     """
-    in_row, in_column = labels[:, 1:] == labels[:, :-1], labels[1:] == labels[:-1]
-    across, along = _bends(values, in_row), _bends(values.transpose(0, 2, 1), in_column.T).T
-    same = in_row[1:] & in_row[:-1] & in_column[:, 1:]
-    error = (_greatest(across) + _greatest(along)) / 8
-    middles = same & ~_any(needs_sampling) & (error <= allowed)
-    ringed = np.pad(middles, 1, constant_values=bool(middles.size))
-    return Cells(
-        middles=middles,
-        across=in_row & ringed[:-1, 1:-1] & ringed[1:, 1:-1],
-        along=in_column & ringed[1:-1, :-1] & ringed[1:-1, 1:],
-    )
+    return _bends(values, labels), _bends(values.transpose(0, 2, 1), labels.T).T
 
 
-def _bends(values: Picture, same: Masks) -> NDArray[np.float32]:
-    """Greatest second difference of the channels along the last axis at each node (a, b).
-
-    Where a neighbour shows something else, that of the next node on the same side; infinite where there is
-    none.
-    """
-    second = np.abs(np.diff(values, n=2, axis=2)).max(axis=0)
-    second[~(same[:, 1:] & same[:, :-1])] = -1.0
-    padded = np.pad(second, ((0, 0), (2, 2)), constant_values=-1.0)
+def _bends(values: Picture, labels: Labels) -> NDArray[np.float32]:
+    same = labels[:, 1:] == labels[:, :-1]
+    second = np.abs(np.diff(values, n=2, axis=2)).max(axis=0) / np.float32(8)
+    second[~(same[:, 1:] & same[:, :-1])] = -1
+    padded = np.pad(second, ((0, 0), (2, 2)), constant_values=-1)
     own = padded[:, 1:-1]
-    known = np.maximum(own, np.maximum(padded[:, :-2], padded[:, 2:]) * (own < 0))
+    known = np.where(own < 0, np.maximum(padded[:, :-2], padded[:, 2:]), own)
     known[known < 0] = np.inf
     return known
 
 
-def _greatest(nodes: NDArray[np.float32]) -> NDArray[np.float32]:
-    pairs = np.maximum(nodes[1:], nodes[:-1])
-    return np.maximum(pairs[:, 1:], pairs[:, :-1])
-
-
-def _any(nodes: Masks) -> Masks:
-    pairs = nodes[1:] | nodes[:-1]
-    return pairs[:, 1:] | pairs[:, :-1]
-
-
-def fill(values: Picture, labels: Labels, cells: Cells) -> Masks:
-    """Interpolate the nodes of the finer lattice in place; gives those that need a pilot sample, (a', b').
+def ways_between(
+    across: NDArray[np.float32],
+    along: NDArray[np.float32],
+    labels: Labels,
+    shape: tuple[int, ...],
+    allowed: float,
+) -> Ways:
+    """How the nodes of a finer lattice get their values; those of the coarse one are `NODE`.
 
     Parameters
     ----------
-    values, labels
-        Views of the finer lattice (3, a', b') and (a', b'), whose every other node is known.
-    cells : Cells
-        Of the coarser lattice.
+    across, along : (a, b) float32
+        What interpolation errs by beside the coarse nodes, along rows and along columns.
+    labels : (a, b) int32
+    shape : tuple of int
+        Of the finer lattice.
+    allowed : float
+        What it may err by.
     """
-    unknown = np.ones(labels.shape, dtype=bool)
-    unknown[::2, ::2] = False
-    coarse, marks = values[:, ::2, ::2], labels[::2, ::2]
-    across, along = (coarse[:, :, 1:] + coarse[:, :, :-1]) / 2, (coarse[:, 1:] + coarse[:, :-1]) / 2
-    middle = (across[:, 1:] + across[:, :-1]) / 2
-    for place, chosen, found, mark in (
-        (np.s_[0::2, 1::2], cells.across, across, marks[:, 1:]),
-        (np.s_[1::2, 0::2], cells.along, along, marks[1:]),
-        (np.s_[1::2, 1::2], cells.middles, middle, marks[1:, 1:]),
-    ):
-        inside = np.s_[: chosen.shape[0], : chosen.shape[1]]
-        np.copyto(values[(slice(None), *place)][(slice(None), *inside)], found, where=chosen)
-        np.copyto(labels[place][inside], mark, where=chosen)
-        unknown[place][inside] = ~chosen
-    return unknown
+    found = np.full(shape, NODE, dtype=np.uint8)
+    rows, columns = across.shape
+    wide = (np.maximum(across[:, 1:], across[:, :-1]) <= allowed) & (labels[:, 1:] == labels[:, :-1])
+    tall = (np.maximum(along[1:], along[:-1]) <= allowed) & (labels[1:] == labels[:-1])
+    found[0::2, 1::2][:, : columns - 1] = ACROSS * wide
+    found[1::2, 0::2][: rows - 1] = ALONG * tall
+    found[1::2, 1::2][: rows - 1, : columns - 1] = ACROSS * (
+        wide[1:] & wide[:-1] & tall[:, 1:] & tall[:, :-1]
+    )
+    return found
+
+
+def interpolate(values: Floats | Picture, ways: Ways, coarsest: int) -> None:
+    """Fill in what lies between the nodes of a picture (C, H, W) or (H, W), up to `coarsest` pixels apart."""
+    stride = coarsest
+    while stride > 1:
+        finer = np.s_[..., :: stride // 2, :: stride // 2]
+        interpolate_once(values[finer], ways[finer])
+        stride //= 2
+
+
+def interpolate_once(values: Floats | Picture, ways: Ways) -> None:
+    """The same for the nodes of a lattice that are not on the next coarser one."""
+    for (row, column), axis in SORTS:
+        chosen = ways[row::2, column::2] == axis
+        first, second = _sides(values, row, column, axis)
+        inside = np.s_[: first.shape[-2], : first.shape[-1]]
+        target = values[..., row::2, column::2][(..., *inside)]
+        np.copyto(target, (first + second) / 2, where=chosen[inside])
+
+
+def label_once(labels: Labels, ways: Ways) -> None:
+    """Let what is interpolated show what its sides show."""
+    for (row, column), axis in SORTS:
+        chosen = ways[row::2, column::2] == axis
+        first, _ = _sides(labels, row, column, axis)
+        inside = np.s_[: first.shape[-2], : first.shape[-1]]
+        np.copyto(labels[row::2, column::2][inside], first, where=chosen[inside])
+
+
+def _sides(values: NDArray[Any], row: int, column: int, axis: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Values on either side of the nodes of one sort."""
+    if axis == ACROSS:
+        nodes = values[..., row::2, ::2]
+        return nodes[..., :-1], nodes[..., 1:]
+    nodes = values[..., ::2, column::2]
+    return nodes[..., :-1, :], nodes[..., 1:, :]
+
+
+def weights(ways: Ways, coarsest: int) -> Floats:
+    """How often the squared noise of each node counts in the whole picture, (H, W), at least once."""
+    found = np.where(ways == NODE, 1.0, LEFT)
+    stride = 2
+    while stride <= coarsest:
+        finer = np.s_[:: stride // 2, :: stride // 2]
+        _pass_on(found[finer], ways[finer])
+        stride *= 2
+    return found
+
+
+def _pass_on(found: Floats, ways: Ways) -> None:
+    """Let both sides of what is interpolated answer for half of it each."""
+    for (row, column), axis in reversed(SORTS):
+        passed = found[row::2, column::2] * (ways[row::2, column::2] == axis) / 2
+        first, second = _sides(found, row, column, axis)
+        passed = passed[: first.shape[0], : first.shape[1]]
+        first += passed
+        second += passed

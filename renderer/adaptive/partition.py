@@ -57,7 +57,7 @@ def pass_tiles(
     side, (height, width) = estimate.stride, estimate.have.shape
     while side * CELLS < max(width, height):
         side *= 2
-    return partition(estimate.rays_in_cells(side), side, width, height, count)
+    return partition(estimate.work_in_cells(side), side, width, height, count)
 
 
 def partition(work: Floats, side: int, width: int, height: int, count: int) -> list[Tile]:

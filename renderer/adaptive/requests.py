@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from renderer.adaptive.guides import Surroundings
 from renderer.adaptive.levels import PREVIEWED, SAMPLED, Levels
+from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.time_limits import TimeLimit
 from renderer.math.arrays import Masks
-from renderer.plan.plan import RenderPlan, adaptive_part
 from schemas.tiles import Tile
 
 
@@ -61,11 +61,11 @@ class LevelRequest:
         """The request for pixels that have nothing."""
         return cls(*(np.zeros_like(want), want, np.zeros_like(want), np.zeros_like(want)))
 
-    def needs_pilots(self, plan: RenderPlan) -> bool:
+    def needs_pilots(self, plan: TargetPlan) -> bool:
         """Whether anything is requested of pixels that may have a control variate from pilot samples."""
         if self.covered.any():
             return True
-        adaptive = adaptive_part(plan)
+        adaptive = plan
         tinted = adaptive.pilot is not None and adaptive.tinted.any()
         sampled = self.sampled
         return bool(sampled.any() and (tinted or (sampled & self.guided).any()))
@@ -106,7 +106,7 @@ class TileRequest:
 
 
 def tile_request(
-    plan: RenderPlan,
+    plan: TargetPlan,
     tile: Tile,
     levels: LevelRequest,
     around: Callable[[], Surroundings],
@@ -118,7 +118,7 @@ def tile_request(
 
     Parameters
     ----------
-    plan : RenderPlan
+    plan : TargetPlan
     tile : Tile
     levels : LevelRequest
     around : callable
@@ -137,6 +137,6 @@ def tile_request(
     )
 
 
-def records_centres(plan: RenderPlan) -> bool:
+def records_centres(plan: TargetPlan) -> bool:
     """Whether the first pass records what the centres of pixels show."""
     return any(layer.values for layer in plan.layers)

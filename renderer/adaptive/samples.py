@@ -30,7 +30,7 @@ class Samples:
     residues : (n,) float32
         Squared errors to expect of pilot samples that hit what varies within the pixel at a few places.
     covers, known : (3, k) float32
-    spread, doubts : (k,) float32
+    spread : (k,) float32
         Of pixels at borders (`coverage.Cover`).
     halves : (2, 3, m) float32
         Means of the new samples of either half, or of their differences from a control variate.
@@ -54,7 +54,6 @@ class Samples:
     covers: NDArray[np.float32]
     known: NDArray[np.float32]
     spread: NDArray[np.float32]
-    doubts: NDArray[np.float32]
     halves: NDArray[np.float32]
     squares: NDArray[np.float32]
     controlled: Masks

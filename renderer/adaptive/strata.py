@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.lattice import Picture
-from renderer.adaptive.levels import Levels
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.math.streams import bits, keys, uniforms
 
@@ -20,9 +19,6 @@ STEPS = 24
 
 INTERPOLATED, EVEN, BORDER, NEEDS_SAMPLING, SUSPECT = range(5)
 """Kinds: without a pilot sample; away from other shapes; beside one; with something fine; near a find."""
-
-KINDS = np.array([INTERPOLATED, EVEN, BORDER])
-"""By the level of a pixel without samples."""
 
 TRUSTED = 16.0
 """If probes find only their own noise, the error is at most this many times the expected one."""
@@ -71,13 +67,9 @@ def _squares(differences: Picture) -> NDArray[np.float32]:
     return np.multiply(differences, differences, out=differences).sum(axis=0)
 
 
-def strata_of(expected: NDArray[np.float32], have: Levels, needs_sampling: Masks) -> Integers:
-    """Stratum of each pixel, (H, W), from its expected error and its level.
-
-    Pixels that `needs_sampling` (H, W) marks show something finer than pixels.
-    """
+def strata_of(expected: NDArray[np.float32], kinds: Integers) -> Integers:
+    """Stratum of each pixel, (H, W), from its expected error and its kind."""
     steps = (np.log2(np.maximum(expected, 1e-12)) + 36) * np.float32(2 / 3)
-    kinds = np.maximum(KINDS[have], NEEDS_SAMPLING * (needs_sampling & (have > 0)))
     return np.clip(steps, 0, STEPS - 1).astype(np.int64) + STEPS * kinds
 
 

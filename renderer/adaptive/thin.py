@@ -1,68 +1,74 @@
-"""Shapes too thin on the picture for pilot samples on a lattice to hit them."""
+"""Pixels that small and thin shapes may touch: nodes of a lattice may miss them, through a lens or not."""
+
+from collections.abc import Iterable
 
 import numpy as np
 
-from renderer.adaptive.lattice import stride_for
+from renderer.adaptive.neighbours import spread
+from renderer.adaptive.outlines import outline_of, thin_places
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, Integers, Masks, dot
+from renderer.shapes import Family
 from renderer.shapes.family import Hulls
 
 DIRECTIONS = 16
 """In which the width of a shape on the picture is measured, over half a turn: the least is 2 % too large."""
 
-TAPERED = 0.5
-"""A drawn-out ellipse of a length and a width is narrower than a pixel over length / (4 width**2) pixels at
-either end: one pixel, where the width is this many times the root of the length. Flat shapes need no such
-rule, as their edges are marked anyway."""
-
-NARROW = 3
-"""Width in pixels below which a round shape has no pixel inside that is shaded like those at its border. A
-post of one pixel, lit from the side, was taken to be as bright all over as at its middle: 5 pixels of 4,800
-made the true error 0.66/255 where 0.38/255 was reported."""
-
 FARTHEST = 65536
 """Places along a shape at most, however far it reaches beyond the picture."""
 
 
-def thin_places(camera: Pinhole, hulls: Hulls) -> Integers:
-    """Pixels along shapes narrower than the lattice, (2, N): column and row, those outside left out.
+def thin_pixels(camera: Pinhole, families: Iterable[Family], within: int) -> Integers:
+    """Pixels (2, N) that parts of shapes may touch that are narrower than twice `within`, with their blur.
 
-    Parameters
-    ----------
-    camera : Pinhole
-    hulls : Hulls
-        Shapes that reach behind the camera are left out: they are near, and wide.
+    What is blurred more widely is found by nodes that are so many pixels apart.
     """
-    x, y, _, ahead = on_picture(camera, hulls.corners)
-    measured = spans(x, y)
-    stride = stride_for(camera.width, camera.height)
-    width, length = measured.min(axis=0), measured.max(axis=0)
-    tapered = TAPERED if hulls.round else 0.0
-    narrow = np.flatnonzero(ahead & (width < np.maximum(stride, np.sqrt(stride * length) * tapered)))
-    return _pixels(camera, [along(x[:, shape], y[:, shape]) for shape in narrow.tolist()])
+    found = np.zeros((camera.height, camera.width), dtype=bool)
+    for family in families:
+        hulls = family.hulls()
+        if hulls.edges:
+            places = thin_places(camera, outline_of(family, camera.position), within)
+            _mark(found, places.pixels, _blur(camera, places.depths), within)
+        else:
+            _mark_curved(found, camera, hulls, within)
+    rows, columns = np.nonzero(found)
+    return np.stack((columns, rows))
 
 
-def narrow_places(camera: Pinhole, hulls: Hulls) -> Integers:
-    """Pixels along parts of curved shapes less than `NARROW` pixels wide, (2, N), as `thin_places`.
+def _blur(camera: Pinhole, depths: Floats) -> Floats:
+    """Blur radius at given depths, pixels."""
+    return camera.blur(depths) / depths * (camera.height / (2 * camera.half_height))
 
-    Tips of ellipses shorter than a pixel are left out.
-    """
-    if hulls.edges:
-        return np.zeros((2, 0), dtype=np.int64)
-    x, y, _, ahead = on_picture(camera, hulls.corners)
-    measured = spans(x, y)
+
+def _mark(found: Masks, pixels: Integers, reach: Floats, most: float) -> None:
+    """Mark what is within the reach (N,) of pixels (2, N), if that is not too far."""
+    height, width = found.shape
+    inside = (pixels >= 0).all(axis=0) & (pixels[0] < width) & (pixels[1] < height) & (reach < most)
+    pixels, whole = pixels[:, inside], np.ceil(reach[inside]).astype(np.int64)
+    for size in np.unique(whole).tolist():
+        marks = np.zeros_like(found)
+        marks[pixels[1, whole == size], pixels[0, whole == size]] = True
+        found |= spread(marks, size)
+
+
+def _mark_curved(found: Masks, camera: Pinhole, hulls: Hulls, within: int) -> None:
+    """The same for curved shapes; the tips of drawn-out ellipses are narrow, too."""
+    x, y, depth, ahead = _on_picture(camera, hulls.corners)
+    measured = _spans(x, y)
     widths, lengths = measured.min(axis=0), measured.max(axis=0)
-    tips = (
-        lengths * (1 - np.sqrt(1 - np.minimum(NARROW / np.maximum(widths, NARROW), 1.0) ** 2)) * hulls.round
-    )
-    found = []
-    for shape in np.flatnonzero(ahead & ((tips > 1) | (widths < NARROW))).tolist():
-        places = along(x[:, shape], y[:, shape])
-        found.append(places[:, profile(hulls, places.shape[1]) * widths[shape] < NARROW])
-    return _pixels(camera, found)
+    long = lengths > 2 * widths
+    # What is about as wide as long is marked from its middle.
+    compact = np.flatnonzero(ahead & ~long & (lengths < 2 * within))
+    middles = np.stack((x[:, compact].mean(axis=0), y[:, compact].mean(axis=0)))
+    reach = lengths[compact] / 2 + _blur(camera, depth[:, compact].mean(axis=0))
+    _mark(found, np.floor(middles).astype(np.int64), reach, within)
+    for shape in np.flatnonzero(ahead & long).tolist():
+        places = _along(x[:, shape], y[:, shape], 1 / depth[:, shape])
+        half = _profile(hulls, places.shape[1]) / 2 * widths[shape]
+        _mark(found, np.floor(places[:2]).astype(np.int64), half + _blur(camera, 1 / places[2]), within)
 
 
-def profile(hulls: Hulls, count: int) -> Floats:
+def _profile(hulls: Hulls, count: int) -> Floats:
     """Width of curved shapes at places (count,) from end to end, in shares of the greatest.
 
     An ellipse has 2 sqrt(s (1 - s)) of it at a share s of its length; of other shapes nothing is known.
@@ -71,14 +77,7 @@ def profile(hulls: Hulls, count: int) -> Floats:
     return 2 * np.sqrt(share * (1 - share)) if hulls.round else np.ones(count)
 
 
-def _pixels(camera: Pinhole, found: list[Floats]) -> Integers:
-    """Pixels (2, N) of places (2, n) each, those outside of the picture left out."""
-    places = np.floor(np.hstack([np.zeros((2, 0)), *found])).astype(np.int64)
-    inside = (places >= 0).all(axis=0) & (places[0] < camera.width) & (places[1] < camera.height)
-    return places[:, inside]
-
-
-def on_picture(camera: Pinhole, corners: Floats) -> tuple[Floats, Floats, Floats, Masks]:
+def _on_picture(camera: Pinhole, corners: Floats) -> tuple[Floats, Floats, Floats, Masks]:
     """Columns, rows and depths of corners, (V, K) each, and which shapes are wholly before the camera, (K,).
 
     Depths of corners that are not are 1.
@@ -92,14 +91,14 @@ def on_picture(camera: Pinhole, corners: Floats) -> tuple[Floats, Floats, Floats
     return x, y, depth, ahead
 
 
-def spans(x: Floats, y: Floats) -> Floats:
+def _spans(x: Floats, y: Floats) -> Floats:
     """Width of each hull on the picture in some directions, (DIRECTIONS, K), pixels."""
     turns = np.arange(DIRECTIONS) * (np.pi / DIRECTIONS)
     along = np.cos(turns)[:, None, None] * x + np.sin(turns)[:, None, None] * y
     return np.ptp(along, axis=1)
 
 
-def along(x: Floats, y: Floats, *more: Floats) -> Floats:
+def _along(x: Floats, y: Floats, *more: Floats) -> Floats:
     """Places (2, n), at most a pixel apart, along the middle of a hull's corners (V,), from end to end.
 
     What is known of the corners besides is interpolated, and gives further rows.

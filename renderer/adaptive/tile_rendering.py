@@ -14,6 +14,7 @@ from renderer.adaptive.levels import COUNTS, COVERAGES
 from renderer.adaptive.rays import camera_rays, labels_of, of_labels
 from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
+from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.time_limits import TimeLimit, portions
 from renderer.film import BRIGHTEST
 from renderer.halves import HALVES, places
@@ -21,10 +22,9 @@ from renderer.integrator import WORK, Surfaces, radiance, render_layers
 from renderer.math import morton
 from renderer.math.arrays import Floats, Integers, Masks, add, taken
 from renderer.math.numerics import halving_sum
-from renderer.plan.plan import RenderPlan, adaptive_part, pilot_of
 
 
-def render_request(plan: RenderPlan, request: TileRequest) -> Samples:
+def render_request(plan: TargetPlan, request: TileRequest) -> Samples:
     """Render what is requested of a tile, its layers included.
 
     Raises
@@ -42,14 +42,14 @@ def render_request(plan: RenderPlan, request: TileRequest) -> Samples:
     return replace(samples, counts=samples.counts | counts, work=work, layers=records, layer_seconds=seconds)
 
 
-def render_samples(plan: RenderPlan, request: TileRequest) -> Samples:
+def render_samples(plan: TargetPlan, request: TileRequest) -> Samples:
     """Bring the pixels of a tile from the levels that they have to those that are wanted.
 
     What is found about a pixel does not depend on the tile.
 
     Parameters
     ----------
-    plan : RenderPlan
+    plan : TargetPlan
         Of target quality.
     request : TileRequest
 
@@ -70,9 +70,9 @@ def render_samples(plan: RenderPlan, request: TileRequest) -> Samples:
 
 
 def _pilot_samples(
-    plan: RenderPlan, request: TileRequest, counts: Counter[str]
+    plan: TargetPlan, request: TileRequest, counts: Counter[str]
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], Surfaces]:
-    pilot_plan, textured = pilot_of(plan), adaptive_part(plan).textured
+    pilot_plan, textured = plan.pilot or plan, plan.textured
     rows, columns = np.nonzero(request.levels.previewed)
     values = np.empty((3, rows.size), dtype=np.float32)
     labels = np.empty(rows.size, dtype=np.int32)
@@ -90,12 +90,12 @@ def _pilot_samples(
 
 
 def _covers(
-    plan: RenderPlan, request: TileRequest, counts: Counter[str]
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    plan: TargetPlan, request: TileRequest, counts: Counter[str]
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
     """The arrays of `coverage.Cover` for the pixels whose coverage rises."""
     rows, columns = np.nonzero(request.levels.covered)
     sizes = request.levels.cover[rows, columns]
-    values = np.empty((8, rows.size), dtype=np.float32)
+    values = np.empty((7, rows.size), dtype=np.float32)
     for size in np.unique(sizes).tolist():
         assert request.around is not None
         alike = np.flatnonzero(sizes == size)
@@ -104,12 +104,12 @@ def _covers(
             nearby = request.around.nearby(rows[chosen], columns[chosen])
             x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
             found = cover(plan, size, x, y, nearby, counts)
-            values[:, chosen] = np.vstack((found.values, found.known, found.spread, found.doubts))
-    return values[:3], values[3:6], values[6], values[7]
+            values[:, chosen] = np.vstack((found.values, found.known, found.spread))
+    return values[:3], values[3:6], values[6]
 
 
 def _samples(
-    plan: RenderPlan, request: TileRequest, counts: Counter[str]
+    plan: TargetPlan, request: TileRequest, counts: Counter[str]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], Masks]:
     """Means of halves, sums of squares, and which are differences: the last arrays of `Samples`."""
     levels = request.levels
@@ -168,22 +168,22 @@ class _Around:
     columns: Integers
 
 
-def _subtract_guides(plan: RenderPlan, batch: _Batch, around: _Around, guided: Integers) -> None:
+def _subtract_guides(plan: TargetPlan, batch: _Batch, around: _Around, guided: Integers) -> None:
     """Subtract the guide from the samples of the pixels `guided` (m,)."""
     if not guided.size:
         return
     nearby = around.pilots.nearby(around.rows[guided], around.columns[guided])
     which, rays = _rays_of(batch, guided)
-    known, _ = guide(nearby, adaptive_part(plan).fine, plan.unshaded.lights).at(batch.labels[rays], which)
+    known, _ = guide(nearby, plan.fine, plan.unshaded.lights).at(batch.labels[rays], which)
     add(batch.radiance, rays, -known)
 
 
-def _subtract_tints(plan: RenderPlan, batch: _Batch, around: _Around, plain: Integers) -> Integers:
+def _subtract_tints(plan: TargetPlan, batch: _Batch, around: _Around, plain: Integers) -> Integers:
     """Subtract the colour of textures from the samples of pixels that are filled by one; gives which.
 
     Of the pixels `plain` (m,), which have no guide.
     """
-    shapes = adaptive_part(plan).tinted
+    shapes = plan.tinted
     if not shapes.any():
         return plain[:0]
     tints = around.pilots.tints(around.rows[plain], around.columns[plain], shapes)
@@ -204,7 +204,7 @@ def _rays_of(batch: _Batch, pixels: Integers) -> tuple[Integers, Integers]:
 
 
 def _radiance(
-    plan: RenderPlan, x: Integers, y: Integers, first: Integers, last: Integers, counts: Counter[str]
+    plan: TargetPlan, x: Integers, y: Integers, first: Integers, last: Integers, counts: Counter[str]
 ) -> _Batch:
     """The samples `first` to `last` (n,) of pixels (n,)."""
     count = last - first

@@ -84,7 +84,7 @@ def with_coordinates(plan: RenderPlan) -> RenderPlan:
 def _camera(request: Request) -> Pinhole:
     samples = request.sampling.antialiasing
     detail = f"rays through {samples.samples} {samples.pattern} places in each pixel"
-    if request.target:
+    if request.in_sequence:
         detail = f"rays through {samples.pattern} places in pixels, as many as the error requires"
     request.list_stage("camera rays", "camera", detail, ("/camera",), COSTS.camera)
     camera = request.document.camera
@@ -102,7 +102,7 @@ def _lens(request: Request, camera: language.Camera) -> Pinhole:
     pointers = tuple(f"/camera/{name}" for name in ("lens_radius", "focus_distance") if getattr(camera, name))
     detail = f"a point on the lens for each ray, focused at a distance of {lens.focus:.6g}"
     request.list_stage("lens", "camera.lens", detail, pointers, COSTS.lens)
-    return lens_in_sequence(lens) if request.target else lens
+    return lens_in_sequence(lens) if request.in_sequence else lens
 
 
 def _layers(request: Request) -> tuple[Layer, ...]:

@@ -24,7 +24,7 @@ def emitter_of(request: Request, number: int) -> Emitter:
     """A light of the scene, with its sampling."""
     light = request.document.lights[number]
     emitter = LIGHTS[type(light)].build(number, light, request.sampling.light, request.sampling.seed)
-    return in_sequence(emitter) if request.target and emitter.count > 1 else emitter
+    return in_sequence(emitter) if request.in_sequence and emitter.count > 1 else emitter
 
 
 def emitters(request: Request) -> list[Emitter]:

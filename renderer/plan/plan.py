@@ -1,7 +1,7 @@
 """The plan of a picture: what runs, in which order, and which part of the scene requested it."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Self
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from renderer.cameras import Pinhole, Window
 from renderer.interaction import RayStage
 from renderer.layers import Layer
 from renderer.lights.surfaces import LightSurfaces, Unshaded
-from renderer.math.arrays import Floats, Integers, Masks
+from renderer.math.arrays import Integers
 from renderer.plan.geometry import SceneGeometry
 from renderer.plan.stages import Entry, Illumination, PointStage, ScatteringStage
 from renderer.scenes import LoadedScene
@@ -18,22 +18,6 @@ from schemas.errors import Problem
 from schemas.quality import Antialiasing, Quality
 from schemas.scene import Scene
 from schemas.tiles import Pass
-
-
-class Policy(Protocol):
-    """How a picture of target quality begins, and what each pass of it asks for."""
-
-    def first_stride(self, width: int, height: int) -> int:
-        """Pixels between the nodes of the first lattice."""
-        ...
-
-    def first_level(self, error: float) -> int:
-        """What the first pass wants of a node, where an error is aimed at."""
-        ...
-
-    def advance(self, estimate: Any) -> bool:
-        """Decide what the next pass of an estimate wants; False if the picture is done."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -74,8 +58,6 @@ class RenderPlan:
         exact arithmetic had to decide if they have one.
     entries, left_out
         The plan as people read it.
-    adaptive : AdaptivePlan or None
-        What target quality needs in addition; None for fixed quality.
     """
 
     scene: LoadedScene
@@ -99,7 +81,6 @@ class RenderPlan:
     numerics: dict[str, int]
     entries: tuple[Entry, ...]
     left_out: tuple[LeftOut, ...]
-    adaptive: "AdaptivePlan | None" = None
 
     def __repr__(self) -> str:
         """Scene, size and numbers of stages in one line: written out, a plan fills a megabyte."""
@@ -137,112 +118,23 @@ class RenderPlan:
         """Layers that a pass records: all where the camera samples begin, later what is formed from them."""
         return tuple(layer for layer in self.layers if layer.recorded_in(pass_))
 
+    def seen_by(self, camera: Window) -> Self:
+        """The plan of the part of its picture that a window shows; passes are still those of the whole."""
+        return replace(self, camera=camera)
+
     def describe(self) -> PlanDocument:
         """The plan as a document: stages and what requested them, what was left out, predicted cost."""
-        pilot = self.adaptive.pilot if self.adaptive else None
         total = sum(entry.seconds for entry in self.entries)
         rays = self.width * self.height * self.antialiasing.samples
         shadow = sum(lighting.emitter.count for lighting in self.lightings if lighting.casts)
         return PlanDocument(
-            stages=tuple(_stage(entry, total) for entry in self.entries),
-            pilot_samples=tuple(_stage(entry, 0.0) for entry in pilot.entries) if pilot else (),
+            stages=tuple(stage_document(entry, total) for entry in self.entries),
             left_out=self.left_out,
             cost=PlanCost(camera_rays=rays, shadow_rays=rays * shadow, cpu_seconds=total),
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AdaptivePlan:
-    """What target quality needs of a scene besides the plan of its samples.
-
-    Attributes
-    ----------
-    policy : Policy
-        How the picture begins and continues.
-    pilot : RenderPlan or None
-        What runs for the pilot sample at the middle of each pixel; None through a lens, where pixels are
-        sampled at once. Its entries list only what differs from samples.
-    averaged : (shapes,) bool
-        Shapes whose textures pilot samples average over the pixel.
-    detailed : (shapes,) bool
-        Those of them whose texels pilot samples shade apart from light.
-    textured, needs_sampling : (shapes,) bool
-        Shapes that take their colour from a texture, and shapes with something else on them that may be finer
-        than pixels: bent normals, mirrors, glass.
-    glints : (shapes,) float64
-        Brightness of the brightest visible light as each shape reflects or transmits it, 0 where it is not
-        above white.
-    thin : (2, N) int64
-        Columns and rows of pixels along shapes that are thin on the picture; through a lens, of all
-        that these may touch.
-    narrow : (2, N) int64
-        The same along parts of round shapes that are a few pixels wide: their shading turns within a pixel.
-        This and the following are empty through a lens.
-    edges : (2, N) int64
-        The same of pixels that edges of flat shapes pass.
-    lamps : (2, N) int64
-        Those of them that edges of visible lights pass.
-    shadow_edges : (3, N) int64
-        The same of pixels that edges of hard shadows may pass, and the shape that each of them falls on.
-    """
-
-    policy: Policy
-    pilot: RenderPlan | None
-    textured: Masks
-    averaged: Masks
-    detailed: Masks
-    needs_sampling: Masks
-    glints: Floats
-    thin: Integers
-    narrow: Integers
-    edges: Integers
-    lamps: Integers
-    shadow_edges: Integers
-
-    @property
-    def tinted(self) -> Masks:
-        """Shapes (K,) whose colour is a texture with a known mean, and nothing else on them varies."""
-        return self.averaged & ~self.detailed
-
-    @property
-    def fine(self) -> Masks:
-        """Shapes (K,) on which something may be finer than pixels."""
-        return self.needs_sampling | self.textured
-
-    @property
-    def unaveraged(self) -> Masks:
-        """Those of them (K,) of which a pilot sample does not give the mean over its pixel."""
-        return self.needs_sampling | self.textured & ~self.averaged
-
-
-def seen_by(plan: RenderPlan, camera: Window) -> RenderPlan:
-    """The plan of the part of its picture that a window shows; passes are still those of the whole."""
-    adaptive = plan.adaptive
-    if adaptive is not None:
-        adaptive = replace(
-            adaptive,
-            pilot=adaptive.pilot and seen_by(adaptive.pilot, camera),
-            thin=camera.places(adaptive.thin),
-            narrow=camera.places(adaptive.narrow),
-            edges=camera.places(adaptive.edges),
-            lamps=camera.places(adaptive.lamps),
-            shadow_edges=camera.places(adaptive.shadow_edges),
-        )
-    return replace(plan, camera=camera, adaptive=adaptive)
-
-
-def adaptive_part(plan: RenderPlan) -> AdaptivePlan:
-    """What target quality needs, of a plan that was made for it."""
-    assert plan.adaptive is not None
-    return plan.adaptive
-
-
-def pilot_of(plan: RenderPlan) -> RenderPlan:
-    """What runs for the pilot samples of a plan for target quality: through a lens, what runs for samples."""
-    return adaptive_part(plan).pilot or plan
-
-
-def _stage(entry: Entry, total: float) -> PlanStage:
+def stage_document(entry: Entry, total: float) -> PlanStage:
     """A line of the plan, with its share of the predicted seconds if there are any."""
     return PlanStage(
         name=entry.name,

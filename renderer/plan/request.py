@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.plan.effects import SHAPES, TEXTURES
 from renderer.plan.geometry import SceneGeometry, shown_materials
 from renderer.plan.stages import Entry
 from renderer.plan.strengths import effective, without_strength
@@ -16,7 +15,7 @@ from renderer.textures.heights import Heights
 from schemas.api.plans import LeftOut
 from schemas.materials import Material
 from schemas.pointers import escaped
-from schemas.quality import Antialiasing, LightSampling, Quality, Sampling, TargetQuality
+from schemas.quality import FixedQuality, Quality, Sampling
 from schemas.scene import Scene
 
 
@@ -34,6 +33,8 @@ class Request:
         Whether conservative tests may leave out work.
     layers : tuple of str
         Names of what shall be recorded about each pixel beside its colour.
+    in_sequence : bool
+        Whether samples go on until an error is reached, so that their number is not known.
     details : frozenset of str
         Materials whose textures are not looked up at points, but shaded all over pixels.
     entries, left_out : list
@@ -57,6 +58,7 @@ class Request:
     geometry: SceneGeometry
     culling: bool
     layers: tuple[str, ...] = ()
+    in_sequence: bool = False
     details: frozenset[str] = frozenset()
     entries: list[Entry] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
@@ -77,11 +79,6 @@ class Request:
         self.left_out.extend(without_strength(self.scene.document, self.names))
         width, height = self.document.camera.picture_size
         self.rays = float(width * height * self.sampling.antialiasing.samples)
-
-    @property
-    def target(self) -> TargetQuality | None:
-        """The target quality, if it is one."""
-        return self.quality if isinstance(self.quality, TargetQuality) else None
 
     def list_stage(
         self, name: str, effect: str, detail: str, pointers: tuple[str, ...] = (), each: float = 0.0
@@ -123,39 +120,10 @@ class Request:
         return self.geometry.textures.heights(self.document, name, scale)
 
 
-CAMERA_SAMPLES = Antialiasing(pattern="sobol", samples=16)
-"""Target quality takes camera samples where they are needed. How many is not known; prices assume these."""
-
-FEW_LIGHT_POINTS, MANY_LIGHT_POINTS = 4, 16
-"""Light points of each of these camera samples, the cheaper ones to the same target: many where only borders
-and penumbrae are sampled, few where a texture or a normal map has every pixel sampled."""
-
-SAMPLED_EVERYWHERE = ("color_texture", "normal_map", "bump_map", "displacement_map", "mirror", "transmission")
-"""Parts of a material for which target quality samples every pixel that shows it."""
-
-
 def _sampling(document: Scene, quality: Quality | None) -> Sampling:
-    if quality is None:
+    if not isinstance(quality, FixedQuality):
         return document.sampling
-    if isinstance(quality, TargetQuality):
-        light = LightSampling(pattern="sobol", samples=_light_points(document))
-        return document.sampling.model_copy(update={"antialiasing": CAMERA_SAMPLES, "light": light})
     changes = {"antialiasing": quality.antialiasing, "light": quality.light}
     return document.sampling.model_copy(
         update={part: value for part, value in changes.items() if value is not None}
     )
-
-
-def _light_points(document: Scene) -> int:
-    """Few where every pixel is sampled, or where shadow rays through a tree cost more than the camera ray."""
-    if document.camera.lens_radius > 0:
-        return FEW_LIGHT_POINTS
-    boards = {name for name, texture in document.textures.items() if TEXTURES[type(texture)].mean}
-    for shape in document.shapes:
-        material = document.materials[shape.material]
-        asked = {part for part in SAMPLED_EVERYWHERE if getattr(material, part)}
-        if material.color_texture in boards:
-            asked.discard("color_texture")
-        if asked or SHAPES[type(shape)].meshed:
-            return FEW_LIGHT_POINTS
-    return MANY_LIGHT_POINTS

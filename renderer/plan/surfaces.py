@@ -55,7 +55,7 @@ def _footprints(request: Request) -> list[Footprints]:
     asking = {name for name in used if getattr(request.document.textures[name], "filter", None) in FILTERING}
     if not asking and not request.details:
         return []
-    samples = FINEST if request.target else request.sampling.antialiasing.samples
+    samples = FINEST if request.in_sequence else request.sampling.antialiasing.samples
     pointers = tuple(
         f"/textures/{escaped(name)}/filter" for name in request.document.textures if name in asking
     )

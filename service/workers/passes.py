@@ -11,14 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from renderer import RenderPlan, film
+from renderer import film
 from renderer.adaptive import Estimate, Samples
-from renderer.adaptive.aims import first_levels
 from renderer.adaptive.driver import Driver
+from renderer.adaptive.estimate import first_levels
+from renderer.adaptive.findings import sample_layers
 from renderer.adaptive.forecast import Forecast, usual_prices
 from renderer.adaptive.guides import Surroundings, packed, unpacked
 from renderer.adaptive.requests import LevelRequest, tile_request
 from renderer.adaptive.samples import preview
+from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
 from renderer.images import files as image_files
@@ -34,7 +36,7 @@ class PassWorker:
     store: TileStore
     workers: int
 
-    def sample(self, plan: RenderPlan, task: SampleTask, until: float | None) -> TileDone | Interrupted:
+    def sample(self, plan: TargetPlan, task: SampleTask, until: float | None) -> TileDone | Interrupted:
         """Render what the pass wants in a tile, unless the job's time is spent before it is finished.
 
         Parameters
@@ -65,7 +67,7 @@ class PassWorker:
         kept = {name: record for name, record in samples.layers.items() if layers.of_centres(name)}
         self.store.put_layers(task.job, task.tile, task.pass_, task.attempt, kept)
 
-    def _levels(self, plan: RenderPlan, task: SampleTask) -> tuple[LevelRequest, Pixels]:
+    def _levels(self, plan: TargetPlan, task: SampleTask) -> tuple[LevelRequest, Pixels]:
         """Levels that the pixels of a tile have and that are requested, and its picture so far."""
         part = np.s_[task.tile.y0 : task.tile.y1, task.tile.x0 : task.tile.x1]
         if not task.merged:
@@ -79,7 +81,7 @@ class PassWorker:
         """Pilot samples around a tile."""
         return unpacked(task.tile, self.store.get_map(task.job, task.pass_.index - 1, task.merged, "pilots"))
 
-    def advance(self, plan: RenderPlan, task: AdvanceTask) -> AdvanceDone:
+    def advance(self, plan: TargetPlan, task: AdvanceTask) -> AdvanceDone:
         """Merge a pass, and leave for the next one what it needs, or the final picture."""
         begun = time.process_time()
         driver = self._driver(plan, task)
@@ -105,7 +107,7 @@ class PassWorker:
             bytes=written,
         )
 
-    def _driver(self, plan: RenderPlan, task: AdvanceTask) -> Driver:
+    def _driver(self, plan: TargetPlan, task: AdvanceTask) -> Driver:
         """Return the driver of the picture as the pass before left it, with the tiles of this one."""
         if task.merged:
             arrays = self.store.get_state(task.job, task.pass_.index - 1, task.merged)
@@ -131,7 +133,7 @@ class PassWorker:
         size = picture.shape[0], picture.shape[1]
         buffers = layers.composed(self.store, task.job, size, task.layers, task.recorded)
         written = 0
-        for name, sheet in (buffers | estimate.layers(task.layers)).items():
+        for name, sheet in (buffers | sample_layers(estimate, task.layers)).items():
             content = image_files.encode_layer(sheet)
             written += self.store.put_final(task.job, task.attempt, layers.file_name(name), content)
         data = image_files.encode_npy(picture)

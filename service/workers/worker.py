@@ -23,6 +23,7 @@ import renderer
 from accuracy.inspection import inspect, inspection_plan
 from accuracy.quotes import quote
 from renderer import film, progressive
+from renderer.adaptive.target_plan import target_plan
 from renderer.images import files as image_files
 from schemas.api.jobs import JobRequest
 from schemas.api.previews import PREVIEW_QUALITY
@@ -119,11 +120,11 @@ class Worker:
     def _(self, task: SampleTask) -> TileDone | Interrupted:
         # Making the plan is part of the time.
         until = None if task.seconds_left is None else time.monotonic() + task.seconds_left
-        return self._passes.sample(self._plan(task), task, until)
+        return self._passes.sample(target_plan(self._plan(task)), task, until)
 
     @execute.register
     def _(self, task: AdvanceTask) -> AdvanceDone:
-        return self._passes.advance(self._plan(task), task)
+        return self._passes.advance(target_plan(self._plan(task)), task)
 
     @execute.register
     def _(self, task: ComposeTask) -> ComposeDone:

@@ -5,77 +5,98 @@ from functools import partial
 
 import numpy as np
 
-from renderer.accelerators.trees import in_tree
 from renderer.adaptive.edges import edge_places
+from renderer.adaptive.estimate import COARSER
 from renderer.adaptive.lattice import stride_for
-from renderer.adaptive.outlines import SharedEdges
-from renderer.adaptive.outlines import thin_places as thin_outlines
 from renderer.adaptive.planning import details, explanations, pilots
-from renderer.adaptive.policies import PilotSamples, SampledLattice
-from renderer.adaptive.thin import narrow_places, thin_places
-from renderer.adaptive.touched import touched_places
+from renderer.adaptive.target_plan import TargetPlan
+from renderer.adaptive.thin import thin_pixels
+from renderer.adaptive.thin_shadows import shadow_pixels
 from renderer.math.arrays import Integers
-from renderer.plan.plan import AdaptivePlan, Policy, RenderPlan
+from renderer.plan.effects import SHAPES, TEXTURES
+from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
-from schemas.quality import TargetQuality
+from renderer.plan.strengths import effective
+from renderer.scenes import LoadedScene
+from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
+from schemas.scene import Scene
+
+CAMERA_SAMPLES = Antialiasing(pattern="sobol", samples=16)
+"""Target quality takes camera samples where they are needed. How many is not known; prices assume these."""
+
+FEW_LIGHT_POINTS, MANY_LIGHT_POINTS = 4, 16
+"""Light points of each of these camera samples, the cheaper ones to the same target: many where only borders
+and penumbrae are sampled, few where a texture or a normal map has every pixel sampled."""
+
+SAMPLED_EVERYWHERE = ("color_texture", "normal_map", "bump_map", "displacement_map", "mirror", "transmission")
+"""Parts of a material for which target quality samples every pixel that shows it."""
 
 
-def adapted(plan: RenderPlan, request: Request, target: TargetQuality) -> RenderPlan:
+def samples_of(scene: LoadedScene, target: TargetQuality) -> FixedQuality:
+    """Quality of the samples of a picture."""
+    return FixedQuality(
+        mode="fixed",
+        antialiasing=CAMERA_SAMPLES,
+        light=LightSampling(pattern="sobol", samples=_light_points(effective(scene.document))),
+        precision=target.precision,
+    )
+
+
+def _light_points(document: Scene) -> int:
+    """Few where every pixel is sampled, or where shadow rays through a tree cost more than the camera ray."""
+    if document.camera.lens_radius > 0:
+        return FEW_LIGHT_POINTS
+    boards = {name for name, texture in document.textures.items() if TEXTURES[type(texture)].mean}
+    for shape in document.shapes:
+        material = document.materials[shape.material]
+        asked = {part for part in SAMPLED_EVERYWHERE if getattr(material, part)}
+        if material.color_texture in boards:
+            asked.discard("color_texture")
+        if asked or SHAPES[type(shape)].meshed:
+            return FEW_LIGHT_POINTS
+    return MANY_LIGHT_POINTS
+
+
+def adapted(plan: RenderPlan, request: Request, target: TargetQuality) -> TargetPlan:
     """The plan of the samples of a request, with what target quality needs beside it."""
     if request.document.camera.lens_radius > 0:
-        policy = SampledLattice()
-        adaptive = _adaptive(request, policy, _places_through_lens(plan, request, policy))
-        return replace(plan, adaptive=adaptive, entries=explanations.with_lattice(plan, policy))
-    target = pilots.in_time(target)
-    seen = pilots.request_of(request, target, details.materials(request, plan.lightings))
-    places = _places(plan, seen)
+        stride = COARSER * stride_for(plan.width, plan.height)
+        made = _made(plan, target, request, None)
+        return replace(made, entries=explanations.with_lattice(plan, stride))
+    hasty = pilots.in_time(target)
+    seen = pilots.request_of(request, hasty, details.materials(request, plan.lightings))
     # The same shapes and the same camera: what is formed of them for its rays serves both.
-    pilot = replace(pilots.build_pilot(seen, target), intersectors=plan.intersectors)
-    entries = (*pilot.entries, *explanations.shadow_edges(request, places["shadow_edges"]))
-    adaptive = _adaptive(seen, PilotSamples(), places)
-    return replace(plan, adaptive=replace(adaptive, pilot=replace(pilot, entries=entries)))
+    pilot = replace(pilots.build_pilot(seen, hasty), intersectors=plan.intersectors)
+    made = _made(plan, target, seen, pilot)
+    entries = (*pilot.entries, *explanations.thin_shadows(request, made.thin_shadows))
+    return replace(made, pilot=replace(pilot, entries=entries))
 
 
-def _adaptive(seen: Request, policy: Policy, places: dict[str, Integers]) -> AdaptivePlan:
-    """All but the pilot; `seen` is the request of what shows first of a pixel."""
+def _made(plan: RenderPlan, target: TargetQuality, seen: Request, pilot: RenderPlan | None) -> TargetPlan:
+    """The plan, where `seen` is the request of what shows first of a pixel."""
     detailed = pilots.detailed(seen)
-    return AdaptivePlan(
-        policy=policy,
-        pilot=None,
+    return TargetPlan.of(
+        replace(plan, quality=target),
+        pilot=pilot,
         textured=pilots.shapes_with(seen, "color_texture") | detailed,
         averaged=pilots.averaged_shapes(seen),
         detailed=detailed,
         needs_sampling=pilots.shapes_with(seen, "normal_map", "bump_map", "mirror", "transmission"),
         glints=pilots.glints(seen),
-        **places,
+        **_places(plan, seen),
     )
 
 
 def _places(plan: RenderPlan, seen: Request) -> dict[str, Integers]:
-    """Fields of an `AdaptivePlan` that name pixels to look at."""
-    camera = plan.camera
-    within = stride_for(camera.width, camera.height)
-    trees = [SharedEdges.of(family.numbers, family.vertices) for family in seen.families if in_tree(family)]
-    thin = [thin_outlines(camera, tree.outline(camera.position), within).pixels for tree in trees]
-    visible = [light.rectangles for light in plan.visible_lights]
-    return {
-        "thin": np.hstack([pilots.places([*seen.families, *visible], partial(thin_places, camera)), *thin]),
-        "narrow": pilots.places(seen.families, partial(narrow_places, camera)),
-        "edges": np.hstack([pilots.places([*seen.families, *visible], partial(edge_places, camera)), *thin]),
-        "lamps": pilots.places(visible, partial(edge_places, camera)),
-        "shadow_edges": pilots.shadow_places(plan, trees),
-    }
-
-
-def _places_through_lens(plan: RenderPlan, seen: Request, policy: SampledLattice) -> dict[str, Integers]:
-    """The same through a lens, where only small and thin shapes are looked for."""
-    families = [*seen.families, *(light.rectangles for light in plan.visible_lights)]
+    """Fields of a `TargetPlan` that name pixels: through a lens only what is small and thin."""
+    camera, visible = plan.camera, [light.rectangles for light in plan.visible_lights]
+    families = [*seen.families, *visible]
+    piloted = seen.document.camera.lens_radius == 0
     none = np.zeros((2, 0), dtype=np.int64)
-    within = policy.first_stride(plan.width, plan.height)
+    stride = stride_for(camera.width, camera.height)
     return {
-        "thin": touched_places(plan.camera, families, within),
-        "narrow": none,
-        "edges": none,
-        "lamps": none,
-        "shadow_edges": np.zeros((3, 0), dtype=np.int64),
+        "thin": thin_pixels(camera, families, stride if piloted else COARSER * stride),
+        "edges": pilots.places(families, partial(edge_places, camera)) if piloted else none,
+        "lamps": pilots.places(visible, partial(edge_places, camera)) if piloted else none,
+        "thin_shadows": shadow_pixels(plan) if piloted else np.zeros((3, 0), dtype=np.int64),
     }

@@ -9,7 +9,7 @@ from renderer.adaptive.levels import COVERAGES
 from renderer.adaptive.lighting import NEAREST, SIDES, PilotLighting
 from renderer.math.arrays import Integers
 from renderer.plan.effects import TEXTURES
-from renderer.plan.plan import Policy, RenderPlan
+from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Entry, Illumination
 from schemas.pointers import escaped
@@ -38,18 +38,17 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
     yield Entry("borders", "camera", detail, ("/camera",))
 
 
-def shadow_edges(request: Request, places: Integers) -> Iterator[Entry]:
-    """The line of the plan for pixels that edges of hard shadows pass, if there are any."""
+def thin_shadows(request: Request, places: Integers) -> Iterator[Entry]:
+    """The line of the plan for pixels that thin shadows may pass, if there are any."""
     count = np.unique(places[:2], axis=1).shape[1]
     if count:
         pointers = tuple(f"/lights/{number}" for number in range(len(request.document.lights)))
-        detail = f"{count:,} pixels of flat shapes that edges of hard shadows cross are their own stratum"
-        yield Entry("shadow edges", "camera", detail, pointers)
+        detail = f"{count:,} pixels that shadows of thin shapes may cross are their own stratum"
+        yield Entry("thin shadows", "camera", detail, pointers)
 
 
-def with_lattice(plan: RenderPlan, policy: Policy) -> tuple[Entry, ...]:
+def with_lattice(plan: RenderPlan, stride: int) -> tuple[Entry, ...]:
     """The lines of a plan through a lens, with one for the lattice of samples after that of the lens."""
-    stride = policy.first_stride(*plan.document.camera.picture_size)
     detail = f"pixels {stride} apart are sampled, and those between them where the picture is not smooth"
     (at,) = (i for i, entry in enumerate(plan.entries) if entry.name == "lens")
     lattice = Entry("lattice of samples", "camera.lens", detail, plan.entries[at].pointers)

@@ -7,9 +7,7 @@ import numpy as np
 
 from renderer.accelerators.trees import in_tree
 from renderer.adaptive.lighting import SIDES, PilotLighting, ProbingEmitter, corners_for, finest
-from renderer.adaptive.outlines import SharedEdges
 from renderer.adaptive.planning import details, explanations
-from renderer.adaptive.shadow_edges import shadow_edge_places
 from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
 from renderer.materials.maps import ColorTexture, NormalMap
@@ -99,13 +97,6 @@ def places(families: Iterable[Family], of_hulls: Callable[[Hulls], Integers]) ->
     found = [np.zeros((2, 0), dtype=np.int64)]
     found += [of_hulls(family.hulls()) for family in families if not in_tree(family)]
     return np.hstack(found)
-
-
-def shadow_places(plan: RenderPlan, trees: list[SharedEdges]) -> Integers:
-    """Pixels (3, N) that edges of hard shadows pass, and the shapes they fall on."""
-    hulls = [family.hulls() for family in plan.geometry.families if not in_tree(family)]
-    emitters = [lighting.emitter for lighting in plan.lightings]
-    return shadow_edge_places(plan.camera, emitters, hulls, trees)
 
 
 def build_pilot(seen: Request, target: TargetQuality) -> RenderPlan:

@@ -8,7 +8,7 @@ from accuracy.quotes.deadlines import Deadline
 from accuracy.quotes.rehearsals import rehearse
 from accuracy.quotes.settings import target
 from renderer.adaptive.driver import Driver
-from renderer.adaptive.states import State
+from renderer.adaptive.estimate import State
 from renderer.adaptive.tile_rendering import render_request
 from renderer.compiling import compile_scene
 from renderer.rendering import render

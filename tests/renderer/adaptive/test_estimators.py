@@ -7,7 +7,7 @@ import renderer
 from renderer.adaptive import Estimate, render_samples
 from renderer.adaptive.findings import errors_of
 from renderer.adaptive.guides import surroundings
-from renderer.adaptive.lattice import cells_of, fill
+from renderer.adaptive.lattice import NODE, bends, interpolate_once, label_once, ways_between
 from renderer.adaptive.levels import COUNTS, SAMPLED
 from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.strata import COUNT, survey
@@ -72,8 +72,11 @@ def test_pilot_samples_are_interpolated_up_to_a_border(cut: int, across: bool) -
     even = np.s_[::2, ::2]
     values, marks = np.full((3, *shape), np.nan, np.float32), np.full(shape, -99, np.int32)
     values[:, *even], marks[even] = truth[:, *even], labels[even]
-    cells = cells_of(values[:, *even], marks[even], np.zeros(shape, bool)[even], 0.0)
-    unknown = fill(values, marks, cells)
+    ways = ways_between(*bends(values[:, *even], marks[even]), marks[even], shape, 0.0)
+    interpolate_once(values, ways)
+    label_once(marks, ways)
+    unknown = ways == NODE
+    unknown[even] = False
     assert 0 < unknown.sum() < unknown.size / 2
     assert (values[:, ~unknown] == truth[:, ~unknown]).all()
     assert (marks[~unknown] == labels[~unknown]).all()

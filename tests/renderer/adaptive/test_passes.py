@@ -7,8 +7,8 @@ import pytest
 
 import renderer
 from renderer.adaptive.driver import Driver
-from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.states import State
+from renderer.adaptive.estimate import Estimate, State
+from renderer.adaptive.findings import settle
 from renderer.adaptive.tile_rendering import render_request
 from renderer.film import Image
 from schemas.quality import FixedQuality, Quality, TargetQuality
@@ -46,7 +46,7 @@ def cut_off(estimate: Estimate) -> Image:
     """What is shown if the time is over now; the estimate itself goes on."""
     arrays = {name: array.copy() for name, array in estimate.arrays().items()}
     now = Estimate.restored(estimate.plan, arrays)
-    now.settle()
+    settle(now)
     return now.image()
 
 
@@ -56,7 +56,7 @@ def true_errors(name: str, seed: int) -> tuple[list[float], list[float]]:
     shown, reported = [], []
     goes_on = True
     while goes_on:
-        measured = driver.estimate.state not in {State.PREVIEW, State.BORDERS}
+        measured = driver.estimate.state is not State.LATTICE
         requests = driver.requests(None)
         for number, request in enumerate(requests):
             driver.take(request.tile, render_request(driver.estimate.plan, request))

@@ -42,16 +42,16 @@ def test_pilot_samples_are_listed_with_pointers() -> None:
 
 
 def test_pilot_samples_are_those_that_lights_need() -> None:
-    """A lamp that nothing hides is not probed, a point light has no area, and sheets have hard edges."""
-    sheet = rectangle([-0.5, 1, -0.5], [0, 0, 1], [1, 0, 0])
+    """A lamp that nothing hides is not probed, a point light has no area, and strips have thin shadows."""
+    strip = rectangle([-0.5, 1, -0.5], [0, 0, 1], [0.01, 0, 0])
     unhidden = details(scene(FLOOR, lights=[ABOVE]))
     assert "light 0 fully visible" in unhidden
     assert not unhidden.keys() & {"view of light 0", "light 0 partly visible"}
     usual = {"pilot samples", "borders"}
-    assert details(scene(FLOOR, BALL, lights=[bulb([0, 3, 0])])).keys() == usual | {"shadow edges"}
+    assert details(scene(FLOOR, BALL, lights=[bulb([0, 3, 0])])).keys() == usual
     assert details(scene(FLOOR, lights=[bulb([0, 3, 0])])).keys() == usual
-    edges = described(scene(FLOOR, sheet, lights=[bulb([0, 3, 0])])).pilot_samples[-1]
-    assert (edges.name, edges.pointers) == ("shadow edges", ("/lights/0",))
+    thin = described(scene(FLOOR, strip, lights=[bulb([0, 3, 0])])).pilot_samples[-1]
+    assert (thin.name, thin.pointers) == ("thin shadows", ("/lights/0",))
 
 
 @pytest.mark.parametrize(

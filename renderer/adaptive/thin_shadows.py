@@ -1,0 +1,166 @@
+"""Shadows that are thin on the picture: pilot samples may lie on either side of them.
+
+Rays from a light past the edges of narrow shapes find where their shadows fall, on whatever is behind.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from renderer.accelerators.trees import in_tree
+from renderer.adaptive.edges import project
+from renderer.adaptive.lighting import CORNERS
+from renderer.adaptive.outlines import SharedEdges
+from renderer.integrator import find_hits
+from renderer.interaction import MISS, Rays
+from renderer.lights.emitters import Emitter
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, unit
+from renderer.plan.plan import RenderPlan
+from renderer.shapes import Family
+from renderer.shapes.family import Hulls
+
+COARSE = 16
+"""Rays past an edge that find where its shadow falls, before others follow it pixel by pixel."""
+
+STEP = 0.5
+"""Distance of the places along a shadow, pixels."""
+
+MOST = 4096
+"""Most edges for each light: of very many the longest count."""
+
+THIN = 4.0
+"""Width of a shadow in pixels up to which pilot samples may miss it, or its end."""
+
+SOFT, FAINT = 2.0, 8.0
+"""Width in pixels beyond which penumbrae hide nothing between pilot samples; the second of shapes thinner
+than the gaps between the light points of pilot samples, which do not see them."""
+
+BEYOND = 2.0**-10
+"""Distance behind an edge at which its rays begin, as a share of its length."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Edges:
+    """Edges (M,) of shapes that cast shadows.
+
+    Attributes
+    ----------
+    starts, ends : (3, M) float64
+    widths : (M,) float64
+        Of their shapes across them, about.
+    """
+
+    starts: Floats
+    ends: Floats
+    widths: Floats
+
+    def part(self, chosen: Integers | Masks) -> "_Edges":
+        """Some of them."""
+        return _Edges(self.starts[:, chosen], self.ends[:, chosen], self.widths[chosen])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shadow:
+    """Where rays (n,) past edges end on the picture.
+
+    Attributes
+    ----------
+    places : (2, n) float64
+        Column and row.
+    shapes : (n,) int64
+        That they fall on; `interaction.MISS` outside the picture, and where the shadow is soft or wide.
+    """
+
+    places: Floats
+    shapes: Integers
+
+
+def shadow_pixels(plan: RenderPlan) -> Integers:
+    """Pixels (3, N) that thin shadows may pass: column, row, and number of the shape that they fall on."""
+    found = [np.zeros((3, 0), dtype=np.int64)]
+    for lighting in plan.lightings:
+        light = lighting.emitter
+        gap = max(lengths(light.first).item(), lengths(light.second).item()) / (CORNERS - 1)
+        for edges in _casters(plan.geometry.families, light):
+            found.append(_pixels(plan, light, edges, SOFT))
+            narrow = edges.part(edges.widths < gap)
+            found += [_pixels(plan, point, narrow, FAINT) for point in _rim(light) if narrow.widths.size]
+    return np.unique(np.hstack(found), axis=1)
+
+
+def _casters(families: Iterable[Family], light: Emitter) -> Iterator[_Edges]:
+    """Edges of single shapes and of outlines of triangles in trees; of curved shapes their longest axes."""
+    for family in families:
+        if in_tree(family):
+            outline = SharedEdges.of(family.numbers, family.vertices).outline(light.centre, light.weight)
+            along = outline.ends - outline.starts
+            widths = lengths(cross(along, outline.inner - outline.starts)) / lengths(along)
+            edges = _Edges(outline.starts, outline.ends, widths)
+        else:
+            edges = _edges_of(family.hulls())
+        order = np.argsort(-lengths(edges.ends - edges.starts), kind="stable")
+        yield edges.part(order[:MOST])
+
+
+def _edges_of(hulls: Hulls) -> _Edges:
+    corners = hulls.corners
+    if hulls.edges:
+        first, second = corners[1] - corners[0], corners[2] - corners[0]
+        longest = np.maximum(lengths(first), np.maximum(lengths(second), lengths(second - first)))
+        starts, ends = (np.hstack([corners[pair[end]] for pair in hulls.edges]) for end in (0, 1))
+        return _Edges(starts, ends, np.tile(lengths(cross(first, second)) / longest, len(hulls.edges)))
+    centre = corners.mean(axis=0)
+    axes = np.stack([corners[-1] - corners[-1 - (1 << bit)] for bit in range(3)]) / 2
+    sizes = np.sqrt((axes**2).sum(axis=1))
+    axis = axes[np.argmax(sizes, axis=0), :, np.arange(sizes.shape[1])].T
+    return _Edges(centre - axis, centre + axis, 2 * np.sort(sizes, axis=0)[1])
+
+
+def _rim(light: Emitter) -> list[Emitter]:
+    """Points at the rim of a light with an area, each as a light."""
+    steps = [(u, v) for u in (-0.5, 0.0, 0.5) for v in (-0.5, 0.0, 0.5)]
+    return [replace(light, centre=light.centre + light.first * u + light.second * v) for u, v in steps]
+
+
+def _pixels(plan: RenderPlan, light: Emitter, edges: _Edges, soft: float) -> Integers:
+    """Pixels (3, N) along the shadows of edges, where they are thin and about as hard as that."""
+    count = edges.widths.size
+    which, along = np.arange(count).repeat(COARSE), np.tile(np.linspace(0, 1, COARSE), count)
+    coarse = _shadow(plan, light, edges.part(which), along, soft)
+    hit = (coarse.shapes != MISS).reshape(count, COARSE)
+    gaps = np.hypot(*np.diff(coarse.places.reshape(2, count, COARSE), axis=2)) / STEP
+    both, either = hit[:, 1:] & hit[:, :-1], hit[:, 1:] | hit[:, :-1]
+    counts = (
+        np.where(both, np.minimum(gaps, plan.width + plan.height), COARSE * either).astype(np.int64).ravel()
+    )
+    gap = np.arange(counts.size).repeat(counts)
+    edge, first = np.divmod(gap, COARSE - 1)
+    step = (np.arange(gap.size) - (np.cumsum(counts) - counts)[gap] + 1) / (counts[gap] + 1)
+    fine = _shadow(plan, light, edges.part(edge), (first + step) / (COARSE - 1), soft)
+    return np.hstack([_marked(coarse), _marked(fine)])
+
+
+def _marked(shadow: _Shadow) -> Integers:
+    there = shadow.shapes != MISS
+    return np.vstack((np.floor(shadow.places[:, there]).astype(np.int64), shadow.shapes[there]))
+
+
+def _shadow(plan: RenderPlan, light: Emitter, edges: _Edges, along: Floats, soft: float) -> _Shadow:
+    """Where the light's rays past edges (n,) end, each at a share (n,) of its length."""
+    edge = edges.ends - edges.starts
+    places = edges.starts + along * edge
+    away = light.weight * places - light.centre
+    before = np.where(light.weight, lengths(away), np.inf)
+    origins = places + BEYOND * lengths(edge) * unit(away)
+    nothing = np.zeros(along.size, dtype=np.int64)
+    rays = Rays(origins, unit(away), nothing, nothing)
+    find_hits(plan, rays, lights=False)
+    behind = np.where(rays.shapes != MISS, rays.t, 0.0)
+    on_picture, depth, inside = project(plan.camera, origins + behind * rays.directions)
+    pixel = 2 * plan.camera.half_height / plan.camera.height * depth
+    width = edges.widths * (1 + behind / before)
+    across = unit(cross(away, edge))
+    extent = np.abs(dot(across, light.first)) + np.abs(dot(across, light.second))
+    seen = inside & (width < THIN * pixel) & (extent * behind <= soft * pixel * before)
+    return _Shadow(on_picture, np.where(seen, rays.shapes, MISS))
