@@ -90,7 +90,7 @@ class Block:
 
 def blocks(tile: Tile, pass_: Pass) -> Iterator[Block]:
     """Cut a tile into blocks of about `BLOCK_RAYS` rays."""
-    side = _side(BLOCK_RAYS // (pass_.last - pass_.first))
+    side = block_side(pass_)
     step = side * pass_.stride
     for y in range(tile.y0, tile.y1, step):
         for x in range(tile.x0, tile.x1, step):
@@ -101,9 +101,9 @@ def blocks(tile: Tile, pass_: Pass) -> Iterator[Block]:
             yield Block(columns[inside], rows[inside], (x, y, right, bottom))
 
 
-def _side(pixels: int) -> int:
-    """Largest power of two whose square is at most `pixels`, at least 4."""
-    side = 4
+def block_side(pass_: Pass) -> int:
+    """Side of a block in rows or columns of a pass: a power of two, at least 4."""
+    side, pixels = 4, BLOCK_RAYS // (pass_.last - pass_.first)
     while 4 * side * side <= pixels:
         side *= 2
     return side

@@ -100,7 +100,8 @@ def _offers(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> tuple[Offer
     for each in fixed:
         own = {pilot.asked} if pilot.target is None and each is fixed[0] else set()
         offers += [each.priced(count) for count in sorted({*each.ladder.counts} | own)]
-    return (*offers, *map(adaptive.priced, sorted(adaptive.errors(ERRORS), reverse=True)))
+    errors = {*ERRORS, *adaptive.tried} if adaptive.tried else ()
+    return (*offers, *map(adaptive.priced, sorted(errors, reverse=True)))
 
 
 def _effects(pilot: Pilot, asked: Offer | None) -> tuple[EffectShare, ...]:

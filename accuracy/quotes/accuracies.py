@@ -25,9 +25,6 @@ from schemas.tiles import Pass, Tile
 MEASURED = (1, 4, 16)
 """Samples of which a pilot measures the error: the first ones of each set, and all."""
 
-SIDE = 32
-"""Side of the cells in each of which 64 pixels are sampled: 2,000 rays take some hundredths of a second."""
-
 USUAL, UNUSUAL = 1.25, 0.5
 """Power of the number of samples that squared errors fall by, and its standard deviation over patterns and
 pictures: 1 where samples are independent, 3/2 where they are well spread over edges."""
@@ -90,7 +87,7 @@ class Sampled:
     def run(self, deadline: Deadline) -> None:
         """Sample pixels until the deadline, or in all blocks there are."""
         plan = self.sets[0]
-        cells = places.cells(plan.width, plan.height, SIDE, plan.seed)
+        cells = places.cells(plan.width, plan.height, places.SIDE, plan.seed)
         for _ in within(deadline, (partial(self._block, cell) for cell in cells)):
             pass
 

@@ -30,9 +30,6 @@ AT_LIMIT = "The time limit may end the picture before its target error is reache
 
 CANNOT_TELL = "There was no time to render enough of the picture: its cost is a rough guess."
 
-FARTHEST = 0.1
-"""Errors are offered down to this part of what was tried: beyond, nothing is known."""
-
 
 @dataclass(frozen=True, slots=True)
 class Fixed:
@@ -84,11 +81,6 @@ class Adaptive:
     workers: int
     confidence: float = CONFIDENCE
 
-    def errors(self, usual: Iterable[float]) -> set[float]:
-        """Those that were tried, and the usual ones between them."""
-        least, most = min(self.tried, default=1.0), max(self.tried, default=0.0)
-        return {*self.tried, *(error for error in usual if least < error < most)}
-
     def priced(self, error: float, limit: float | None = None) -> Offer:
         """Any error: between those that were tried, and beyond them, along a power of the error."""
         nearest = min(self.tried, key=lambda known: abs(log(known / error)))
@@ -126,7 +118,7 @@ class Adaptive:
         best = min((error for error, cost in costs.items() if cost <= limit), default=None)
         if best is None:
             return None
-        error = best * max((costs[best] / limit) ** (1 / FALLS), FARTHEST)
+        error = best * (costs[best] / limit) ** (1 / FALLS)
         return self.priced(max(float(f"{error:.2g}"), FINEST), seconds)
 
 

@@ -8,6 +8,9 @@ from schemas.tiles import Tile
 ACROSS, DOWN = 0.7548776662466927, 0.5698402909980532
 """Powers of the root of x^3 = x + 1, whose multiples fill a square most evenly (Roberts 2018)."""
 
+SIDE = 32
+"""Side of small blocks, pixels: a thousand rays cost much more than the calls that they take."""
+
 APART = 4
 """Side of the squares in each of which one pixel is sampled, pixels: neighbours show much the same, and
 blocks of many pixels cost less for each."""

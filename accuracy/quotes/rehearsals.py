@@ -41,17 +41,16 @@ class Rehearsal:
 
 
 def rehearse(plan: RenderPlan, deadline: Deadline) -> Rehearsal:
-    """Render a picture of target quality, as long as its next pass fits the time."""
-    begun, driver = time.thread_time(), Driver.begin(plan)
-    while True:
-        ahead, spent = driver.forecast(), time.thread_time() - begun
-        unsure = hypot(UNSURE.get(driver.estimate.state, BLIND), UNSTEADY)
-        guess = Rehearsal(factor(unsure).scaled(spent + ahead.next + ahead.later))
-        # Before the first pass a ray has no price.
-        if (ahead.next > deadline.left and not driver.is_first) or not _run_pass(driver, deadline):
-            return guess
-        if not driver.end_pass(last=False):
-            break
+    """Render a picture of target quality to its end, or until the time is over."""
+    begun, driver, more = time.thread_time(), Driver.begin(plan), True
+    while more:
+        ahead, before = driver.forecast(), time.thread_time() - begun
+        if not _run_pass(driver, deadline):
+            spent = time.thread_time() - begun
+            unsure = hypot(UNSURE.get(driver.estimate.state, BLIND), UNSTEADY)
+            guess = factor(unsure).scaled(max(before + ahead.next + ahead.later, spent))
+            return Rehearsal(Interval(guess.estimate, max(guess.low, spent), guess.high))
+        more = driver.end_pass(last=False)
     error = driver.estimate.error
     assert error is not None
     reached = Interval(error.estimate, error.low, error.high)

@@ -26,9 +26,6 @@ CELLS = 128
 """Most cells along the longer side of the picture; tiles are cut between them. Finding the cuts takes far
 less than a tile."""
 
-NARROWEST = 0.25
-"""Least share of a rectangle's side on either side of a cut, so that no tile is a sliver."""
-
 
 def pass_tiles(
     estimate: Estimate, prices: Prices, workers: int, tile_size: int | None, *, records: bool
@@ -103,9 +100,8 @@ def _cut(work: Floats, cells: Cells, count: int) -> list[Cells]:
     if count <= 1 or size == 1:
         return [cells]
     below = np.cumsum(part.sum(axis=0 if along_x else 1))
-    least = max(1, int(NARROWEST * size))
     half = count // 2 / count * total
-    at = int(np.clip(np.argmin(np.abs(below - half)) + 1, least, size - least))
+    at = int(np.clip(np.argmin(np.abs(below - half)) + 1, 1, size - 1))
     first = int(np.clip(np.rint(count * below[at - 1] / total), 1, count - 1))
     if along_x:
         parts = (x0, y0, x0 + at, y1), (x0 + at, y0, x1, y1)
