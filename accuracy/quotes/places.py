@@ -1,5 +1,7 @@
 """Blocks and pixels of a pilot, in an order whose every beginning is spread over the picture."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from renderer.tiling import Block
@@ -16,7 +18,7 @@ APART = 4
 blocks of many pixels cost less for each."""
 
 
-def cells(width: int, height: int, side: int, seed: int) -> list[Tile]:
+def cells(width: int, height: int, side: int, seed: int) -> Iterator[Tile]:
     """The picture in squares, smaller ones at its right and lower edges, each once.
 
     They come in the order of a lattice of rank 1, begun anywhere: those whose fractional part is below any
@@ -25,8 +27,9 @@ def cells(width: int, height: int, side: int, seed: int) -> list[Tile]:
     rows, columns = np.indices((-(-height // side), -(-width // side))).reshape(2, -1)
     begin = np.random.default_rng(seed).random()
     order = np.argsort((columns * ACROSS + rows * DOWN + begin) % 1)
-    corners = (np.stack((columns, rows), axis=1)[order] * side).tolist()
-    return [Tile(i, x, y, min(x + side, width), min(y + side, height)) for i, (x, y) in enumerate(corners)]
+    for i, (column, row) in enumerate(zip(columns[order], rows[order], strict=True)):
+        x, y = side * int(column), side * int(row)
+        yield Tile(i, x, y, min(x + side, width), min(y + side, height))
 
 
 def parts(cell: Tile, side: int, seed: int) -> list[Tile]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import product
+from itertools import islice
 from math import hypot, sqrt
 
 import numpy as np
@@ -27,9 +27,9 @@ SLOW = 0.03
 """CPU seconds of a small block from which on none is larger, so that more fit: on `glass` at 112 x 112 pixels
 and 16 samples the quote then is 0.9 of the cost, and 0.5 with blocks of the renderer's size."""
 
-UNSTEADY = 0.17
-"""Standard deviation of the logarithm of the CPU time of a picture over that of its repetition, while two to
-three other programs share two processors: 0.15 to 0.17, in 44 pictures."""
+UNSTEADY = 0.18
+"""Standard deviation of the logarithm of the CPU time of a picture over that of its repetition: 0.14 in 233
+pictures beside two to four other programs on two processors, and 0.18 in 66 beside ten."""
 
 BLOCKS_DIFFER = 0.7
 """Relative standard deviation that is usual between the prices of rays in blocks of a picture."""
@@ -66,13 +66,13 @@ class Stopwatch:
     def _units(self) -> Iterator[partial[None]]:
         plan = self.plan
         most = places.SIDE if self._probe() > SLOW else block_side(FIRST)
-        cells = places.cells(plan.width, plan.height, most, plan.seed)
         timed = [(pass_, min(block_side(pass_), most)) for pass_ in plan.passes[1:]]
         for turn in range(max((most // side) ** 2 for _, side in timed)):
-            for cell, (pass_, side) in product(cells, timed):
-                parts = places.parts(cell, side, plan.seed)
-                if turn < len(parts):
-                    yield partial(self._time, parts[turn], pass_)
+            for cell in places.cells(plan.width, plan.height, most, plan.seed):
+                for pass_, side in timed:
+                    parts = places.parts(cell, side, plan.seed)
+                    if turn < len(parts):
+                        yield partial(self._time, parts[turn], pass_)
 
     def _probe(self) -> float:
         """CPU seconds of a block in the middle of the picture, with full caches."""
@@ -122,7 +122,7 @@ def effect_shares(
     Gives the scenes without an effect, and the share of the CPU seconds of the plan that goes with it. The
     first is taken to last `first` seconds at least.
     """
-    tiles = places.cells(plan.width, plan.height, places.SIDE, plan.seed)[:EFFECT_BLOCKS]
+    tiles = [*islice(places.cells(plan.width, plan.height, places.SIDE, plan.seed), EFFECT_BLOCKS)]
 
     def share(variant: Variant) -> tuple[Variant, float]:
         other = compile_scene(replace(scene, document=variant.document), plan.quality)

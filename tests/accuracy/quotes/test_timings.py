@@ -38,7 +38,7 @@ def test_deadline_counts_cpu_seconds_alone() -> None:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_cells_come_once_and_every_beginning_is_spread(seed: int) -> None:
     """Of the first 64 of 256 cells a quarter lies in each quarter of the picture, within 3."""
-    found = cells(512, 512, 32, seed)
+    found = list(cells(512, 512, 32, seed))
     for x, y in ((0, 0), (256, 0), (0, 256), (256, 256)):
         inside = [cell for cell in found[:64] if x <= cell.x0 < x + 256 and y <= cell.y0 < y + 256]
         assert abs(len(inside) - 16) <= 3
