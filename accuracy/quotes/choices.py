@@ -22,7 +22,7 @@ FALLS, BETWEEN = 1.0, 0.5
 """Power of the error like which the seconds of target quality grow beyond what was tried, and its standard
 deviation: 0.7 between errors of 4/255 and 1/255 in pictures of 96 to 320 pixels, 2 at the finest errors."""
 
-ROUGH = 4.0
+ROUGH = 5.0
 """Ends of the interval of a cost, one over the other, from which on it is a rough guess."""
 
 AT_LIMIT = "The time limit may end the picture before its target error is reached."

@@ -10,7 +10,7 @@ from typing import Self
 from renderer.adaptive.controller import advance
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.findings import settle
-from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, usual_prices
+from renderer.adaptive.forecast import FEWEST, Forecast, Prices, forecast, kind_of, usual_prices
 from renderer.adaptive.guides import Surroundings, surroundings
 from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.requests import TileRequest, records_centres, tile_request
@@ -96,7 +96,7 @@ class Driver:
         if last:
             settle(self.estimate)
             return False
-        if self._work:
+        if self._work >= FEWEST:
             self.prices = dict(self.prices) | {kind_of(self.estimate): self._seconds / self._work}
         self._work, self._seconds = 0.0, 0.0
         goes_on = advance(self.estimate)
