@@ -27,9 +27,10 @@ SLOW = 0.03
 """CPU seconds of a small block from which on none is larger, so that more fit: on `glass` at 112 x 112 pixels
 and 16 samples the quote then is 0.9 of the cost, and 0.5 with blocks of the renderer's size."""
 
-UNSTEADY = 0.18
-"""Standard deviation of the logarithm of the CPU time of a picture over that of its repetition: 0.14 in 233
-pictures beside two to four other programs on two processors, and 0.18 in 66 beside ten."""
+UNSTEADY = 0.21
+"""Standard deviation of the logarithm of CPU times of a picture over those of its repetition, seconds later:
+0.14 in 233 pictures, 0.22 in 42 beside two to four other programs on two processors, 0.18 in 66 beside ten.
+A thread is up to 1.5 times slower while its core runs another."""
 
 BLOCKS_DIFFER = 0.7
 """Relative standard deviation that is usual between the prices of rays in blocks of a picture."""
