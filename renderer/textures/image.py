@@ -1,6 +1,6 @@
 """Image textures: texel centres at (i + 1/2) / width, row 0 of the file on the side v = 1."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,8 @@ class ImageTexture:
         Of all values: 0 and 1, and farther apart only where the file stores floating-point numbers.
     notes : tuple of str
         What of the file is not used, or was chosen, in sentences.
+    rows : (H * W, 4) float32
+        Memory of the texels, each with a fourth value: `np.take` copies 16 bytes four times as fast as 12.
     """
 
     texels: NDArray[np.float32]
@@ -52,6 +54,13 @@ class ImageTexture:
     wrap: str
     bounds: tuple[float, float] = (0.0, 1.0)
     notes: tuple[str, ...] = ()
+    rows: NDArray[np.float32] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Lay the texels out for look-ups."""
+        padded = np.pad(self.texels, ((0, 0), (0, 0), (0, 1)))
+        object.__setattr__(self, "texels", padded[..., :3])
+        object.__setattr__(self, "rows", padded.reshape(-1, 4))
 
     def at(self, coordinates: Floats, footprints: Floats | None = None) -> Floats:
         """Values (3, N) at texture coordinates (2, N) of any size."""
@@ -59,7 +68,7 @@ class ImageTexture:
         height, width = self.texels.shape[:2]
         x, y = self._texel(coordinates[0], width), self._texel(coordinates[1], height)
         if self.filter == "nearest":
-            return self._fetch(np.floor(y).astype(np.int64), np.floor(x).astype(np.int64))
+            return self._fetch(self._row(np.floor(y)), self._column(np.floor(x)))
         return self._bilinear(x - 0.5, y - 0.5)
 
     def _texel(self, coordinate: Floats, size: int) -> Floats:
@@ -69,19 +78,26 @@ class ImageTexture:
             return np.clip(coordinate, -1.0, 2.0) * size
         return (coordinate - 2 * np.floor(coordinate / 2)) * size
 
-    def _fetch(self, rows: Integers, columns: Integers) -> Floats:
-        """Texels by whole numbers; wrapping whole numbers never leaves the image."""
+    def _column(self, x: Floats) -> Integers:
+        """Texels of a row by whole numbers; wrapping whole numbers never leaves the image."""
+        return WRAPS[self.wrap](x.astype(np.int64), self.texels.shape[1])
+
+    def _row(self, y: Floats) -> Integers:
+        """First texels of rows by whole numbers."""
         height, width = self.texels.shape[:2]
-        wrap = WRAPS[self.wrap]
-        return self.texels[wrap(rows, height), wrap(columns, width)].T.astype(np.float64)
+        return WRAPS[self.wrap](y.astype(np.int64), height) * width
+
+    def _fetch(self, row: Integers, column: Integers) -> Floats:
+        texels = np.take(self.rows, row + column, axis=0)
+        return texels.T[:3].astype(np.float64, order="C")
 
     def _bilinear(self, x: Floats, y: Floats) -> Floats:
         """Between four texels as a + f (b - a), which gives a constant image its constant exactly."""
-        column, row = np.floor(x), np.floor(y)
-        along_x, along_y = x - column, y - row
-        i, j = column.astype(np.int64), row.astype(np.int64)
-        low, high = (_between(self._fetch(line, i), self._fetch(line, i + 1), along_x) for line in (j, j + 1))
-        return _between(low, high, along_y)
+        left, low = np.floor(x), np.floor(y)
+        columns = self._column(left), self._column(left + 1)
+        rows = self._row(low), self._row(low + 1)
+        (a, b), (c, d) = ([self._fetch(row, column) for column in columns] for row in rows)
+        return _between(_between(a, b, x - left), _between(c, d, x - left), y - low)
 
 
 def _between(a: Floats, b: Floats, share: Floats) -> Floats:
