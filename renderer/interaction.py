@@ -193,6 +193,8 @@ class Points:
     frames : (4, M) float64
         Unit tangents, in which u grows; in the last row 1 where v grows along outward normal x tangent, -1
         where it grows against it: mirrored coordinates.
+    tangents : (6, M) float64
+        Tangents and cotangents of normal maps, on the side that the ray came from.
     derivatives : (6, M) float64
         Of the position by u and by v, on the outward side, scene units.
     footprints : (2, 2, M) float64
@@ -225,6 +227,7 @@ class Points:
     viewers: Floats = field(init=False)
     coordinates: Floats = field(init=False)
     frames: Floats = field(init=False)
+    tangents: Floats = field(init=False)
     derivatives: Floats = field(init=False)
     footprints: Floats = field(init=False)
 
@@ -264,7 +267,7 @@ class Points:
 
     def footprints_at(self, index: Integers) -> Floats | None:
         """Footprints of some points, if any stage asked for them."""
-        return self.footprints[:, :, index] if hasattr(self, "footprints") else None
+        return taken(self.footprints, index) if hasattr(self, "footprints") else None
 
     def between(self, start: int, stop: int) -> "Points":
         """The points start..stop as views: what is added to their radiance is added to ours."""

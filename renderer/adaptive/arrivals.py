@@ -1,20 +1,21 @@
-"""What light reaches points whose fine detail is shaded apart from it: a few directions with their weights.
+"""What light reaches the centres of pixels whose texture is shaded at many places: nodes with weights.
 
 Light varies slowly where texels do not. The directions lie on a Gauss-Legendre grid on the light; where it is
 partially occluded, each stands for the visible share of its cell.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from typing import Protocol
 
 import numpy as np
 
-from renderer.adaptive.lighting import partition_of
+from renderer.adaptive.lighting import NEAREST, partition_of
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
-from renderer.lights.view import LightView
-from renderer.math.arrays import Floats, Integers, put, unit
+from renderer.lights.view import LightView, Weights
+from renderer.materials.reflection import LightTerm
+from renderer.math.arrays import Floats, Integers, lengths, put, taken
 from renderer.plan.stages import Lighting
 from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 
@@ -29,49 +30,43 @@ NODES = {
         ),
     }.items()
 }
-"""Places along a side of a light from -1/2 to 1/2, and their shares of it: Gauss and Legendre's. Cosines and
-highlights of exponent 40 err by 2e-3, 5e-4 and 3e-4 with 2, 3 and 4 of them."""
+"""Places along a side of a light from -1/2 to 1/2, and their shares of it: Gauss and Legendre's."""
 
-COARSE, FINE = 1.5 / 255, 0.2 / 255
-"""From the first error on 2 places are enough, from the second on 3."""
+NODE_ERRORS = 0.0045, 0.0018
+"""RMS errors of cosines with 2 and 3 places along a side of a light that is as large as its distance, normals
+and mirrored directions being random; they fall with the distance to the power 1.5. With 4, 0.0009."""
 
-SHARP = 80.0
-"""Highlights of larger exponents take one place more."""
-
-
-def side_for(error: float, shininess: float) -> int:
-    """Places along a side of a light for an error and the greatest exponent of a highlight."""
-    return min(2 + (error < COARSE) + (error < FINE) + (shininess > SHARP), max(NODES))
+ALLOWED = 1 / 4
+"""Share of the target error that they may have."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Beam:
-    """Light from one direction at n points.
-
-    Attributes
-    ----------
-    directions : (3, n) float64
-        Unit, towards the light.
-    weights : (n,) float64
-        Share of the light that arrives: after its own weights, and shadows.
-    color : (3, 1) float64
-    """
-
-    directions: Floats
-    weights: Floats
-    color: Floats
+def sides_for(emitters: Iterable[Emitter], positions: Floats, error: float) -> Integers:
+    """Places along a side of a light that points (3, n) need for a target error, by the nearest light."""
+    needed = np.full(positions.shape[1], min(NODES))
+    for emitter in emitters:
+        size = max(lengths(emitter.first).item(), lengths(emitter.second).item())
+        if size:
+            nearness = size / np.maximum(lengths(emitter.towards(positions)), size / NEAREST)
+            above = [each * nearness**1.5 > ALLOWED * error for each in NODE_ERRORS]
+            np.maximum(needed, min(NODES) + np.sum(above, axis=0), out=needed)
+    return needed
 
 
 class Arrival(Protocol):
-    """One light at points whose detail is shaded apart from it."""
+    """One light at pixels whose fine texture shares the light of their centres."""
 
     @property
     def emitter(self) -> Emitter:
         """The light."""
         ...
 
-    def run(self, points: Points, workspace: Workspace) -> tuple[Sequence[Beam], int]:
-        """Its beams at all points (n,), and the number of shadow rays."""
+    @property
+    def terms(self) -> tuple[LightTerm, ...]:
+        """What materials add of it."""
+        ...
+
+    def view(self, points: Points) -> tuple[LightView, int]:
+        """The light with what arrives of it at points as its weights, and the number of shadow rays."""
         ...
 
 
@@ -90,9 +85,9 @@ class NodeEmitter(Emitter):
         return places, places
 
     def shares(self) -> Floats:
-        """Share of the light that each node stands for, (J, 1)."""
+        """Weight of each node in the mean over all, (J, 1)."""
         _, shares = NODES[self.side]
-        return np.outer(shares, shares).reshape(-1, 1)
+        return self.count * np.outer(shares, shares).reshape(-1, 1)
 
 
 def with_nodes(emitter: Emitter, side: int) -> NodeEmitter:
@@ -109,73 +104,47 @@ class AreaArrival:
     ----------
     probe, partial : Lighting
         As in `lighting.PilotLighting`.
-    nodes : NodeEmitter
-    weighing : Lighting
-        Of the nodes, without shadows and terms.
+    nodes : Lighting
+        From a `NodeEmitter`, without shadows.
     """
 
     probe: Lighting
     partial: Lighting
-    nodes: NodeEmitter
-    weighing: Lighting
+    nodes: Lighting
 
     @property
     def emitter(self) -> Emitter:
         """The light, with as many points as every point that faces it is probed with."""
         return self.probe.emitter
 
-    def run(self, points: Points, workspace: Workspace) -> tuple[Sequence[Beam], int]:
-        """The beams from the grid's nodes."""
+    @property
+    def terms(self) -> tuple[LightTerm, ...]:
+        """What materials add of it."""
+        return self.nodes.terms
+
+    def view(self, points: Points) -> tuple[LightView, int]:
+        """The nodes, each with the share of its cell that is seen."""
+        nodes, workspace = self.nodes.emitter, Workspace()
+        assert isinstance(nodes, NodeEmitter)
         view = self.probe.view(points, workspace)
         rays = view.count * view.light_points.count if self.probe.shadows else 0
         lit, part = (view.chosen[index] for index in partition_of(view))
-        weights = np.zeros((self.nodes.count, points.count))
-        if lit.size:
-            put(weights, lit, self._weights(points, lit, workspace))
+        shares = np.zeros((nodes.count, points.count))
+        shares[:, lit] = nodes.shares()
         step = max(FEWEST_POINTS, PAIRS // self.partial.emitter.count)
         for start in range(0, part.size, step):
             some = part[start : start + step]
-            seen = self.partial.view(points, workspace, some)
-            rays += seen.count * seen.light_points.count
-            # The next view takes the same buffers.
-            shares = cell_shares(seen, self.nodes.side)
-            put(weights, some, shares * self._weights(points, some, workspace))
-        return self._beams(points, weights), rays
-
-    def _weights(self, points: Points, chosen: Integers, workspace: Workspace) -> Floats:
-        """What arrives from each node at some points (m,) if nothing stands between, (J, m)."""
-        view = self.weighing.view(points, workspace, chosen)
-        for weight in self.weighing.weights:
-            weight.run(view)
-        share = self.nodes.shares() * np.ones(view.count)
-        if view.weights is not None:
-            share *= view.weights.pairs
-            share *= view.weights.factors
-        if view.blocked is not None:
-            share *= ~view.blocked
-        return share
-
-    def _beams(self, points: Points, weights: Floats) -> list[Beam]:
-        emitter = self.emitter
-        towards = emitter.towards(points.positions)
-        across, along = self.nodes.grid()
-        u, v = across.repeat(along.size), np.tile(along, across.size)
-        return [
-            Beam(unit(towards + emitter.first * u[j] + emitter.second * v[j]), share, emitter.color)
-            for j, share in enumerate(weights)
-            if share.any()
-        ]
+            view = self.partial.view(points, workspace, some)
+            rays += view.count * view.light_points.count
+            put(shares, some, nodes.shares() * cell_shares(view, nodes.side))
+        chosen = np.sort(np.concatenate((lit, part)))
+        view = self.nodes.view(points, workspace, chosen)
+        return _weighted(view, self.nodes, taken(shares, chosen)), rays
 
 
 @dataclass(frozen=True, slots=True)
 class PointArrival:
-    """A light without an area.
-
-    Attributes
-    ----------
-    lighting : Lighting
-        With shadows and weights, and without terms.
-    """
+    """A light without an area."""
 
     lighting: Lighting
 
@@ -184,17 +153,29 @@ class PointArrival:
         """The light."""
         return self.lighting.emitter
 
-    def run(self, points: Points, workspace: Workspace) -> tuple[Sequence[Beam], int]:
-        """Its one beam."""
-        view = self.lighting.view(points, workspace)
+    @property
+    def terms(self) -> tuple[LightTerm, ...]:
+        """What materials add of it."""
+        return self.lighting.terms
+
+    def view(self, points: Points) -> tuple[LightView, int]:
+        """Its one direction, where it is seen."""
+        view = self.lighting.view(points, Workspace())
         rays = view.count if self.lighting.shadows else 0
         view.drop_dark()
-        weights = np.zeros(points.count)
-        if view.count:
-            for weight in self.lighting.weights:
-                weight.run(view)
-            weights[view.chosen] = view.mean(np.ones((1, view.count), dtype=view.dtype))
-        return [Beam(unit(self.emitter.towards(points.positions)), weights, self.emitter.color)], rays
+        return _weighted(view, self.lighting, np.ones((1, view.count))), rays
+
+
+def _weighted(view: LightView, lighting: Lighting, shares: Floats) -> LightView:
+    """A view with `shares` (L, n), its own weights and what is blocked as weights alone."""
+    if view.count:
+        for weight in lighting.weights:
+            weight.run(view)
+    if view.blocked is not None:
+        shares = shares * ~view.blocked
+        view.blocked = None
+    view.weigh(Weights(shares.astype(view.dtype), np.ones(view.count)))
+    return view
 
 
 def cell_shares(view: LightView, side: int) -> Floats:

@@ -73,6 +73,8 @@ class LightView:
     workspace: Workspace
     blocked: Masks | None = None
     weights: Weights | None = None
+    _distances: Floats | None = None
+    _scale: Floats | None = None
     _inverse: Pairs | None = None
     _open: Masks | None = None
 
@@ -126,6 +128,7 @@ class LightView:
         if lit.size < self.count:
             self.blocked = np.take(self.blocked, lit, axis=1)
             self.chosen, self.towards = self.chosen[lit], taken(self.towards, lit)
+            self._distances = self._scale = None
             self.light_points = self.light_points.chosen(lit)
             if self.origins.shape[1] > 1:
                 self.origins = taken(self.origins, lit)
@@ -134,12 +137,20 @@ class LightView:
         """An (L, n) buffer."""
         return self.workspace.pairs(name, self.light_points.count, self.count, self.dtype)
 
+    def distances(self) -> Floats:
+        """Distances (n,) to the light's centre, scene units."""
+        if self._distances is None:
+            self._distances = lengths(self.towards)
+        return self._distances
+
     def scale(self) -> Floats:
         """One over the distance to the light or its size, whichever is larger: pair work has no units."""
-        size = np.maximum(
-            magnitude(self.towards), magnitude(self.emitter.first) + magnitude(self.emitter.second)
-        )
-        return 1 / np.where(size > 0, size, 1.0)
+        if self._scale is None:
+            size = np.maximum(
+                magnitude(self.towards), magnitude(self.emitter.first) + magnitude(self.emitter.second)
+            )
+            self._scale = 1 / np.where(size > 0, size, 1.0)
+        return self._scale
 
     def terms(self, vectors: Floats) -> Terms:
         """M . (q - p) in the points' own scale, for vectors m (3, n), as an affine function on the light."""
@@ -229,8 +240,32 @@ class LightView:
             dtype=dtype,
             blocked=None if self.blocked is None else np.take(self.blocked, index, axis=1),
             weights=None if self.weights is None else self.weights.part(index),
+            _distances=self.distances()[index],
+            _scale=self.scale()[index],
             _inverse=np.take(self.inverse_distances(), index, axis=1) if dtype == self.dtype else None,
             _open=None,
+        )
+
+    def repeated(self, points: Points, index: Integers, times: int) -> "LightView":
+        """The view of other points (times m,): some of the chunk's (m,), in order, that many times.
+
+        These see light points as their originals do. Assumes that all points share the light points, and that
+        weights say what is blocked.
+        """
+        which = np.full(self.points.count, -1)
+        which[self.chosen] = np.arange(self.count)
+        kept = np.flatnonzero(which[index] >= 0)
+        part = self.part(which[index[kept]], self.dtype)
+        weights = part.weights
+        return replace(
+            part,
+            points=points,
+            chosen=(kept + index.size * np.arange(times)[:, None]).ravel(),
+            towards=np.tile(part.towards, times),
+            weights=weights and Weights(np.tile(weights.pairs, times), np.tile(weights.factors, times)),
+            _distances=np.tile(part.distances(), times),
+            _scale=np.tile(part.scale(), times),
+            _inverse=np.tile(part.inverse_distances(), times),
         )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.interaction import Points
-from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, taken, unit
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, put, taken, unit
 from renderer.shapes.frames import SHORT, frame_of_normals
 from renderer.textures import Texture
 from renderer.textures.heights import LOOKUPS_A_SLOPE, Heights
@@ -65,10 +65,39 @@ class ColorTexture:
         """Look up the colours of the points of these materials."""
         chosen = np.flatnonzero(self.used[points.materials])
         if chosen.size:
-            points.colors[:, chosen] = self.texture.at(
-                points.coordinates[:, chosen], points.footprints_at(chosen)
-            )
+            coordinates = _of(points.coordinates, chosen)
+            put(points.colors, chosen, self.texture.at(coordinates, points.footprints_at(chosen)))
             points.lookups += chosen.size
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TangentFrames:
+    """Stage: tangents and cotangents, perpendicular to the smooth normal where there is one.
+
+    The cotangent is normal x tangent times the handedness, as of glTF 2.0 and MikkTSpace, so that a map on
+    mirrored texture coordinates shows the relief that it shows elsewhere, mirrored. A smooth normal along the
+    tangent takes any frame that fits it.
+
+    Attributes
+    ----------
+    used : (materials,) bool
+        Those with normal maps.
+    """
+
+    used: Masks
+
+    def run(self, points: Points) -> None:
+        """Give the points of these materials their tangents."""
+        points.tangents = np.zeros((6, points.count))
+        chosen = np.flatnonzero(self.used[points.materials])
+        side = np.where(points.flipped[chosen], -1.0, 1.0)
+        outward = taken(points.shading_normals, chosen) * side
+        frames = taken(points.frames, chosen)
+        tangents, handedness = frames[:3], frames[3]
+        rest = tangents - outward * dot(tangents, outward)
+        tangents = np.where(lengths(rest) > SHORT, unit(rest), frame_of_normals(outward))
+        cotangents = cross(outward, tangents) * handedness
+        put(points.tangents, chosen, np.vstack((tangents, cotangents)) * side)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,14 +118,18 @@ class NormalMap:
         chosen = np.flatnonzero(self.used[points.materials])
         if not chosen.size:
             return
-        decoded = 2 * self.texture.at(points.coordinates[:, chosen], points.footprints_at(chosen)) - 1
+        coordinates = _of(points.coordinates, chosen)
+        decoded = 2 * self.texture.at(coordinates, points.footprints_at(chosen)) - 1
         points.lookups += chosen.size
         silent = dot(decoded, decoded) < FLAT
         decoded = np.where(silent, np.array([[0.0], [0.0], [1.0]]), decoded)
-        tangents, cotangents, outward = frame_of(points, chosen)
-        mapped = unit(decoded[0] * tangents + decoded[1] * cotangents + decoded[2] * outward)
-        mapped *= np.where(points.flipped[chosen], -1.0, 1.0)
-        points.shading_normals[:, chosen] = mapped
+        tangents, cotangents = np.vsplit(_of(points.tangents, chosen), 2)
+        normals = _of(points.shading_normals, chosen)
+        put(
+            points.shading_normals,
+            chosen,
+            unit(decoded[0] * tangents + decoded[1] * cotangents + decoded[2] * normals),
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,28 +154,19 @@ class BumpMap:
         if not chosen.size:
             return
         side = np.where(points.flipped[chosen], -1.0, 1.0)
-        normals = points.shading_normals[:, chosen] * side
-        by_u, by_v = np.vsplit(points.derivatives[:, chosen], 2)
-        slope_u, slope_v = self.heights.slopes(points.coordinates[:, chosen])
+        normals = _of(points.shading_normals, chosen) * side
+        by_u, by_v = np.vsplit(_of(points.derivatives, chosen), 2)
+        slope_u, slope_v = self.heights.slopes(_of(points.coordinates, chosen))
         points.lookups += LOOKUPS_A_SLOPE * chosen.size
         area = dot(cross(by_u, by_v), normals)
         tilt = slope_u * cross(normals, by_v) + slope_v * cross(by_u, normals)
         tilted = unit(np.abs(area) * normals + np.where(area < 0, -1.0, 1.0) * tilt)
-        points.shading_normals[:, chosen] = np.where(area == 0, normals, tilted) * side
+        put(points.shading_normals, chosen, np.where(area == 0, normals, tilted) * side)
 
 
-def frame_of(points: Points, chosen: Integers) -> tuple[Floats, Floats, Floats]:
-    """Tangents, cotangents and outward normals, perpendicular to the smooth normal where there is one.
-
-    The cotangent is normal x tangent times the handedness, as of glTF 2.0 and MikkTSpace, so that a map on
-    mirrored texture coordinates shows the relief that it shows elsewhere, mirrored. A smooth normal along the
-    tangent takes any frame that fits it.
-    """
-    outward = points.shading_normals[:, chosen] * np.where(points.flipped[chosen], -1.0, 1.0)
-    tangents, handedness = points.frames[:3, chosen], points.frames[3, chosen]
-    rest = tangents - outward * dot(tangents, outward)
-    tangents = np.where(lengths(rest) > SHORT, unit(rest), frame_of_normals(outward))
-    return tangents, cross(outward, tangents) * handedness, outward
+def _of(values: Floats, chosen: Integers) -> Floats:
+    """Values (R, N) of some points, in order: no copy of those of all."""
+    return values if chosen.size == values.shape[1] else taken(values, chosen)
 
 
 @dataclass(frozen=True, slots=True)

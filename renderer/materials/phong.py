@@ -13,15 +13,18 @@ import numpy as np
 
 from renderer.lights.view import LightView
 from renderer.materials.reflection import Term
-from renderer.math.arrays import Floats, Masks, Pairs, add, dot
+from renderer.math.arrays import Floats, Masks, Pairs, add, dot, taken
 from schemas.materials import PhongMaterial, Surface
 
 SHARP = 128.0
 """Above this exponent a rounding of float32 in the cosine shows; highlights are then formed in float64."""
 
-FAINTEST = 2.0**-100
+FAINTEST = 2.0**-40
 """Powers of cosines below this show in no picture. Zeros and results near the smallest number take
 `np.power` off its vector path, which is several times as fast."""
+
+TINY = float(np.finfo(np.float32).tiny)
+"""In place of the exponent 0, which then gives 1 for every cosine but 0."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +39,11 @@ class Phong:
     diffuse: Floats
     specular: Floats
     shininess: Floats
+
+    def faintest(self) -> Floats:
+        """Cosines (K,) whose power is `FAINTEST`; that of the exponent 0 is the smallest normal number."""
+        tiny = float(np.finfo(np.float32).tiny)
+        return np.maximum(FAINTEST ** (1 / np.maximum(self.shininess, tiny)), tiny)
 
 
 def build(materials: Sequence[Surface]) -> Phong:
@@ -106,27 +114,21 @@ class Highlight:
     def run(self, view: LightView) -> None:
         """Add the mean over light points of V * light * specular * max(0, r . v)^shininess."""
         materials = view.of_points(view.points.materials)
-        exponents = self.phong.shininess[materials]
+        exponents, faintest = self.phong.shininess[materials], self.phong.faintest()[materials]
         shiny = (self.phong.specular[materials] > 0) & (exponents > self.above) & (exponents <= self.upto)
-        index = np.flatnonzero(shiny & self._mirrored(view))
+        mirror = _mirror(view)
+        index = np.flatnonzero(shiny & _shows(view, mirror, faintest))
         if not index.size:
             return
         part = view.part(index, self.dtype)
         normals = part.of_points(part.points.shading_normals)
-        values = part.cosines(_mirror(part), part.pairs("highlights"))
-        _powers(values, exponents[index])
+        values = part.cosines(taken(mirror, index), part.pairs("highlights"))
+        _powers(values, exponents[index], faintest[index])
         lit = part.positive_cosines(normals)
         if lit is not None:
             np.multiply(values, lit, out=values)
         share = part.mean(values) * self.phong.specular[materials[index]]
         add(part.points.radiance, part.chosen, view.emitter.color * share)
-
-    def _mirrored(self, view: LightView) -> Masks:
-        """Points whose mirrored viewer sees some place of the light, or nearly so."""
-        mirror, emitter = _mirror(view), view.emitter
-        spread = np.abs(dot(mirror, emitter.first)) + np.abs(dot(mirror, emitter.second))
-        # Wider by 64 roundings of float32: pair work decides what is nearly at the border.
-        return dot(mirror, view.towards) + spread / 2 > -spread * 2.0**-18
 
 
 def _mirror(view: LightView) -> Floats:
@@ -135,16 +137,22 @@ def _mirror(view: LightView) -> Floats:
     return 2 * dot(normals, viewers) * normals - viewers
 
 
-def _powers(cosines: Pairs, exponents: Floats) -> None:
-    """Cosines ** exponents in place, (L, n) and (n,), with 0 ** 0 = 0: no highlight where r . v <= 0.
+def _shows(view: LightView, mirror: Floats, faintest: Floats) -> Masks:
+    """Points (n,) that some place of the light may give more than the faintest highlight."""
+    emitter = view.emitter
+    spread = np.abs(dot(mirror, emitter.first)) + np.abs(dot(mirror, emitter.second))
+    nearest = np.maximum(view.distances() - emitter.extent / 2, 0)
+    # Wider by 64 roundings of float32: pair work decides what is nearly at the border.
+    return dot(mirror, view.towards) + spread / 2 > faintest * nearest - (nearest + spread) * 2.0**-18
 
-    The exponent 0 becomes the smallest normal number, which gives 1 for every cosine but 0. Powers below
-    `FAINTEST` are 0.
+
+def _powers(cosines: Pairs, exponents: Floats, faintest: Floats) -> None:
+    """Cosines ** exponents in place, (L, n) and (n,), and 0 below cosines `faintest` (n,).
+
+    So 0 ** 0 = 0: no highlight where r . v <= 0.
     """
-    tiny = np.finfo(cosines.dtype).tiny
-    powers = np.maximum(exponents, tiny)
-    least = np.maximum(FAINTEST ** (1 / powers), tiny).astype(cosines.dtype)
+    least = faintest.astype(cosines.dtype)
     seen = cosines >= least
     np.clip(cosines, least, 1, out=cosines)
-    np.power(cosines, powers.astype(cosines.dtype)[None, :], out=cosines)
+    np.power(cosines, exponents.astype(cosines.dtype), out=cosines)
     np.multiply(cosines, seen, out=cosines)

@@ -12,7 +12,11 @@ class LightTerm(Protocol):
 
     @property
     def adds(self) -> Literal["diffuse", "specular"]:
-        """The part of the radiance that it adds to."""
+        """The part of the radiance that it adds to.
+
+        What is diffuse is proportional to the colour, and what is specular does not depend on it: pixels on
+        which only colours vary are lit once, and coloured at many places.
+        """
         ...
 
     def run(self, view: LightView) -> None:

@@ -36,7 +36,7 @@ class Request:
     in_sequence : bool
         Whether samples go on until an error is reached, so that their number is not known.
     details : frozenset of str
-        Materials whose textures are not looked up at points, but shaded all over pixels.
+        Materials whose images pilot samples average over pixels; they take footprints.
     entries, left_out : list
         The plan as people read it, under construction.
     reads : set of str

@@ -3,7 +3,7 @@
 import numpy as np
 
 from renderer.cameras import build_pinhole
-from renderer.materials.maps import Ambient, BumpMap, Colors, ColorTexture, Horizon, NormalMap
+from renderer.materials.maps import Ambient, BumpMap, Colors, ColorTexture, Horizon, NormalMap, TangentFrames
 from renderer.math.arrays import Floats, Integers, Masks, column, columns
 from renderer.plan.cost import COSTS
 from renderer.plan.request import Request
@@ -30,6 +30,8 @@ def surfaces(request: Request) -> tuple[list[PointStage], bool]:
     bumps = _bumps(request)
     footprints = _footprints(request)
     stages: list[PointStage] = [*footprints, _colors(request)]
+    if maps:
+        stages.append(TangentFrames(np.logical_or.reduce(list(maps.values()))))
     for name, used in _textures_of(request, "color_texture").items():
         stages.append(ColorTexture(_texture(request, name, "color_texture", used), used))
     for name, used in maps.items():
@@ -62,8 +64,7 @@ def _footprints(request: Request) -> list[Footprints]:
     share = f"1 / {samples} of a pixel" if samples > 1 else "a pixel"
     detail = f"what {share} covers in textures"
     request.list_stage("ray footprints", "textures.footprints", detail, pointers, COSTS.footprint)
-    mapped = any(request.document.materials[name].normal_map for name in request.details)
-    request.reads |= {"coordinates", "derivatives", "viewers"} | ({"frames"} if mapped else set())
+    request.reads |= {"coordinates", "derivatives", "viewers"}
     return [footprint_stage.build(build_pinhole(request.document.camera), samples)]
 
 
@@ -72,7 +73,7 @@ def _textures_of(request: Request, part: str) -> dict[str, Masks]:
     used: dict[str, Masks] = {}
     for i, name in enumerate(request.names):
         texture = getattr(request.document.materials[name], part)
-        if texture is not None and name not in request.details:
+        if texture is not None:
             used.setdefault(texture, np.zeros(len(request.names), dtype=bool))[i] = True
     return used
 
@@ -99,8 +100,6 @@ def _bumps(request: Request) -> list[BumpMap]:
     used: dict[tuple[str, float], list[int]] = {}
     for i, name in enumerate(request.names):
         material = request.document.materials[name]
-        if name in request.details:
-            continue
         if material.bump_map is not None:
             used.setdefault((material.bump_map, material.bump_height), []).append(i)
     return [_bump(request, name, height, materials) for (name, height), materials in used.items()]

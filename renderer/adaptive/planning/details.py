@@ -5,17 +5,19 @@ from dataclasses import replace
 import numpy as np
 
 import schemas.textures as language
-from renderer.adaptive.arrivals import AreaArrival, Arrival, PointArrival, side_for, with_nodes
-from renderer.adaptive.details import Detail, DetailedLights
+from renderer.adaptive.arrivals import NODES, AreaArrival, Arrival, PointArrival, with_nodes
+from renderer.adaptive.fine_texture import FineTexture
 from renderer.adaptive.lighting import PilotLighting
-from renderer.materials.reliefs import BumpRelief, MappedRelief, Relief
-from renderer.math.arrays import column
+from renderer.materials.maps import BumpMap, ColorTexture, NormalMap
+from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting
 from renderer.textures.image import ImageTexture
-from renderer.textures.texels import TexelTable, slopes, table
-from schemas.materials import PhongMaterial, Surface
+from schemas.materials import Surface
 from schemas.quality import TargetQuality
+
+MAPS = ColorTexture | NormalMap | BumpMap
+"""Stages that look images up."""
 
 DENSER, MOST_POINTS = 4, 1024
 """Light points in penumbrae on such materials, times those on others, and how many at most: sampled camera
@@ -30,85 +32,60 @@ def materials(request: Request, lightings: tuple[Illumination, ...]) -> frozense
 
 
 def _eligible(request: Request, material: Surface) -> bool:
-    """Whether images are all that varies on a material of Phong's model within pixels.
+    """Whether images without a pyramid are all that varies on a material within pixels.
 
-    Reflections and refractions vary as well. A bump map on top of a normal map, or one that turns over from
-    copy to copy, has no slopes that a table could hold.
+    Reflections and refractions vary as well.
     """
-    bumped, mapped = material.bump_map, material.normal_map
-    names = [name for name in (material.color_texture, mapped, bumped) if name is not None]
-    textures = [request.document.textures[name] for name in names]
-    sampled = material.mirror or material.transmission or not isinstance(material, PhongMaterial)
-    if not names or sampled or (bumped and mapped):
-        return False
-    if bumped is not None:
-        bump = request.document.textures[bumped]
-        if not isinstance(bump, language.ImageTexture) or bump.filter != "bilinear" or bump.wrap == "mirror":
-            return False
-    return all(isinstance(each, language.ImageTexture) and each.filter != "mipmap" for each in textures)
-
-
-def lightings(
-    request: Request, target: TargetQuality, plain: tuple[Illumination, ...]
-) -> tuple[Illumination, ...]:
-    """The lights of pilot samples, all in one where some material is shaded apart from them."""
-    if not request.details:
-        return plain
-    shining = [m for m in map(request.document.materials.get, request.details) if m and m.specular]
-    side = side_for(target.error, max((material.shininess for material in shining), default=0.0))
-    return (
-        DetailedLights(
-            plain=plain,
-            arrivals=tuple(_arrival(light, side) for light in plain),
-            details=tuple(
-                _detail(request, number, name, target.error)
-                for number, name in enumerate(request.names)
-                if name in request.details
-            ),
-            used=np.array([name in request.details for name in request.names]),
-        ),
+    images = _images(request, material)
+    sampled = material.mirror or material.transmission or not images
+    return not sampled and all(
+        isinstance(each, language.ImageTexture) and each.filter != "mipmap" for each in images
     )
 
 
+def _images(request: Request, material: Surface) -> list[language.Texture]:
+    names = (material.color_texture, material.normal_map, material.bump_map)
+    return [request.document.textures[name] for name in names if name is not None]
+
+
+def with_fine_texture(plan: RenderPlan, request: Request, target: TargetQuality) -> RenderPlan:
+    """A plan of pilot samples that shades the materials `request.details` all over pixels."""
+    if not request.details:
+        return plan
+    fine = np.array([name in request.details for name in request.names])
+    texels, relief = np.zeros(fine.size), np.zeros(fine.size, dtype=bool)
+    for stage in plan.surfaces:
+        if isinstance(stage, MAPS):
+            np.maximum(texels, stage.used * fine * _texels(stage), out=texels)
+            relief |= stage.used & (not isinstance(stage, ColorTexture))
+    first = next(i for i, stage in enumerate(plan.surfaces) if isinstance(stage, MAPS))
+    lights = FineTexture(
+        plain=plan.lightings,
+        arrivals={side: tuple(_arrival(light, side) for light in plan.lightings) for side in NODES},
+        maps=plan.surfaces[first:],
+        texels=texels,
+        relief=relief,
+        error=target.error,
+    )
+    surfaces = tuple(
+        replace(stage, used=stage.used & ~fine) if isinstance(stage, MAPS) else stage
+        for stage in plan.surfaces
+    )
+    return replace(plan, surfaces=surfaces, lightings=(lights,))
+
+
+def _texels(stage: ColorTexture | NormalMap | BumpMap) -> int:
+    """Texels of the image that a stage looks up, 0 of other textures."""
+    texture = stage.heights.texture if isinstance(stage, BumpMap) else stage.texture
+    return texture.texels.shape[0] * texture.texels.shape[1] if isinstance(texture, ImageTexture) else 0
+
+
 def _arrival(light: Illumination, side: int) -> Arrival:
-    """A light as its beams, `side` along each side of it if it has an area."""
+    """A light at the centres of pixels, with `side` nodes along each side of it if it has an area."""
     if isinstance(light, PilotLighting):
         nodes, partial = with_nodes(light.emitter, side), light.partial
         count = min(DENSER * partial.emitter.count, MOST_POINTS)
         many = replace(partial, emitter=replace(partial.emitter, count=count))
-        return AreaArrival(light.probe, many, nodes, replace(partial, emitter=nodes, shadows=(), terms=()))
+        return AreaArrival(light.probe, many, replace(partial, emitter=nodes, shadows=()))
     assert isinstance(light, Lighting)
-    return PointArrival(replace(light, terms=()))
-
-
-def _detail(request: Request, number: int, name: str, error: float) -> Detail:
-    material = request.document.materials[name]
-    texels = None if material.color_texture is None else _table(request, material.color_texture, stored=False)
-    return Detail(
-        material=number,
-        color=column(material.color if material.color is not None else (1.0, 1.0, 1.0)),
-        texels=texels,
-        relief=_relief(request, material),
-        ambient=column(request.document.ambient) * material.ambient,
-        diffuse=material.diffuse,
-        specular=material.specular,
-        shininess=material.shininess,
-        error=error,
-    )
-
-
-def _table(request: Request, name: str, *, stored: bool) -> TexelTable:
-    texture = request.texture(name, stored=stored)
-    assert isinstance(texture, ImageTexture)
-    texels = 2 * texture.texels - 1 if stored else texture.texels
-    return table(texels, texture.wrap, nearest=texture.filter == "nearest")
-
-
-def _relief(request: Request, material: Surface) -> Relief | None:
-    if material.normal_map is not None:
-        return MappedRelief(_table(request, material.normal_map, stored=True))
-    if material.bump_map is not None:
-        heights = request.heights(material.bump_map, material.bump_height)
-        texels = heights.texture.texels.astype(np.float64)
-        return BumpRelief(*slopes(heights.scale * texels.mean(axis=2), heights.texture.wrap))
-    return None
+    return PointArrival(light)

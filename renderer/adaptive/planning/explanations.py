@@ -101,4 +101,4 @@ def _details(request: Request) -> Iterator[Entry]:
         parts = [part for part in ("color_texture", "normal_map", "bump_map") if getattr(material, part)]
         pointers = tuple(f"/materials/{escaped(name)}/{part}" for part in parts)
         detail = "many places in a pixel share the light that reaches its centre"
-        yield Entry(f"detail of {name}", "materials.phong", detail, pointers)
+        yield Entry(f"detail of {name}", f"materials.{material.type}", detail, pointers)

@@ -103,12 +103,13 @@ def build_pilot(seen: Request, target: TargetQuality) -> RenderPlan:
     """The plan of pilot samples, from their request."""
     plan = build_plan(seen)
     lightings = _lightings(seen, target, plan.lightings)
-    return replace(
+    plan = replace(
         plan,
         surfaces=tuple(averaged(stage, plan.camera, target) for stage in plan.surfaces),
-        lightings=details.lightings(seen, target, lightings),
+        lightings=lightings,
         entries=tuple(explanations.entries(seen, lightings)),
     )
+    return details.with_fine_texture(plan, seen, target)
 
 
 def averaged(stage: PointStage, camera: Pinhole, target: TargetQuality) -> PointStage:

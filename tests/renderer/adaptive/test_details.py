@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 import renderer
+from renderer.plan import effects
 from schemas.quality import TargetQuality
 from tests.documents import Json, camera, lamp, phong, rectangle, scene, sphere
 from tests.pictures.parts import Files, png
 from tests.pictures.references import CONVERGED, root_of_product
+from tests.renderer.plan.newcomers import MINNAERT, LargerScene, Minnaert
 
 SIZE = 40
 ERROR = 1 / 255
@@ -31,7 +33,21 @@ MATERIALS: dict[str, Json] = {
     "color and bump": {**COLOR, "bump_map": "heights", "bump_height": 0.05},
     "normal and bump": {"normal_map": "normals", "bump_map": "heights", "bump_height": 0.1},
     "mirror": {**COLOR, "mirror": 0.5, "max_depth": 2},
+    "newcomer": {
+        **COLOR,
+        **dict.fromkeys(("diffuse", "specular", "shininess")),
+        "normal_map": "normals",
+        "type": "minnaert",
+        "albedo": 0.9,
+        "darkening": 0.4,
+    },
 }
+
+
+@pytest.fixture(autouse=True)
+def newcomer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line."""
+    monkeypatch.setitem(effects.MATERIALS, Minnaert, MINNAERT)
 
 
 def files() -> Files:
@@ -59,7 +75,7 @@ def panel(name: str, seed: int = 0) -> renderer.LoadedScene:
         materials={"plain": material, "matt": phong()},
         sampling={"seed": seed},
     )
-    return renderer.load_scene(document, assets=files())
+    return renderer.load_scene(LargerScene.model_validate(document), assets=files())
 
 
 def rendered(name: str, seed: int, **options: int) -> renderer.RenderResult:

@@ -1,4 +1,4 @@
-"""Checkerboards, images and tables of texels at points."""
+"""Checkerboards and images at points."""
 
 import math
 from typing import Any
@@ -7,13 +7,10 @@ import numpy as np
 import pytest
 
 from renderer.textures import checker, image
-from renderer.textures.heights import Heights
-from renderer.textures.texels import slopes, table
 from schemas.textures import CheckerTexture, ImageTexture
 from tests.pictures.parts import Files, png
 
 EVEN, ODD = (0.9, 0.8, 0.7), (0.1, 0.2, 0.3)
-WRAPS = ["clamp", "repeat", "mirror"]
 
 
 @pytest.mark.parametrize("repeat", [(8, 8), (2, 64), (0.5, 1), (7.3, 4.1), (1e15, 3)])
@@ -57,46 +54,3 @@ def test_image_lookups_are_independent() -> None:
     together = source.at(coordinates)
     for i in range(0, 500, 71):
         assert (source.at(coordinates[:, i : i + 1])[:, 0] == together[:, i]).all()
-
-
-RNG = np.random.default_rng(7)
-TEXELS = RNG.random((9, 14, 3)).astype(np.float32)
-COORDINATES = RNG.uniform(-1.5, 2.5, (2, 300))
-FOOTPRINTS = RNG.uniform(-0.6, 0.6, (2, 2, 300))
-OFFSETS = RNG.uniform(-0.5, 0.5, (2, 11, 1)).astype(np.float32)
-PLACES = COORDINATES[:, None] + np.einsum("csn,sk->ckn", FOOTPRINTS, OFFSETS[:, :, 0].astype(np.float64))
-"""Texture coordinates (2, K, n) of all offsets in all footprints."""
-ROUNDED = 4 * 16 * 2.0**-24
-"""A place is rounded to float32 at up to 16 texels from the centre, and texels differ by 1 at most."""
-
-
-@pytest.mark.parametrize("wrap", WRAPS)
-@pytest.mark.parametrize("filter_", ["bilinear", "nearest"])
-def test_table_has_the_values_of_the_texture(filter_: str, wrap: str) -> None:
-    found = table(TEXELS, wrap, nearest=filter_ == "nearest")
-    values = np.stack(found.at(found.centers(COORDINATES, FOOTPRINTS), OFFSETS, 3))
-    expected = image.ImageTexture(TEXELS, filter_, wrap).at(PLACES.reshape(2, -1)).reshape(3, 11, 300)
-    if filter_ == "bilinear":
-        assert np.abs(values - expected).max() <= ROUNDED
-        return
-    texels = PLACES * np.array([14, 9])[:, None, None]
-    inside = (np.abs(texels - np.rint(texels)) > 1e-4).all(axis=0)
-    assert inside.mean() > 0.99
-    assert (values[:, inside] == expected[:, inside]).all()
-
-
-@pytest.mark.parametrize("wrap", ["clamp", "repeat"])
-def test_table_of_slopes_has_differences_of_texels(wrap: str) -> None:
-    heights = Heights(image.ImageTexture(TEXELS, "bilinear", wrap), 0.3)
-    expected = heights.slopes(PLACES.reshape(2, -1))
-    tables = slopes(0.3 * TEXELS.astype(np.float64).mean(axis=2), wrap)
-    for found, slope in zip(tables, expected, strict=True):
-        (values,) = found.at(found.centers(COORDINATES, FOOTPRINTS), OFFSETS, 1)
-        assert np.abs(values - slope.reshape(11, 300)).max() <= 14 * ROUNDED
-
-
-def test_table_shrinks_footprints_that_reach_too_far() -> None:
-    """To 16 texels on either side."""
-    found = table(TEXELS, "repeat", nearest=False)
-    sides = found.centers(COORDINATES, 1e6 * FOOTPRINTS).sides
-    assert np.abs(sides).sum(axis=1).max() / 2 <= 16 * (1 + 2.0**-20)
