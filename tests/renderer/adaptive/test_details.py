@@ -1,9 +1,15 @@
 """Fine textures at target quality: colour, normal and bump maps of two texels a pixel."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
 import renderer
+from renderer.adaptive.rays import camera_rays
+from renderer.adaptive.target_plan import TargetPlan
+from renderer.halves import HALVES
+from renderer.integrator import radiance
 from renderer.plan import effects
 from schemas.quality import TargetQuality
 from tests.documents import Json, camera, lamp, phong, rectangle, scene, sphere
@@ -82,6 +88,31 @@ def rendered(name: str, seed: int, **options: int) -> renderer.RenderResult:
     return renderer.render(
         renderer.compile_scene(panel(name, seed), TargetQuality(mode="target", error=ERROR)), **options
     )
+
+
+AVERAGED = [name for name in MATERIALS if name != "mirror"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", AVERAGED)
+def test_pilot_samples_show_means_over_pixels(name: str) -> None:
+    """One ray a pixel is as good as hundreds, so that fine texture is not sampled."""
+    plan = renderer.compile_scene(panel(name), TargetQuality(mode="target", error=ERROR))
+    assert isinstance(plan, TargetPlan)
+    assert plan.pilot is not None
+    pilot = plan.pilot
+    rows, columns = np.divmod(np.arange(SIZE * SIZE), SIZE)
+    middle = np.full(rows.size, 0.5)
+    rays = camera_rays(pilot, columns, rows, np.full(rows.size, HALVES), (middle, middle))
+    values = radiance(pilot, rays, Counter()).T.reshape(SIZE, SIZE, 3)
+    first, second = (
+        renderer.render(renderer.compile_scene(panel(name, seed), CONVERGED)).image for seed in (1001, 1002)
+    )
+    inside = np.s_[12:-4, 6:-6]
+    assert (rays.shapes.reshape(SIZE, SIZE)[inside] == 0).all()
+    away = np.clip(values, 0, 1)[inside]
+    error = root_of_product(away - np.clip(first, 0, 1)[inside], away - np.clip(second, 0, 1)[inside])
+    assert error <= ERROR, error * 255
 
 
 @pytest.mark.slow
