@@ -22,18 +22,13 @@ from renderer.halves import HALVES
 from renderer.integrator import find_hits, radiance
 from renderer.interaction import EMITTER
 from renderer.lights.emitters import PIXEL_DIMENSIONS
-from renderer.math.arrays import Floats, Integers, Masks, put
+from renderer.math.arrays import Floats, Integers, Masks, put, taken
 from renderer.math.streams import bits, keys, uniforms
 from renderer.plan.plan import RenderPlan
 
 STEPS = dict(zip(FIBONACCI, (1, *FIBONACCI), strict=False))
 """Fibonacci lattices: point i of n lies at (i / n, i z / n), with z the number before n. No direction of an
 edge is aligned with them."""
-
-USUAL = 12, 2.0**-8
-"""Rays for a pixel, and the error that they leave at the borders of `soft`. For other errors the number
-follows their inverse to the power 4 / 3, as the error of a share of a pixel falls with the number of rays to
-the power -3 / 4."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,21 +39,15 @@ class Cover:
     ----------
     values : (3, n) float32
         Mean radiance.
-    known : (3, n) float32
-        The part of it that pilot samples around predict: the mean of the guide.
+    others : (3, n) float32
+        Radiance of what no pilot sample around has hit, as `guides.Surroundings` has it.
     spread : (n,) float32
         Squared standard error of it, clipped to 0..1, mean over channels, because shares are not exact.
     """
 
     values: NDArray[np.float32]
-    known: NDArray[np.float32]
+    others: NDArray[np.float32]
     spread: NDArray[np.float32]
-
-
-def border_rays(error: float) -> float:
-    """Rays through a pixel at a border for a target error, before contrasts are known."""
-    count, at = USUAL
-    return float(np.clip(count * (at / error) ** (4 / 3), COVERAGES[1], COVERAGES[-1]))
 
 
 def places(seed: int, pixels: Integers, count: int) -> tuple[Floats, Floats]:
@@ -187,21 +176,35 @@ def cover(
     lamps = _lamps(pilot, x, y, (across, along), counts)
     parts = lamps.beside(parts, of_lights(labels))
     around = guide(nearby, plan.fine, pilot.unshaded.lights)
-    known, is_known = around.at(labels, parts.lattices // HALVES)
-    shown, missing = known.copy(), np.flatnonzero(~is_known)
+    pixels = parts.lattices // HALVES
+    shown = around.at(labels, pixels)
+    missing = np.flatnonzero(np.isnan(shown[0]))
+    others = nearby.others.astype(np.float64)
     if missing.size:
         chosen = parts.rays[missing]
         there = (across.ravel()[chosen], along.ravel()[chosen])
         every = np.full(chosen.size, HALVES)
         seen = camera_rays(pilot, x[of_rays[chosen]], y[of_rays[chosen]], every, there)
-        put(shown, missing, np.minimum(radiance(pilot, seen, counts), BRIGHTEST))
-    found = _cover(parts, known, shown, lamps.radiance)
+        shaded = np.minimum(radiance(pilot, seen, counts), BRIGHTEST)
+        others = _mean_others(others, pixels[missing], parts.shares[missing], shaded)
+        put(shown, missing, taken(others, pixels[missing]))
+    # What only samples are going to find differs from the pixel's own pilot sample.
+    others = np.where(np.isnan(others), nearby.values[:, 4], others)
+    found = _cover(parts, others, shown, lamps.radiance)
     mixed = (nearby.labels != nearby.labels[4]).any(axis=0)
     uncertain = lamps.uncertain(found.values, HALVES * count, mixed).astype(np.float32)
     return replace(found, spread=found.spread + uncertain)
 
 
-def _cover(parts: _Parts, known: Floats, shown: Floats, lamps: Floats) -> Cover:
+def _mean_others(others: Floats, pixels: Integers, shares: Floats, radiance: Floats) -> Floats:
+    """The others (3, n) with the mean radiance of parts (m,) in pixels that have none yet."""
+    count = others.shape[1]
+    sums = np.stack([np.bincount(pixels, shares * channel, count) for channel in radiance])
+    weights = np.bincount(pixels, shares, count)
+    return np.where(weights > 0, sums / np.where(weights > 0, weights, 1.0), others)
+
+
+def _cover(parts: _Parts, others: Floats, shown: Floats, lamps: Floats) -> Cover:
     """Means of pixels from the radiance (3, m) of their parts, and what `lamps` (3, 2 n) add to lattices."""
     starts = np.flatnonzero(np.diff(parts.lattices, prepend=-1))
 
@@ -212,7 +215,7 @@ def _cover(parts: _Parts, known: Floats, shown: Floats, lamps: Floats) -> Cover:
     apart = np.clip(halves[:, :, 0], 0, 1) - np.clip(halves[:, :, 1], 0, 1)
     return Cover(
         values=halves.mean(axis=2).astype(np.float32),
-        known=(means(known) + lamps).reshape(3, -1, HALVES).mean(axis=2).astype(np.float32),
+        others=others.astype(np.float32),
         spread=((apart**2).mean(axis=0) / 4).astype(np.float32),
     )
 

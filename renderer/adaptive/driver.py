@@ -73,7 +73,7 @@ class Driver:
 
         def request(tile: Tile) -> TileRequest:
             def around() -> Surroundings:
-                return surroundings(tile, estimate.pilots, estimate.labels, estimate.colors)
+                return surroundings(tile, estimate.around)
 
             return tile_request(estimate.plan, tile, requested.part(tile), around, limit, first=first)
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive import strata
+from renderer.adaptive.guides import Around
 from renderer.adaptive.lattice import NODE, Picture, Ways, stride_for
 from renderer.adaptive.levels import (
     COUNTS,
@@ -100,8 +101,10 @@ class Estimate:
         What the pilot samples hit.
     colors : (3, H, W) float32
         What textures gave there, 1 where there was none.
-    known : (3, H, W) float32
-        Means of control variates.
+    others : (3, H, W) float32
+        Radiance of what borders show and no pilot sample around has hit; NaN where they are not covered yet.
+    controlled : (H, W) bool
+        Pixels whose samples are differences from a control variate, whose mean `values` are.
     contrasts : (H, W) float32
         Squared error to expect of one ray at borders, if it estimated the share of what it hits.
     spread : (H, W) float32
@@ -145,7 +148,8 @@ class Estimate:
     pilots: Picture
     labels: Labels
     colors: Picture
-    known: Picture
+    others: Picture
+    controlled: Masks
     contrasts: NDArray[np.float32]
     spread: NDArray[np.float32]
     doubts: NDArray[np.float32]
@@ -179,7 +183,8 @@ class Estimate:
             pilots=np.zeros((3, *size), dtype=np.float32),
             labels=np.full(size, MISS, dtype=np.int32),
             colors=np.ones((3, *size), dtype=np.float32),
-            known=np.zeros((3, *size), dtype=np.float32),
+            others=np.full((3, *size), np.nan, dtype=np.float32),
+            controlled=np.zeros(size, dtype=bool),
             contrasts=np.zeros(size, dtype=np.float32),
             spread=np.zeros(size, dtype=np.float32),
             doubts=np.zeros(size, dtype=np.float32),
@@ -266,9 +271,7 @@ class Estimate:
         put(self.colors.reshape(3, -1), previewed, samples.colors)
         self.doubts.ravel()[previewed] = samples.residues
         covered = self._numbers(tile, requested.covered)
-        put(self.values.reshape(3, -1), covered, samples.covers)
-        self._know(covered, samples.known)
-        self.spread.ravel()[covered] = samples.spread
+        self._cover(covered, samples)
         self._add(self._numbers(tile, requested.sampled), samples)
         np.maximum(have, want, out=have)
         have[requested.covered & (have < COVERED)] = COVERED
@@ -279,20 +282,24 @@ class Estimate:
         rows, columns = np.divmod(np.flatnonzero(chosen), tile.width)
         return (rows + tile.y0) * self.have.shape[1] + columns + tile.x0
 
-    def _know(self, pixels: Integers, means: NDArray[np.float32]) -> None:
-        """Put other means (3, m) of their control variates under the samples of pixels (m,)."""
-        known = self.known.reshape(3, -1)
-        change = (means - taken(known, pixels)) * (self.have.ravel()[pixels] >= SAMPLED)
+    def _cover(self, pixels: Integers, samples: Samples) -> None:
+        """Put other means under the samples of pixels (m,) at borders, which are differences from them."""
+        values, others = self.values.reshape(3, -1), self.others.reshape(3, -1)
+        change = (samples.covers - taken(values, pixels)) * (self.have.ravel()[pixels] >= SAMPLED)
         for half in self.halves.reshape(HALVES, 3, -1):
             add(half, pixels, change)
-        put(known, pixels, means)
+        put(values, pixels, samples.covers)
+        put(others, pixels, samples.others)
+        self.spread.ravel()[pixels] = samples.spread
+        self.controlled.ravel()[pixels] = True
 
     def _add(self, pixels: Integers, samples: Samples) -> None:
         """Join new samples of pixels (m,) with those that they have (Chan, Golub, LeVeque 1979)."""
         before, after = COUNTS[self.have.ravel()[pixels]], COUNTS[self.want.ravel()[pixels]]
         share = (after - before) / after
         halves = self.halves.reshape(HALVES, 3, -1)
-        apart = samples.halves + taken(self.known.reshape(3, -1), pixels) - taken(halves, pixels)
+        known = taken(self.values.reshape(3, -1), pixels) * self.controlled.ravel()[pixels]
+        apart = samples.halves + known - taken(halves, pixels)
         self.squares.ravel()[pixels] += (
             samples.squares + (apart.mean(axis=0) ** 2).mean(axis=0) * before * share
         )
@@ -325,6 +332,11 @@ class Estimate:
     def needs_pilots(self) -> bool:
         """Whether the pass needs what pilot samples around pixels found."""
         return self.requested.needs_pilots(self.plan)
+
+    @property
+    def around(self) -> Around:
+        """What pilot samples found, for tiles."""
+        return self.pilots, self.labels, self.colors, self.others
 
     @property
     def requested(self) -> LevelRequest:

@@ -65,9 +65,6 @@ BENT = np.float32(2.0**-10)
 """Share of a point look-up's squared error that a mean over the pixel leaves: means are over parallelograms,
 and a distant pixel is not quite one."""
 
-SHADED = np.float32(2.0**-4)
-"""Square of the share of a shape's brightness that a shadow between pilot samples may hide: a quarter."""
-
 CLOSER_PROBES = 2
 """Times as many probes through a lens: less is known beforehand of what lies between noisy nodes."""
 
@@ -206,8 +203,7 @@ def cover_borders(estimate: Estimate) -> None:
     rim = outline(estimate.have.shape)
     rows, columns = np.nonzero(seen | unseen | rim)
     height, width = estimate.have.shape
-    around = surroundings(Tile(0, 0, 0, width, height), estimate.values, estimate.labels, estimate.colors)
-    nearby = around.nearby(rows, columns)
+    nearby = surroundings(Tile(0, 0, 0, width, height), estimate.around).nearby(rows, columns)
     contrasts = nearby.contrasts()
     typical = contrasts[seen[rows, columns]].mean() if seen.any() else UNKNOWN
     least = np.select((unseen[rows, columns], rim[rows, columns]), (1.0, RIM), FAINT)
@@ -226,7 +222,8 @@ def choose_probes(estimate: Estimate) -> None:
     if estimate.piloted:
         _sample_what_pilots_miss(estimate)
     raise_probe_probability(estimate, expected)
-    estimate.want[...] = probe_levels(estimate) * (probes(estimate) | estimate.shown)
+    estimate.want[...] = probe_levels(estimate) * probes(estimate)
+    np.maximum(estimate.want, node_level(estimate.aim), out=estimate.want, where=estimate.shown)
 
 
 def expected_errors(estimate: Estimate) -> NDArray[np.float32]:
@@ -241,8 +238,6 @@ def expected_errors(estimate: Estimate) -> NDArray[np.float32]:
     np.copyto(expected, np.maximum(estimate.doubts, HIDDEN * estimate.contrasts), where=covered)
     np.maximum(expected, estimate.doubts, out=expected, where=of_labels(plan.detailed, labels))
     np.copyto(expected, highest(expected, WIDE), where=of_labels(plan.unaveraged, labels))
-    shaded = strata.step_error(estimate.pilots) * SHADED
-    np.maximum(expected, shaded, out=expected, where=_thin_shadows(estimate))
     return expected
 
 
@@ -250,8 +245,6 @@ def sort(estimate: Estimate, expected: NDArray[np.float32]) -> None:
     """Sort pixels into strata by what they show and by their expected error (H, W)."""
     plan = estimate.plan
     fine = of_labels(plan.unaveraged | plan.detailed, estimate.labels)
-    if estimate.piloted:
-        fine |= _thin_shadows(estimate)
     kinds = np.where(estimate.cover > 0, strata.BORDER, strata.EVEN * (estimate.have > 0))
     kinds[fine & (estimate.have > 0)] = strata.NEEDS_SAMPLING
     estimate.strata[...] = strata.strata_of(expected, kinds)
@@ -288,17 +281,17 @@ def probe_levels(estimate: Estimate) -> Levels:
 
 
 def _sample_what_pilots_miss(estimate: Estimate) -> None:
-    """Show samples where something brighter than white ends: a small share of it is seen like a large one.
+    """Show samples where pilot samples say too little: where thin shadows fall, and where light ends.
 
-    Of lights the share is known.
+    Of what is brighter than white a small share is seen like a large one; of visible lights it is known.
     """
     tinted = of_labels(estimate.plan.tinted, estimate.labels) & ~borders(estimate.labels)
-    np.copyto(estimate.known, estimate.values, where=tinted & (estimate.cover == 0))
-    bright = (estimate.pilots.max(axis=0) > 1) & ~of_lights(estimate.labels)
+    estimate.controlled |= tinted & (estimate.cover == 0)
+    found, bright = _thin_shadows(estimate), (estimate.pilots.max(axis=0) > 1) & ~of_lights(estimate.labels)
     if bright.any():
-        found = (estimate.cover > 0) & spread(bright, 1) & spread(~bright, 1)
-        estimate.shown |= found
-        estimate.strata[found] = estimate.strata[found] % strata.STEPS + strata.STEPS * strata.SUSPECT
+        found |= (estimate.cover > 0) & spread(bright, 1) & spread(~bright, 1)
+    estimate.shown |= found
+    estimate.strata[found] = estimate.strata[found] % strata.STEPS + strata.STEPS * strata.SUSPECT
 
 
 def _leave_textures_out(estimate: Estimate, expected: NDArray[np.float32]) -> None:

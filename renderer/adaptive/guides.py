@@ -1,6 +1,6 @@
 """How bright the things are that a pixel may show, from the pilot samples around it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +23,13 @@ class Nearby:
     ----------
     values : (3, 9, n) float32
     labels : (9, n) int32
+    others : (3, n) float32
+        Of the pixels, as `Surroundings` has them.
     """
 
     values: NDArray[np.float32]
     labels: NDArray[np.int32]
+    others: NDArray[np.float32]
 
     def contrasts(self) -> Floats:
         """Squared error (n,) to expect of one ray that finds what a pixel shows, mean over channels."""
@@ -63,6 +66,8 @@ class Surroundings:
     labels : (h, w) int32
     colors : (3, h, w) float32
         Means of textures over the pixels, 1 where there is none.
+    others : (3, h, w) float32
+        Radiance of what borders show and no pilot sample around has hit; NaN where they are not covered yet.
     top, left : int
         Rows above the tile, and columns at its left: 1, or 0 at the rim of the picture.
     """
@@ -70,6 +75,7 @@ class Surroundings:
     values: NDArray[np.float32]
     labels: NDArray[np.int32]
     colors: NDArray[np.float32]
+    others: NDArray[np.float32]
     top: int
     left: int
 
@@ -80,7 +86,14 @@ class Surroundings:
         x = (columns + (np.tile(np.arange(-1, 2), 3) + self.left)[:, None]).clip(0, width - 1)
         numbers = y * width + x
         flat = (np.take(channel, numbers) for channel in self.values)
-        return Nearby(np.stack(tuple(flat)), np.take(self.labels, numbers))
+        others = self.others[:, rows + self.top, columns + self.left]
+        return Nearby(np.stack(tuple(flat)), np.take(self.labels, numbers), others)
+
+    def with_others(self, rows: Integers, columns: Integers, others: NDArray[np.float32]) -> "Surroundings":
+        """The same with those (3, n) that have been found in pixels (n,) of the tile."""
+        found = self.others.copy()
+        found[:, rows + self.top, columns + self.left] = others
+        return replace(self, others=found)
 
     def tints(self, rows: Integers, columns: Integers, averaged: Masks) -> "Tints":
         """What pixels (n,) show all over that have a texture whose mean is known."""
@@ -92,25 +105,28 @@ class Surroundings:
         return Tints(tinted, labels[4][tinted], values, colors, values / np.maximum(colors, DARKEST))
 
 
-def surroundings(
-    tile: Tile, values: NDArray[np.float32], labels: NDArray[np.int32], colors: NDArray[np.float32]
-) -> Surroundings:
-    """Views of the pilot samples around a tile of a picture (3, H, W), (H, W) and (3, H, W)."""
+Around = tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]
+"""Values, labels, colours and others of a whole picture, as `Surroundings` has them."""
+
+
+def surroundings(tile: Tile, around: Around) -> Surroundings:
+    """Views of the pilot samples around a tile of a picture."""
+    values, labels, colors, others = around
     y0, x0 = max(tile.y0 - 1, 0), max(tile.x0 - 1, 0)
     part = np.s_[y0 : tile.y1 + 1, x0 : tile.x1 + 1]
-    return Surroundings(values[:, *part], labels[part], colors[:, *part], tile.y0 - y0, tile.x0 - x0)
+    views = values[:, *part], labels[part], colors[:, *part], others[:, *part]
+    return Surroundings(*views, tile.y0 - y0, tile.x0 - x0)
 
 
-def packed(
-    values: NDArray[np.float32], labels: NDArray[np.int32], colors: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Pilot samples of a picture in one array (7, H, W), for `unpacked`; labels keep their bits."""
-    return np.concatenate((values, colors, labels.view(np.float32)[None]))
+def packed(around: Around) -> NDArray[np.float32]:
+    """Pilot samples of a picture in one array (10, H, W), for `unpacked`; labels keep their bits."""
+    values, labels, colors, others = around
+    return np.concatenate((values, colors, others, labels.view(np.float32)[None]))
 
 
 def unpacked(tile: Tile, pilots: NDArray[np.float32]) -> Surroundings:
     """`surroundings` of what `packed` gave."""
-    return surroundings(tile, pilots[:3], pilots[6].view(np.int32), pilots[3:6])
+    return surroundings(tile, (pilots[:3], pilots[9].view(np.int32), pilots[3:6], pilots[6:9]))
 
 
 DARKEST = 2.0**-10
@@ -165,26 +181,24 @@ class Guide:
         Whether a place says how bright its label is.
     lights : (3, lights of the scene) float64
         Radiance of the lights, which no pilot sample has to hit.
+    others : (3, n) float32
+        Of everything else; NaN where that is not known yet.
     """
 
     labels: NDArray[np.int32]
     radiance: Floats
     known: Masks
     lights: Floats
+    others: NDArray[np.float32]
 
-    def at(self, labels: NDArray[np.int32], pixels: Integers) -> tuple[Floats, Masks]:
-        """Radiance (3, m) of what rays through pixels (m,) of those n have hit, 0 where it is not known.
-
-        The second array (m,) says where it is.
-        """
+    def at(self, labels: NDArray[np.int32], pixels: Integers) -> Floats:
+        """Radiance (3, m) of what rays through pixels (m,) of those n have hit."""
         same = (self.labels[:, pixels] == labels) & self.known[:, pixels]
-        place = same.argmax(axis=0)
-        is_known = same.any(axis=0)
-        found = self.radiance[:, place, pixels] * is_known
+        found = self.radiance[:, same.argmax(axis=0), pixels]
+        found = np.where(same.any(axis=0), found, self.others[:, pixels])
         lights = np.flatnonzero(of_lights(labels))
         put(found, lights, taken(self.lights, MISS - 1 - labels[lights].astype(np.int64)))
-        is_known[lights] = True
-        return found, is_known
+        return found
 
 
 def guide(nearby: Nearby, fine: Masks, lights: Floats) -> Guide:
@@ -204,4 +218,4 @@ def guide(nearby: Nearby, fine: Masks, lights: Floats) -> Guide:
         np.divide(sums, times, out=found, where=fresh)
         missing &= ~fresh
     known = ~of_labels(fine, labels) | (labels == labels[CENTRE])
-    return Guide(labels, found, known, np.minimum(lights, BRIGHTEST))
+    return Guide(labels, found, known, np.minimum(lights, BRIGHTEST), nearby.others)

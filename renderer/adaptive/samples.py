@@ -29,7 +29,7 @@ class Samples:
         What textures gave at the pilot samples, 1 where there was none.
     residues : (n,) float32
         Squared errors to expect of pilot samples that hit what varies within the pixel at a few places.
-    covers, known : (3, k) float32
+    covers, others : (3, k) float32
     spread : (k,) float32
         Of pixels at borders (`coverage.Cover`).
     halves : (2, 3, m) float32
@@ -52,7 +52,7 @@ class Samples:
     colors: NDArray[np.float32]
     residues: NDArray[np.float32]
     covers: NDArray[np.float32]
-    known: NDArray[np.float32]
+    others: NDArray[np.float32]
     spread: NDArray[np.float32]
     halves: NDArray[np.float32]
     squares: NDArray[np.float32]

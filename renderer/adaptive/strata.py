@@ -58,11 +58,6 @@ def expected_errors(values: Picture) -> NDArray[np.float32]:
     return np.broadcast_to(found / np.float32(36), values.shape[1:]).astype(np.float32)
 
 
-def step_error(values: Picture) -> NDArray[np.float32]:
-    """Squared error, mean over channels, of a pilot sample of each pixel (H, W) that light may end in."""
-    return _squares(np.clip(values, 0, 1)) / np.float32(36)
-
-
 def _squares(differences: Picture) -> NDArray[np.float32]:
     return np.multiply(differences, differences, out=differences).sum(axis=0)
 

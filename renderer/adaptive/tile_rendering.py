@@ -62,6 +62,10 @@ def render_samples(plan: TargetPlan, request: TileRequest) -> Samples:
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
     pilots, labels, seen = _pilot_samples(plan, request, counts)
     covers = _covers(plan, request, counts)
+    if request.around is not None:
+        rows, columns = np.nonzero(request.levels.covered)
+        around = request.around.with_others(rows, columns, covers[1])
+        request = replace(request, around=around)
     samples = _samples(plan, request, counts)
     work = {name: counts.pop(name) for name in WORK}
     seconds = time.process_time() - begun
@@ -92,7 +96,7 @@ def _pilot_samples(
 def _covers(
     plan: TargetPlan, request: TileRequest, counts: Counter[str]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """The arrays of `coverage.Cover` for the pixels whose coverage rises."""
+    """Values, others and spread of `coverage.Cover` for the pixels whose coverage rises."""
     rows, columns = np.nonzero(request.levels.covered)
     sizes = request.levels.cover[rows, columns]
     values = np.empty((7, rows.size), dtype=np.float32)
@@ -104,7 +108,7 @@ def _covers(
             nearby = request.around.nearby(rows[chosen], columns[chosen])
             x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
             found = cover(plan, size, x, y, nearby, counts)
-            values[:, chosen] = np.vstack((found.values, found.known, found.spread))
+            values[:, chosen] = np.vstack((found.values, found.others, found.spread))
     return values[:3], values[3:6], values[6]
 
 
@@ -174,7 +178,7 @@ def _subtract_guides(plan: TargetPlan, batch: _Batch, around: _Around, guided: I
         return
     nearby = around.pilots.nearby(around.rows[guided], around.columns[guided])
     which, rays = _rays_of(batch, guided)
-    known, _ = guide(nearby, plan.fine, plan.unshaded.lights).at(batch.labels[rays], which)
+    known = guide(nearby, plan.fine, plan.unshaded.lights).at(batch.labels[rays], which)
     add(batch.radiance, rays, -known)
 
 

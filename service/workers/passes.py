@@ -126,7 +126,7 @@ class PassWorker:
         self.store.put_map(*place, "levels", estimate.requested.stacked())
         self.store.put_map(*place, "picture", picture)
         if estimate.needs_pilots():
-            self.store.put_map(*place, "pilots", packed(estimate.pilots, estimate.labels, estimate.colors))
+            self.store.put_map(*place, "pilots", packed(estimate.around))
 
     def _keep_final(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> tuple[str, int]:
         """Keep the final picture and its layers; return the picture's SHA-256, and the bytes of all."""

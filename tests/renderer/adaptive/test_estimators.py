@@ -24,7 +24,7 @@ def sampled(*levels: int) -> Estimate:
     tile = Tile(0, 0, 0, width, height)
     for level in levels:
         estimate.want[...], estimate.cover[...] = level, 0
-        around = surroundings(tile, estimate.values, estimate.labels, estimate.colors)
+        around = surroundings(tile, estimate.around)
         estimate.take(tile, render_samples(plan, TileRequest(tile, estimate.requested.part(tile), around)))
     return estimate
 

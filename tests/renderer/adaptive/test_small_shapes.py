@@ -118,6 +118,7 @@ def wires() -> list[Json]:
 
 BOARD = rectangle([-1, 1, -1], [1.4, 0.2, 0.3], [0.1, 0.1, 1.7])
 SAIL = triangle([-1.5, 0.7, -1], [1.2, 0.5, 0.1], [0.2, 1.4, 1])
+WIRE = rectangle([-1.5, 1.9, -1.2], [3, 0.2, 2], [0, 0, 0.006])
 LONG = lamp([-1, 5, -0.01], [2, 0, 0], [0, 0, 0.02], (0.9, 0.9, 0.9))
 
 SCENES = {
@@ -133,6 +134,8 @@ SCENES = {
     "hard shadow on a ball": lambda: viewed(
         ABOVE, bulb([0.5, 5, 1]), [sphere([0, 2, 0], 0.3), sphere([0, -5, 0], 5)]
     ),
+    "wire before a floor": lambda: viewed(ABOVE, NOON, [WIRE, FLOOR]),
+    "shadow of a wire on a ball": lambda: viewed(ABOVE, bulb([0.3, 5, 0.4]), [WIRE, sphere([0, -3, 0], 4)]),
 }
 
 
