@@ -11,23 +11,30 @@ import numpy as np
 from renderer.accelerators.trees import in_tree
 from renderer.adaptive.edges import project
 from renderer.adaptive.lighting import CORNERS
-from renderer.adaptive.outlines import SharedEdges
+from renderer.adaptive.outlines import SharedEdges, thin_places
+from renderer.cameras import Pinhole, basis
 from renderer.integrator import find_hits
 from renderer.interaction import MISS, Rays
 from renderer.lights.emitters import Emitter
-from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, unit
+from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, taken, unit
 from renderer.plan.plan import RenderPlan
 from renderer.shapes import Family
 from renderer.shapes.family import Hulls
+from renderer.shapes.triangles import Triangles
 
-COARSE = 16
-"""Rays past an edge that find where its shadow falls, before others follow it pixel by pixel."""
+COARSE, FIRST_RAYS = 16, 512
+"""Most rays past an edge that find where its shadow falls, before others follow it pixel by pixel; and past
+all edges of a family together."""
 
 STEP = 0.5
 """Distance of the places along a shadow, pixels."""
 
-MOST = 4096
-"""Most edges for each light: of very many the longest count."""
+MOST = 128
+"""Most edges of a family for each light: of very many the longest count."""
+
+SIGHT, WITHIN = 512, 4
+"""Triangles in a tree cast thin shadows where two outlines are that many pixels apart in a picture of all of
+them so many pixels wide that the light sees."""
 
 THIN = 4.0
 """Width of a shadow in pixels up to which pilot samples may miss it, or its end."""
@@ -92,15 +99,29 @@ def shadow_pixels(plan: RenderPlan) -> Integers:
 def _casters(families: Iterable[Family], light: Emitter) -> Iterator[_Edges]:
     """Edges of single shapes and of outlines of triangles in trees; of curved shapes their longest axes."""
     for family in families:
-        if in_tree(family):
-            outline = SharedEdges.of(family.numbers, family.vertices).outline(light.centre, light.weight)
-            along = outline.ends - outline.starts
-            widths = lengths(cross(along, outline.inner - outline.starts)) / lengths(along)
-            edges = _Edges(outline.starts, outline.ends, widths)
-        else:
-            edges = _edges_of(family.hulls())
+        edges = _outline_edges(family, light) if in_tree(family) else _edges_of(family.hulls())
         order = np.argsort(-lengths(edges.ends - edges.starts), kind="stable")
         yield edges.part(order[:MOST])
+
+
+def _outline_edges(family: Triangles, light: Emitter) -> _Edges:
+    """Edges of the outline that the light sees of triangles, where it is thin."""
+    outline = SharedEdges.of(family.numbers, family.vertices).outline(light.centre, light.weight)
+    chosen = np.unique(thin_places(_sight(family.vertices, light), outline, WITHIN).edges)
+    starts, ends, inner = (taken(part, chosen) for part in (outline.starts, outline.ends, outline.inner))
+    along = ends - starts
+    return _Edges(starts, ends, lengths(cross(along, inner - starts)) / lengths(along))
+
+
+def _sight(vertices: Floats, light: Emitter) -> Pinhole:
+    """A camera at the light that sees all of some vertices (3, 3, K), if it is outside of them."""
+    least, greatest = vertices.min(axis=(0, 2))[:, None], vertices.max(axis=(0, 2))[:, None]
+    middle, size = (least + greatest) / 2, lengths(greatest - least).item()
+    towards = light.centre - light.weight * middle
+    distance = max(lengths(towards).item() if light.weight else 64 * size, size)
+    right, up, forward = basis(-towards, np.eye(3)[:, [np.argmin(np.abs(towards))]])
+    half = size / distance
+    return Pinhole(middle - distance * forward, right, up, forward, half, half, SIGHT, SIGHT)
 
 
 def _edges_of(hulls: Hulls) -> _Edges:
@@ -126,18 +147,18 @@ def _rim(light: Emitter) -> list[Emitter]:
 def _pixels(plan: RenderPlan, light: Emitter, edges: _Edges, soft: float) -> Integers:
     """Pixels (3, N) along the shadows of edges, where they are thin and about as hard as that."""
     count = edges.widths.size
-    which, along = np.arange(count).repeat(COARSE), np.tile(np.linspace(0, 1, COARSE), count)
+    rays = int(np.clip(FIRST_RAYS // max(count, 1), 2, COARSE))
+    which, along = np.arange(count).repeat(rays), np.tile(np.linspace(0, 1, rays), count)
     coarse = _shadow(plan, light, edges.part(which), along, soft)
-    hit = (coarse.shapes != MISS).reshape(count, COARSE)
-    gaps = np.hypot(*np.diff(coarse.places.reshape(2, count, COARSE), axis=2)) / STEP
+    hit = (coarse.shapes != MISS).reshape(count, rays)
+    gaps = np.hypot(*np.diff(coarse.places.reshape(2, count, rays), axis=2)) / STEP
     both, either = hit[:, 1:] & hit[:, :-1], hit[:, 1:] | hit[:, :-1]
-    counts = (
-        np.where(both, np.minimum(gaps, plan.width + plan.height), COARSE * either).astype(np.int64).ravel()
-    )
+    counts = np.where(both, np.minimum(gaps, plan.width + plan.height), rays * either)
+    counts = counts.astype(np.int64).ravel()
     gap = np.arange(counts.size).repeat(counts)
-    edge, first = np.divmod(gap, COARSE - 1)
+    edge, first = np.divmod(gap, rays - 1)
     step = (np.arange(gap.size) - (np.cumsum(counts) - counts)[gap] + 1) / (counts[gap] + 1)
-    fine = _shadow(plan, light, edges.part(edge), (first + step) / (COARSE - 1), soft)
+    fine = _shadow(plan, light, edges.part(edge), (first + step) / (rays - 1), soft)
     return np.hstack([_marked(coarse), _marked(fine)])
 
 
