@@ -29,14 +29,16 @@ from renderer.adaptive.first_passes import (
 from renderer.adaptive.lamps import lit
 from renderer.adaptive.lattice import interpolate, weights
 from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, RAY_PRICE, SAMPLED, Levels, node_level
-from renderer.adaptive.neighbours import spread
-from renderer.adaptive.rays import of_labels
 from renderer.adaptive.uncertainty import standard_errors
 from renderer.math.arrays import Floats, Integers, Masks
 
 EASES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
 """Shares of the goals, tried in turn until one asks for work: the error was not reached, so the goals were
 too high."""
+
+LEAST = 0.05
+"""Share of all samples so far that a pass asks for at least: each has a cost of its own. Without it there are
+9 % more passes on 188 random pictures of 48 pixels, with a tenth 2 % more samples."""
 
 DOUBT = 0.2
 """Share of the budget that all strata together may be uncertain by."""
@@ -45,27 +47,12 @@ MOSTLY = 0.5
 """If this share of a stratum's pixels are probes, it is sampled as a whole: few samples rarely see that a
 pilot sample is wrong, and they know their own error better."""
 
-FIND = 16.0
-"""A probe is a find if its squared error is this many times the target's, and that of its stratum."""
-
-CLEAR = 4.0
-"""Standard errors of its own noise that a find must exceed."""
-
-WORTH = 0.01
-"""Share of the budget that the pixels a find stands for must err by before its surroundings are searched."""
-
-NEAR = 2
-"""Distance in pixels that is searched around a find."""
-
 MANY, MOST_SHARE = 4096, 0.25
 """In a stratum of more pixels than this, at most this share are probes: to probe all would be to sample
 all."""
 
-AGAIN = 0.05
-"""Share of the budget by which more rays at borders must lower the error."""
-
 RAISED = 2
-"""Levels that an uncertain probe and pixels near a find rise by, to four times their samples."""
+"""Levels that an uncertain probe rises by, to four times its samples."""
 
 LEAST_GOAL = 1 / 4
 """Least share of the budget that samples aim at, however uncertain the error is."""
@@ -112,12 +99,6 @@ class _Borders:
     def rays(self, sizes: Integers) -> float:
         """Camera samples that cost as much as covering them again with other sizes (k,)."""
         return float(RAY_PRICE * COVERAGES[sizes[sizes > self.coverage]].sum())
-
-    def cover_again(self, estimate: Estimate, sizes: Integers) -> None:
-        """Ask for more rays, if they lower the error by enough to pay for a pass."""
-        gain = self.contrasts * (COVERAGES[self.coverage] ** -1.5 - COVERAGES[sizes] ** -1.5)
-        if gain.sum() > AGAIN * estimate.budget:
-            estimate.cover.ravel()[self.pixels] = sizes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -212,14 +193,14 @@ def _sample_more(estimate: Estimate) -> bool:
     few = _show_probed(estimate, found)
     if few.any():
         found = findings(estimate)
-    _suspect(estimate, found)
     estimate.outlook = _rays_to_come(estimate, found)
     shared = _Shared.of(estimate, found)
+    spent = int(COUNTS[estimate.have].sum())
     for ease in EASES:
         _allot(estimate, found, shared, ease)
         _add_probes(estimate, found, ease)
         _begin_shown(estimate)
-        if estimate.rays_wanted():
+        if estimate.rays_wanted() > LEAST * spent:
             break
     return bool(estimate.rays_wanted())
 
@@ -252,7 +233,7 @@ def _allot(estimate: Estimate, found: Findings, shared: _Shared, ease: float) ->
     allotted = allocate(
         shared.variances, have[found.sampled], shared.survey, goal, borders.contrasts, borders.coverage
     )
-    borders.cover_again(estimate, allotted.covers)
+    estimate.cover.ravel()[borders.pixels] = allotted.covers
     want[found.sampled] = allotted.pixels
     hidden = np.flatnonzero(~estimate.shown.ravel())
     levels = allotted.strata[estimate.strata.ravel()[hidden]]
@@ -300,25 +281,6 @@ def _begin_shown(estimate: Estimate) -> None:
     waiting = estimate.shown & (estimate.have < SAMPLED)
     first = np.where(estimate.coverage[waiting] > 0, PROBED, node_level(estimate.aim))
     estimate.want[waiting] = np.maximum(estimate.want[waiting], first)
-
-
-def _suspect(estimate: Estimate, found: Findings) -> None:
-    """Sample all pixels near a probe that found what pilot samples had missed.
-
-    They become a stratum of their own, so that what one probe found is not taken to be everywhere.
-    """
-    of_probes = estimate.strata.ravel()[found.probes]
-    odd = found.errors > FIND * np.maximum(estimate.aim**2, found.survey.errors[of_probes])
-    worth = WORTH * estimate.budget * np.maximum(estimate.probe_probability[of_probes], 2.0**-20)
-    odd &= (found.errors > CLEAR * np.sqrt(found.noise)) & (found.errors > worth)
-    fine = of_labels(estimate.plan.fine, estimate.labels).ravel()
-    odd &= (of_probes // strata.STEPS <= strata.EVEN) & ~fine[found.probes]
-    near = np.zeros(estimate.have.shape, dtype=bool)
-    near.ravel()[found.probes[odd]] = True
-    near = spread(near, NEAR) & ~estimate.shown
-    estimate.strata[near] = estimate.strata[near] % strata.STEPS + strata.STEPS * strata.SUSPECT
-    estimate.shown |= near
-    estimate.want[near] = np.maximum(estimate.have[near], SAMPLED) + RAISED
 
 
 def _show_probed(estimate: Estimate, found: Findings) -> Masks:

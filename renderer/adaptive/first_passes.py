@@ -29,9 +29,6 @@ BORDERS = 0.75
 UNKNOWN = 2.0**-8
 """Contrast of borders if pilot samples found none in the whole picture."""
 
-FAINT, RIM = 2.0**-7, 2.0**-4
-"""Least contrasts of a border and of the outermost pixels, as shares of the borders' mean."""
-
 LIT = 6
 """Least number of `levels.COVERAGES` of pixels that edges of visible lights pass: 42 rays. No pilot sample
 knows their contrast where lights are small. With 4 rays, lamps of a third of a pixel, 20 times as bright as
@@ -206,8 +203,8 @@ def cover_borders(estimate: Estimate) -> None:
     nearby = surroundings(Tile(0, 0, 0, width, height), estimate.around).nearby(rows, columns)
     contrasts = nearby.contrasts()
     typical = contrasts[seen[rows, columns]].mean() if seen.any() else UNKNOWN
-    least = np.select((unseen[rows, columns], rim[rows, columns]), (1.0, RIM), FAINT)
-    estimate.contrasts[rows, columns] = contrasts = np.maximum(contrasts, typical * least)
+    contrasts = np.maximum(contrasts, typical * unseen[rows, columns])
+    estimate.contrasts[rows, columns] = contrasts
     estimate.doubts[rows, columns] = nearby.unevenness()
     sizes = cover_sizes(contrasts, BORDERS * estimate.budget)
     estimate.cover[rows, columns] = np.maximum(sizes, (unseen | rim)[rows, columns])

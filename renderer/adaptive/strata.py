@@ -20,14 +20,8 @@ STEPS = 24
 INTERPOLATED, EVEN, BORDER, NEEDS_SAMPLING, SUSPECT = range(5)
 """Kinds: without a pilot sample; away from other shapes; beside one; with something fine; near a find."""
 
-TRUSTED = 16.0
-"""If probes find only their own noise, the error is at most this many times the expected one."""
-
 UNSEEN = 16.0
 """The next probe may find this many times the expected error: a few probes miss what is rare."""
-
-CERTAIN = 1 / 2
-"""Least share of that, if probes have found less than expected."""
 
 ALONE = 2.0**-8
 """If one pixel is expected to use this share of the budget, all pixels of its stratum are probes."""
@@ -133,14 +127,6 @@ class Survey:
         return unsure
 
 
-def _found_of_expected(found: Floats, expected: Floats) -> Floats:
-    """Share (COUNT,) of the expected error that each kind of pixels has, at least `CERTAIN`."""
-    kinds = np.arange(COUNT) // STEPS
-    had, awaited = (np.bincount(kinds, errors) for errors in (found, expected))
-    shares = np.divide(had, awaited, out=np.ones_like(had), where=awaited > 0)
-    return np.clip(shares, CERTAIN, 1.0)[kinds]
-
-
 def survey(
     strata: Integers,
     sizes: Integers,
@@ -170,18 +156,11 @@ def survey(
 
     typical = typical_error(np.arange(COUNT))
     unknown = (np.bincount(strata, minlength=COUNT) == 0) & (sizes > 0)
-    found = mean(errors)
-    unseen = UNSEEN * _found_of_expected(sizes * found, sizes * mean(expected)) * mean(expected) / counts
-    uncertain = np.sqrt(mean(errors * errors) / counts + unseen**2)
-    noise = np.sqrt(mean(spread) / counts)
-    most = TRUSTED * mean(expected)
-    silent = found < 2 * noise
-    estimated = np.where(silent, np.clip(found, 0, most), found)
-    unsure = np.where(silent, np.minimum(uncertain, most), uncertain)
+    unseen = UNSEEN * mean(expected) / counts
     return Survey(
         sizes=sizes,
-        errors=np.where(unknown, typical, estimated),
-        uncertain=np.where(unknown, typical, unsure),
-        noise=noise,
+        errors=np.where(unknown, typical, np.maximum(mean(errors), 0)),
+        uncertain=np.where(unknown, typical, np.sqrt(mean(errors * errors) / counts + unseen**2)),
+        noise=np.sqrt(mean(spread) / counts),
         variances=mean(variances),
     )

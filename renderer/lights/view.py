@@ -262,6 +262,7 @@ class LightView:
             points=points,
             chosen=(kept + index.size * np.arange(times)[:, None]).ravel(),
             towards=np.tile(part.towards, times),
+            origins=part.origins if part.origins.shape[1] == 1 else np.tile(part.origins, times),
             weights=weights and Weights(np.tile(weights.pairs, times), np.tile(weights.factors, times)),
             _distances=np.tile(part.distances(), times),
             _scale=np.tile(part.scale(), times),

@@ -36,6 +36,7 @@ MATERIALS: dict[str, Json] = {
     "normal": {"normal_map": "normals"},
     "bump": {"bump_map": "heights", "bump_height": 0.05},
     "color and normal": {**COLOR, "normal_map": "normals"},
+    "sharp highlight": {**COLOR, "normal_map": "normals", "shininess": 500},
     "color and bump": {**COLOR, "bump_map": "heights", "bump_height": 0.05},
     "normal and bump": {"normal_map": "normals", "bump_map": "heights", "bump_height": 0.1},
     "mirror": {**COLOR, "mirror": 0.5, "max_depth": 2},
@@ -67,18 +68,19 @@ def files() -> Files:
     return Files({f"{name}.png": png(values.astype(np.uint8)) for name, values in named.items()})
 
 
-def panel(name: str, seed: int = 0) -> renderer.LoadedScene:
-    """A panel and the penumbra of a ball on it."""
+def panel(name: str, seed: int = 0, *more: Json) -> renderer.LoadedScene:
+    """A panel and the penumbra of a ball on it, and more shapes."""
     material = phong(color=[0.7, 0.6, 0.5], specular=0.4, shininess=30) | MATERIALS[name]
     material = {part: value for part, value in material.items() if value is not None}
     names = {material.get(part) for part in ("color_texture", "normal_map", "bump_map")}
     document = scene(
         PANEL,
         BALL,
+        *more,
         lights=[LAMP],
         camera=VIEW,
         textures={part: value for part, value in TEXTURES.items() if part in names},
-        materials={"plain": material, "matt": phong()},
+        materials={"plain": material, "matt": phong(), "glossy": phong(mirror=0.7)},
         sampling={"seed": seed},
     )
     return renderer.load_scene(LargerScene.model_validate(document), assets=files())
@@ -126,6 +128,18 @@ def test_fine_texture_keeps_the_target(name: str) -> None:
     for seed in SEEDS:
         image = np.clip(rendered(name, seed).image, 0, 1)
         assert root_of_product(image - first, image - second) <= 1.25 * ERROR
+
+
+def test_fine_texture_in_a_mirror_keeps_the_target() -> None:
+    """Rays to what it shows begin at many places, not at the camera."""
+    side = {**rectangle([0.9, 0, 0], [0, 0, 1.5], [0, 3, 0]), "material": "glossy"}
+    scenes = [panel("sharp highlight", seed, side) for seed in (1001, 1002, 1)]
+    first, second = (
+        np.clip(renderer.render(renderer.compile_scene(each, CONVERGED)).image, 0, 1) for each in scenes[:2]
+    )
+    target = TargetQuality(mode="target", error=2 / 255)
+    image = np.clip(renderer.render(renderer.compile_scene(scenes[2], target)).image, 0, 1)
+    assert root_of_product(image - first, image - second) <= 1.25 * target.error
 
 
 @pytest.mark.slow
