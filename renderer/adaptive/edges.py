@@ -52,7 +52,7 @@ def places_along(camera: Pinhole, first: Floats, second: Floats) -> Places:
     starts, ends = _inside(_seen(camera, first), _seen(camera, second))
     seen = np.flatnonzero(starts[2] > 0)
     starts, ends = taken(starts, seen), taken(ends, seen)
-    first, second = (on_picture(camera, place) for place in (starts, ends))
+    first, second = (_on_picture(camera, place) for place in (starts, ends))
     apart = np.hypot(*(second - first))
     counts = (apart / STEP).astype(np.int64) + 2
     edges = np.arange(seen.size).repeat(counts)
@@ -65,33 +65,18 @@ def places_along(camera: Pinhole, first: Floats, second: Floats) -> Places:
     return Places(pixels, seen[edges], depths, (apart / counts)[edges])
 
 
-def within(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
-    """Where segments (...) enter and leave the region of positive linear functions (C, ...).
+def _inside(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
+    """The parts of edges (3, K) within the view |x| <= depth, |y| <= depth; depth 0 where there is none.
 
-    The functions are given at the segments' ends. Parameters from 0 to 1; the second is not above the first
-    where nothing is inside.
+    Clipped at its four sides, each where a linear function is positive (Liang, Barsky 1984).
     """
-    enters, leaves = np.zeros(starts.shape[1:]), np.ones(starts.shape[1:])
-    for one, other in zip(starts, ends, strict=True):
+    enters, leaves = np.zeros(starts.shape[1]), np.ones(starts.shape[1])
+    for axis, side in ((0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0)):
+        one, other = (place[2] + side * place[axis] for place in (starts, ends))
         crossing = np.divide(one, one - other, out=np.zeros_like(one), where=one != other)
         enters = np.where(one < 0, np.maximum(enters, crossing), enters)
         leaves = np.where(other < 0, np.minimum(leaves, crossing), leaves)
         leaves = np.where((one < 0) & (other < 0), -1.0, leaves)
-    return enters, leaves
-
-
-def within_view(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
-    """The same of segments (3, ...) within the view |x| <= depth, |y| <= depth."""
-    sides = [(axis, side) for axis in (0, 1) for side in (-1.0, 1.0)]
-    one, other = (
-        np.stack([place[2] + side * place[axis] for axis, side in sides]) for place in (starts, ends)
-    )
-    return within(one, other)
-
-
-def _inside(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
-    """The parts of edges (3, K) within the view; depth 0 where there is none."""
-    enters, leaves = within_view(starts, ends)
     seen: Masks = enters < leaves
     along = ends - starts
     return (starts + enters * along) * seen, (starts + leaves * along) * seen
@@ -101,7 +86,7 @@ def project(camera: Pinhole, places: Floats) -> tuple[Floats, Floats, Masks]:
     """Column and row (2, M) of places (3, M), their depths (M,) along the view, and which are in the view."""
     seen = _seen(camera, places)
     inside: Masks = (np.abs(seen[:2]) < seen[2]).all(axis=0)
-    return on_picture(camera, np.where(inside, seen, 1.0)), seen[2], inside
+    return _on_picture(camera, np.where(inside, seen, 1.0)), seen[2], inside
 
 
 def _seen(camera: Pinhole, places: Floats) -> Floats:
@@ -111,7 +96,7 @@ def _seen(camera: Pinhole, places: Floats) -> Floats:
     return np.stack((right, up, dot(away, camera.forward)))
 
 
-def on_picture(camera: Pinhole, places: Floats) -> Floats:
+def _on_picture(camera: Pinhole, places: Floats) -> Floats:
     """Column and row, (2, M), of places in the view: right, up and depth, as `_seen` gives them.
 
     They lie no farther aside than deep, but for the rounding of an end that is level with the camera.

