@@ -193,11 +193,11 @@ def _sample_more(estimate: Estimate) -> bool:
     few = _show_probed(estimate, found)
     if few.any():
         found = findings(estimate)
-    estimate.outlook = _rays_to_come(estimate, found)
-    shared = _Shared.of(estimate, found)
+    shared, borders = _Shared.of(estimate, found), _Borders.of(estimate)
+    estimate.outlook = _rays_to_come(estimate, found, shared, borders)
     spent = int(COUNTS[estimate.have].sum())
     for ease in EASES:
-        _allot(estimate, found, shared, ease)
+        _allot(estimate, found, shared, borders, ease)
         _add_probes(estimate, found, ease)
         _begin_shown(estimate)
         if estimate.rays_wanted() > LEAST * spent:
@@ -215,8 +215,8 @@ def aim_lower(estimate: Estimate, bound: float) -> None:
         raise_probe_probability(estimate, expected)
 
 
-def _rays_to_come(estimate: Estimate, found: Findings) -> int:
-    shared, borders = _Shared.of(estimate, found), _Borders.of(estimate)
+def _rays_to_come(estimate: Estimate, found: Findings, shared: _Shared, borders: _Borders) -> int:
+    """Camera rays of all passes to come, if no pixel had to rise by steps, and if nothing was in doubt."""
     certain = replace(shared.survey, uncertain=np.zeros(strata.COUNT))
     have = estimate.have.ravel()[found.sampled]
     goal = estimate.target**2 * estimate.have.size
@@ -225,11 +225,10 @@ def _rays_to_come(estimate: Estimate, found: Findings) -> int:
     return int(again + borders.rays(allotted.covers))
 
 
-def _allot(estimate: Estimate, found: Findings, shared: _Shared, ease: float) -> None:
+def _allot(estimate: Estimate, found: Findings, shared: _Shared, borders: _Borders, ease: float) -> None:
     """Samples where they lower the error most; strata whose error nodes do not explain are sampled whole."""
     goal = ease * max(_goal(estimate, found) - shared.bent, LEAST_GOAL * estimate.budget)
     have, want = estimate.have.ravel(), estimate.want.ravel()
-    borders = _Borders.of(estimate)
     allotted = allocate(
         shared.variances, have[found.sampled], shared.survey, goal, borders.contrasts, borders.coverage
     )
