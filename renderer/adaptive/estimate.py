@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from renderer.adaptive import strata
 from renderer.adaptive.guides import Around
-from renderer.adaptive.lattice import NODE, Picture, Ways, stride_for
+from renderer.adaptive.lattice import NODE, Picture, Ways
 from renderer.adaptive.levels import (
     COUNTS,
     COVERAGES,
@@ -21,10 +21,9 @@ from renderer.adaptive.levels import (
     RAY_PRICE,
     SAMPLED,
     Levels,
-    node_level,
 )
 from renderer.adaptive.rays import Labels
-from renderer.adaptive.requests import LevelRequest
+from renderer.adaptive.requests import FIRST_AIM, NEXT_AIM, LevelRequest, first_levels, first_stride
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.uncertainty import ErrorEstimate
@@ -56,30 +55,6 @@ class State(Enum):
     def is_measured(self) -> bool:
         """Whether probes have measured how far the picture is from the converged one."""
         return self in (State.SAMPLE, State.DONE)
-
-
-FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
-"""With a time limit: the first error aimed at, and each next one as a share of the last."""
-
-COARSER = 2
-"""Stride of the first lattice through a lens, over that of pilot samples: a node costs eight rays or more."""
-
-
-def first_stride(plan: TargetPlan) -> int:
-    """Pixels between the nodes of a picture's first lattice, also of a part of the picture."""
-    return stride_for(*plan.document.camera.picture_size) * (1 if plan.pilot else COARSER)
-
-
-def first_levels(plan: TargetPlan, tile: Tile) -> Levels:
-    """Levels requested by the first pass for the pixels of a tile, (h, w)."""
-    target = plan.quality
-    assert isinstance(target, TargetQuality)
-    aim = target.error if target.time_limit is None else max(target.error, FIRST_AIM)
-    stride = first_stride(plan)
-    want = np.zeros((tile.height, tile.width), dtype=np.uint8)
-    nodes = np.s_[-tile.y0 % stride :: stride, -tile.x0 % stride :: stride]
-    want[nodes] = PREVIEWED if plan.pilot else node_level(aim)
-    return want
 
 
 @dataclass(slots=True, eq=False)
@@ -206,8 +181,8 @@ class Estimate:
     @classmethod
     def restored(cls, plan: TargetPlan, arrays: dict[str, NDArray[Any]]) -> "Estimate":
         """The estimate that gave `arrays`; ValueError if they are not those of an estimate."""
-        # Version 0.1.0 showed the samples of all strata.
-        arrays = {"kept": np.zeros((plan.height, plan.width), dtype=bool)} | arrays
+        if "known" in arrays:
+            arrays = _of_first_release(arrays)
         odd = {*_ARRAYS, *_COUNTERS, STATE} ^ (arrays.keys() - {ERROR})
         if odd:
             raise ValueError(f"Not the arrays of an estimate: {', '.join(sorted(odd))} missing or unknown.")
@@ -383,6 +358,18 @@ class Estimate:
     def displayed(self) -> Masks:
         """Pixels whose samples are shown, (H, W)."""
         return self.shown & ~self.kept
+
+
+def _of_first_release(arrays: dict[str, Any]) -> dict[str, Any]:
+    """What version 0.1.0 has stored: it showed the samples of all strata, and had more states."""
+    arrays = arrays | {
+        "kept": np.zeros(arrays["have"].shape, dtype=bool),
+        "others": np.full(arrays["values"].shape, np.nan, dtype=np.float32),
+        "controlled": arrays["known"].any(axis=0),
+    }
+    if arrays[STATE].item() in {"preview", "borders"}:
+        arrays[STATE] = np.array(State.LATTICE.value)
+    return {name: array for name, array in arrays.items() if name != "known"}
 
 
 STATE, ERROR = "state", "error"

@@ -57,6 +57,8 @@ def bends(values: Picture, labels: Labels) -> tuple[NDArray[np.float32], NDArray
 
 
 def _bends(values: Picture, labels: Labels) -> NDArray[np.float32]:
+    if labels.shape[1] < 3:
+        return np.full(labels.shape, np.inf, dtype=np.float32)
     same = labels[:, 1:] == labels[:, :-1]
     second = np.abs(np.diff(values, n=2, axis=2)).max(axis=0) / np.float32(8)
     second[~(same[:, 1:] & same[:, :-1])] = -1

@@ -14,11 +14,10 @@ import numpy as np
 from renderer import film
 from renderer.adaptive import Estimate, Samples
 from renderer.adaptive.driver import Driver
-from renderer.adaptive.estimate import first_levels
 from renderer.adaptive.findings import sample_layers
 from renderer.adaptive.forecast import Forecast, usual_prices
 from renderer.adaptive.guides import Surroundings, packed, unpacked
-from renderer.adaptive.requests import LevelRequest, tile_request
+from renderer.adaptive.requests import LevelRequest, first_levels, tile_request
 from renderer.adaptive.samples import preview
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.tile_rendering import render_request
@@ -144,6 +143,10 @@ class PassWorker:
 def _samples_of(arrays: dict[str, Any]) -> Samples:
     """Make samples of what was kept of them."""
     seconds = float(arrays.pop("seconds"))
+    if arrays.pop("known", None) is not None:
+        # Version 0.1.0 had no others, and measured doubts.
+        arrays["others"] = np.full_like(arrays["covers"], np.nan)
+        del arrays["doubts"]
     return Samples(**arrays, counts={}, work={}, cpu_seconds=seconds)
 
 

@@ -6,9 +6,9 @@ from functools import partial
 import numpy as np
 
 from renderer.adaptive.edges import edge_places
-from renderer.adaptive.estimate import COARSER
 from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.planning import details, explanations, pilots
+from renderer.adaptive.requests import COARSER
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.thin import thin_pixels
 from renderer.adaptive.thin_shadows import shadow_pixels
