@@ -361,11 +361,17 @@ class Estimate:
 
 
 def _of_first_release(arrays: dict[str, Any]) -> dict[str, Any]:
-    """What version 0.1.0 has stored: it showed the samples of all strata, and had more states."""
+    """The arrays of an estimate that version 0.1.0 has stored.
+
+    It showed the samples of all strata and had more states, and at borders others counted as 0 in the control
+    variate.
+    """
+    covered, known = arrays["coverage"] > 0, arrays["known"]
     arrays = arrays | {
-        "kept": np.zeros(arrays["have"].shape, dtype=bool),
-        "others": np.full(arrays["values"].shape, np.nan, dtype=np.float32),
-        "controlled": arrays["known"].any(axis=0),
+        "kept": np.zeros(covered.shape, dtype=bool),
+        "others": np.where(covered, np.float32(0), np.full_like(known, np.nan)),
+        "controlled": covered | known.any(axis=0),
+        "values": np.where(covered, known, arrays["values"]),
     }
     if arrays[STATE].item() in {"preview", "borders"}:
         arrays[STATE] = np.array(State.LATTICE.value)

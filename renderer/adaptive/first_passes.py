@@ -195,7 +195,7 @@ def cover_borders(estimate: Estimate) -> None:
     kept: the means that borders are going to show say nothing about the pixels beside them, but the samples
     that they replace do, as of a shadow's edge between the two.
     """
-    np.copyto(estimate.pilots, estimate.values)
+    np.copyto(estimate.pilots, estimate.values, where=estimate.coverage == 0)
     seen, unseen = borders(estimate.labels), _edges(estimate) | near_thin(estimate, 1)
     rim = outline(estimate.have.shape)
     rows, columns = np.nonzero(seen | unseen | rim)

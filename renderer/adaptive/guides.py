@@ -126,7 +126,7 @@ def packed(around: Around) -> NDArray[np.float32]:
 
 def unpacked(tile: Tile, pilots: NDArray[np.float32]) -> Surroundings:
     """`surroundings` of what `packed` gave."""
-    others = pilots[6:9] if len(pilots) == 10 else np.full_like(pilots[:3], np.nan)  # Version 0.1.0 had none.
+    others = pilots[6:9] if len(pilots) == 10 else np.zeros_like(pilots[:3])  # As in version 0.1.0.
     return surroundings(tile, (pilots[:3], pilots[-1].view(np.int32), pilots[3:6], others))
 
 

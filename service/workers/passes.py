@@ -143,9 +143,10 @@ class PassWorker:
 def _samples_of(arrays: dict[str, Any]) -> Samples:
     """Make samples of what was kept of them."""
     seconds = float(arrays.pop("seconds"))
-    if arrays.pop("known", None) is not None:
-        # Version 0.1.0 had no others, and measured doubts.
-        arrays["others"] = np.full_like(arrays["covers"], np.nan)
+    if "known" in arrays:
+        # Of version 0.1.0, for which others counted as 0, and which measured doubts.
+        arrays["covers"] = arrays.pop("known")
+        arrays["others"] = np.zeros_like(arrays["covers"])
         del arrays["doubts"]
     return Samples(**arrays, counts={}, work={}, cpu_seconds=seconds)
 
