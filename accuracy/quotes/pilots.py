@@ -1,6 +1,6 @@
 """The pilot of a quote: what it renders, in which order, and what becomes of it."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from accuracy.quotes.accuracies import MEASURED, Accuracy, Sampled, UnknownAccuracyError
 from accuracy.quotes.choices import Adaptive, Fixed
@@ -38,8 +38,6 @@ class Pilot:
         Samples requested on the first ladder.
     timings : list of Stopwatch
         Of the first ladders.
-    begun : RenderPlan or None
-        Of target quality without a time limit.
     """
 
     scene: LoadedScene
@@ -51,7 +49,6 @@ class Pilot:
     sampled: Sampled | None = None
     effects: list[tuple[Variant, float]] = field(default_factory=list)
     rehearsals: dict[float, Rehearsal] = field(default_factory=dict)
-    begun: RenderPlan | None = None
 
     def __post_init__(self) -> None:
         """Choose the ladders."""
@@ -59,8 +56,6 @@ class Pilot:
         other = sobol_ladder(own.precision)
         # With target quality the scene's own ladder is beside the point, and so is one that is the other.
         self.ladders = [other] if self.target or own == other else [own, other]
-        if self.target and self.target.time_limit is None:
-            self.begun = self.plan
 
     @property
     def target(self) -> TargetQuality | None:
@@ -102,9 +97,7 @@ class Pilot:
     def _rehearse(self, error: float, deadline: Deadline) -> None:
         if error not in self.rehearsals and deadline.left > 0:
             quality = target(error, self.ladders[0].precision, confidence=self._confidence())
-            # All else in the plan is the same for every error, and may take longer than the picture.
-            self.begun = replace(self.begun or planned(self.plan, quality), quality=quality)
-            self.rehearsals[error] = rehearse(self.begun, deadline)
+            self.rehearsals[error] = rehearse(planned(self.plan, quality), deadline)
 
     def _confidence(self) -> float:
         """That of all target errors: the requested one, or the usual one."""

@@ -62,7 +62,7 @@ class Arrival(Protocol):
 
     @property
     def terms(self) -> tuple[LightTerm, ...]:
-        """What materials add of it."""
+        """The terms of materials for it."""
         ...
 
     def view(self, points: Points) -> tuple[LightView, int]:
@@ -119,7 +119,7 @@ class AreaArrival:
 
     @property
     def terms(self) -> tuple[LightTerm, ...]:
-        """What materials add of it."""
+        """The terms of materials for it."""
         return self.nodes.terms
 
     def view(self, points: Points) -> tuple[LightView, int]:
@@ -155,7 +155,7 @@ class PointArrival:
 
     @property
     def terms(self) -> tuple[LightTerm, ...]:
-        """What materials add of it."""
+        """The terms of materials for it."""
         return self.lighting.terms
 
     def view(self, points: Points) -> tuple[LightView, int]:

@@ -310,7 +310,7 @@ class Estimate:
 
     @property
     def around(self) -> Around:
-        """What pilot samples found, for tiles."""
+        """The pilot samples, as tiles need them."""
         return self.pilots, self.labels, self.colors, self.others
 
     @property

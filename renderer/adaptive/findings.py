@@ -77,12 +77,12 @@ class Findings:
 
 
 def findings(estimate: Estimate) -> Findings:
-    """What the samples say when a pass is complete."""
+    """The statistics of a picture when a pass is complete."""
     return _findings(estimate, estimate.shown, ~estimate.shown)
 
 
 def so_far(estimate: Estimate) -> Findings:
-    """What the samples say in the middle of a pass: pixels that wait for theirs show their pilot sample.
+    """The statistics in the middle of a pass: pixels that wait for samples show their pilot sample.
 
     All samples of their stratum say how far off that is, even if they are shown.
     """
@@ -149,7 +149,7 @@ def _errors(estimate: Estimate) -> Image:
 
 
 def _findings(estimate: Estimate, shown: Masks, probing: Masks) -> Findings:
-    """What is known of a picture that shows the samples of some pixels (H, W).
+    """The statistics of a picture that shows the samples of some pixels (H, W).
 
     Samples of those that are `probing` (H, W) measure pilot samples that are shown.
     """

@@ -69,7 +69,7 @@ class _Edges:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Shadow:
-    """Where rays (n,) past edges end on the picture.
+    """The ends of rays (n,) past edges, on the picture.
 
     Attributes
     ----------
@@ -168,7 +168,7 @@ def _marked(shadow: _Shadow) -> Integers:
 
 
 def _shadow(plan: RenderPlan, light: Emitter, edges: _Edges, along: Floats, soft: float) -> _Shadow:
-    """Where the light's rays past edges (n,) end, each at a share (n,) of its length."""
+    """Trace the light's rays past edges (n,), each at a share (n,) of its length."""
     edge = edges.ends - edges.starts
     places = edges.starts + along * edge
     away = light.weight * places - light.centre
