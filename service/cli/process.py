@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, NoReturn, TextIO
 from service.cli.errors import CommandError, ExitCode
 
 if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
+
     from _typeshed import ReadableBuffer
 
 
@@ -166,6 +168,9 @@ CODES = {
 CLEAN_UP_SECONDS = 1.0
 """Longest clean-up, seconds: removing files and ending workers takes a tenth of it."""
 
+AGAIN_SECONDS = 0.01
+"""Wait for the end of a finalizer that dropped a signal's exception, seconds."""
+
 INTERRUPTED = '{"type": "about:blank", "title": "Interrupted", "detail": "Interrupted.", "exit_code": 130, '
 INTERRUPTED += '"errors": [], "more": 0}'
 
@@ -189,6 +194,7 @@ class Signals:
 
     def end_at_once(self) -> None:
         """From here on a signal ends the process at once: there is nothing to clean up."""
+        signal.setitimer(signal.ITIMER_REAL, 0)
         for number in self._heard:
             signal.signal(number, self._end)
 
@@ -196,6 +202,7 @@ class Signals:
         """From here on a signal raises an exception, so that files and processes are cleaned up."""
         for number in self._heard:
             signal.signal(number, self._raise)
+        sys.unraisablehook = self._raise_later
 
     def report(self) -> None:
         """Say that the command was interrupted. SIGTERM and SIGHUP need no message: their sender knows."""
@@ -207,6 +214,19 @@ class Signals:
             os.write(descriptor, f"{message}\n".encode())
         except OSError:
             return
+
+    def _raise_later(self, dropped: UnraisableHookArgs) -> None:
+        """Raise again what Python dropped because the signal came in a finalizer or a callback of weakref."""
+        value = dropped.exc_value
+        if self.code is None or not isinstance(value, KeyboardInterrupt | SystemExit):
+            sys.__unraisablehook__(dropped)
+            return
+
+        def again(_number: int, _frame: FrameType | None) -> NoReturn:
+            raise value
+
+        signal.signal(signal.SIGALRM, again)
+        signal.setitimer(signal.ITIMER_REAL, AGAIN_SECONDS)
 
     def _end(self, number: int, _frame: FrameType | None) -> NoReturn:
         if self.code is None:

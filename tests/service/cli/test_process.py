@@ -179,3 +179,31 @@ def test_killed_render_leaves_no_process(tmp_path: Path) -> None:
         until(lambda: len(at_work(render.pid)) == 2, TIMEOUT)
         render.kill()
     until(lambda: not group(render.pid), TIMEOUT)
+
+
+DROPPED = """
+import signal, sys, time
+from service.cli.process import Signals
+
+class Finalized:
+    def __del__(self):
+        signal.raise_signal(int(sys.argv[1]))
+
+Signals(as_json=False).raise_exceptions()
+try:
+    Finalized()
+    time.sleep(60)
+except (KeyboardInterrupt, SystemExit) as caught:
+    print(type(caught).__name__)
+"""
+
+
+@pytest.mark.parametrize(
+    ("number", "raised"), [(signal.SIGINT, "KeyboardInterrupt"), (signal.SIGTERM, "SystemExit")]
+)
+def test_signal_in_a_finalizer_is_not_lost(tmp_path: Path, number: signal.Signals, raised: str) -> None:
+    words = [sys.executable, "-c", DROPPED, str(int(number))]
+    done = subprocess.run(
+        words, cwd=tmp_path, env=ENVIRONMENT, timeout=30, check=True, capture_output=True, text=True
+    )
+    assert (done.stdout, done.stderr) == (f"{raised}\n", "")
