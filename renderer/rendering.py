@@ -1,11 +1,9 @@
 """A whole picture in this process or in worker processes of its own."""
 
-import time
-from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -14,9 +12,10 @@ from renderer.arguments import LARGEST_TILE, check_callable, check_plan, checked
 from renderer.compiling import at_quality
 from renderer.convergence import trend
 from renderer.errors import tile_errors
-from renderer.film import Image, clamped, compose, enlarge, non_finite
+from renderer.film import Image, clamped, compose, enlarge
 from renderer.integrator import TileResult, render_tile
 from renderer.layers import LayerBuffers
+from renderer.passes import Tally, run_pass
 from renderer.plan.plan import RenderPlan
 from renderer.progressive import errors_of, squares_of, unknown_error
 from renderer.results import RenderResult, TileEvent
@@ -26,34 +25,47 @@ from renderer.workers import shared_out
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 
+_Task = tuple[Tile, Pass]
 
-@dataclass(slots=True, eq=False)
-class _Picture:
-    """Tiles as they come in."""
 
-    plan: RenderPlan
-    buffers: LayerBuffers
-    parts: dict[int, list[tuple[Pass, Image]]] = field(default_factory=dict)
-    counts: Counter[str] = field(default_factory=Counter)
-    work: Counter[str] = field(default_factory=Counter)
-    cpu_seconds: float = 0.0
-    passes: list[dict[str, Any]] = field(default_factory=list)
+class _FixedPicture:
+    """A picture whose passes the plan fixes. Satisfies `passes.Picture`."""
 
-    def take(self, tile: Tile, pass_: Pass, result: TileResult) -> Image:
-        """Keep a result; gives the tile so far."""
-        self.counts.update(result.counts)
-        self.work.update(result.work)
-        self.cpu_seconds += result.cpu_seconds
+    def __init__(
+        self, plan: RenderPlan, on_tile: Callable[[TileEvent], None] | None, tile_size: int | None
+    ) -> None:
+        self.plan, self.tally = plan, Tally()
+        self._on_tile, self._tile_size = on_tile, tile_size
+        self.buffers = LayerBuffers(plan.layers, plan.height, plan.width)
+        self.parts: dict[int, list[tuple[Pass, Image]]] = {}
+        rounds = plan.passes if on_tile else plan.passes[1:]
+        self._waiting = [[(tile, pass_) for tile in tiles(plan, pass_, tile_size)] for pass_ in rounds]
+        self._done, self._total = 0, sum(map(len, self._waiting))
+
+    def tasks(self) -> list[_Task]:
+        return self._waiting.pop(0)
+
+    def take(self, task: _Task, result: TileResult) -> None:
+        tile, pass_ = task
+        self.tally.count(result.counts, result.work, result.cpu_seconds)
         self.buffers.take(tile, result.layers)
+        if pass_.stride == 1:
+            self.parts.setdefault(tile.index, []).append((pass_, result.pixels))
+        self._done += 1
+        if self._on_tile:
+            share, elapsed = self._done / self._total, self.tally.seconds
+            pixels, left = self._so_far(tile, pass_, result), elapsed / share - elapsed
+            self._on_tile(TileEvent(tile, pass_, pixels, self._done, self._total, share, left))
+
+    def _so_far(self, tile: Tile, pass_: Pass, result: TileResult) -> Image:
         if pass_.stride > 1:
             return enlarge(result.pixels, pass_.stride, tile.height, tile.width)
-        self.parts.setdefault(tile.index, []).append((pass_, result.pixels))
         return compose(self.parts[tile.index])
 
-    def note(self, seconds: float) -> None:
-        """Keep what the picture has taken when a pass ends; its error is known later, if at all."""
-        cost = {"seconds": seconds, "cpu_seconds": self.cpu_seconds, "rays": dict(self.counts)}
-        self.passes.append(cost | {"error": None})
+    def end_pass(self) -> bool:
+        # The error is known when all passes are there, if at all.
+        self.tally.end_pass(None)
+        return bool(self._waiting)
 
     def note_errors(self) -> None:
         """Keep the errors after those passes of which they are known."""
@@ -61,16 +73,22 @@ class _Picture:
         # By number and not as they came: sums would differ by rounding.
         found = [squares_of(self.parts[number]) for number in sorted(self.parts)]
         errors = errors_of(found, pixels)
-        for cost, pass_ in zip(reversed(self.passes), reversed(self.plan.passes), strict=False):
+        for cost, pass_ in zip(reversed(self.tally.passes), reversed(self.plan.passes), strict=False):
             if pass_.index in errors:
                 cost["error"] = errors[pass_.index].document()
 
-    def image(self, tile_size: int | None) -> Image:
+    def image(self) -> Image:
         """All tiles in their places."""
         image = np.zeros((self.plan.height, self.plan.width, 3), dtype=np.float32)
-        for tile in tiles(self.plan, self.plan.passes[-1], tile_size):
+        for tile in tiles(self.plan, self.plan.passes[-1], self._tile_size):
             image[tile.y0 : tile.y1, tile.x0 : tile.x1] = compose(self.parts[tile.index])
         return image
+
+    def result(self) -> RenderResult:
+        """The finished picture."""
+        image, numbers = self.image(), float(self.plan.antialiasing.samples)
+        report = self.tally.report(self.plan, image, numbers, sum(map(clamped, self.parts.values())))
+        return RenderResult(image, self.buffers.finished(), report, self.plan.document.display)
 
 
 def render(
@@ -119,25 +137,14 @@ def render(
         return _converging(
             render_adaptively(plan, plan.quality, on_tile, count, tile_size, start_after), None
         )
-    begun = time.perf_counter()
-    rounds = plan.passes if on_tile else plan.passes[1:]
-    work = [[(tile, pass_) for tile in tiles(plan, pass_, tile_size)] for pass_ in rounds]
-    buffers = LayerBuffers(plan.layers, plan.height, plan.width)
-    picture, done, total = _Picture(plan, buffers), 0, sum(map(len, work))
-    with shared_out(count, partial(_attempt, plan), start_after) as results_of:
-        for tasks in work:
-            for (tile, pass_), result in results_of(tasks):
-                pixels, done = picture.take(tile, pass_, result), done + 1
-                if on_tile:
-                    share, elapsed = done / total, time.perf_counter() - begun
-                    on_tile(TileEvent(tile, pass_, pixels, done, total, share, elapsed / share - elapsed))
-            picture.note(time.perf_counter() - begun)
-    image = picture.image(tile_size)
+    picture = _FixedPicture(plan, on_tile, tile_size)
+    with shared_out(count, partial(_attempt, plan), start_after) as transport:
+        while run_pass(picture, transport):
+            pass
     unknown = unknown_error(plan)
     if unknown is None:
         picture.note_errors()
-    report = _report(plan, picture, image, time.perf_counter() - begun)
-    return _converging(RenderResult(image, buffers.finished(), report, plan.document.display), unknown)
+    return _converging(picture.result(), unknown)
 
 
 def _converging(result: RenderResult, unknown: str | None) -> RenderResult:
@@ -146,34 +153,7 @@ def _converging(result: RenderResult, unknown: str | None) -> RenderResult:
     return replace(result, report=report)
 
 
-_Task = tuple[Tile, Pass]
-
-
 def _attempt(plan: RenderPlan, task: _Task) -> TileResult:
     tile, pass_ = task
     with tile_errors(plan.seed, tile, f"samples {pass_.first}..{pass_.last}"):
         return render_tile(plan, tile, pass_)
-
-
-def _report(plan: RenderPlan, picture: _Picture, image: Image, seconds: float) -> dict[str, Any]:
-    shaded = [lighting.emitter.count for lighting in plan.lightings]
-    return {
-        "seconds": seconds,
-        "cpu_seconds": picture.cpu_seconds,
-        "width": plan.width,
-        "height": plan.height,
-        "rays": dict(picture.counts),
-        "work": dict(picture.work),
-        "samples": {
-            "antialiasing_mean": float(plan.antialiasing.samples),
-            "light_mean": float(np.mean(shaded)) if shaded else 0.0,
-        },
-        "error": picture.passes[-1]["error"],
-        "passes": picture.passes,
-        "numerics": {
-            "non_finite": non_finite(image),
-            "clamped": sum(map(clamped, picture.parts.values())),
-        }
-        | plan.numerics,
-        "plan": plan.describe().model_dump(mode="json"),
-    }

@@ -1,12 +1,10 @@
 """A picture of target quality rendered by processes of this machine, one pass after another."""
 
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -20,23 +18,19 @@ from renderer.adaptive.target_plan import target_plan
 from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import LAST_SECONDS, OutOfTimeError, TimeLimit, reserve
 from renderer.errors import tile_errors
-from renderer.film import BRIGHTEST, non_finite
-from renderer.integrator import WORK
+from renderer.film import BRIGHTEST
 from renderer.layers import LayerBuffers
+from renderer.passes import Tally, run_pass
 from renderer.plan.plan import RenderPlan
 from renderer.results import RenderResult, TileEvent
 from renderer.workers import shared_out
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 
-Transport = Callable[[list[TileRequest]], Iterator[tuple[TileRequest, Samples | None]]]
-"""Renders the requests of a pass somewhere, and gives the samples in any order; None where there was no
-time."""
-
 
 @dataclass(slots=True)
 class AdaptiveRender:
-    """A render in progress: its passes, one after another, and what they took.
+    """A render in progress: its passes, one after another, and what they took. Satisfies `passes.Picture`.
 
     Attributes
     ----------
@@ -44,16 +38,12 @@ class AdaptiveRender:
         Decides what each pass does.
     on_tile : callable or None
         Called with each tile.
-    deadline, begun : float
+    deadline : float
         By the clock of `time.monotonic`, seconds.
-    counts : Counter
-        Rays by kind, and `integrator.WORK`.
-    cpu_seconds : float
-        Of tiles, and of what is decided and merged between them.
+    tally : Tally
+        CPU seconds are those of tiles, and of what is decided and merged between them.
     done : int
         Tiles.
-    passes : list of dict
-        What had been spent when each pass ended, and the error by then.
     buffers : LayerBuffers
         Layers of what the centres of pixels show.
     progress : Progress
@@ -64,19 +54,20 @@ class AdaptiveRender:
     driver: Driver
     on_tile: Callable[[TileEvent], None] | None = None
     deadline: float = np.inf
-    begun: float = field(default_factory=time.monotonic)
-    counts: Counter[str] = field(default_factory=Counter)
-    cpu_seconds: float = 0.0
+    tally: Tally = field(default_factory=Tally)
     done: int = 0
-    passes: list[dict[str, Any]] = field(default_factory=list)
     buffers: LayerBuffers = field(init=False)
     progress: Progress = field(init=False)
     between: float = 0.0
     between_cpu: float = 0.0
+    _late: bool = field(default=False, init=False)
+    _rays: int = field(default=0, init=False)
+    _traced: int = field(default=0, init=False)
+    _expected: Forecast = field(init=False)
 
     def __post_init__(self) -> None:
         self.buffers = LayerBuffers(self.plan.layers, self.plan.height, self.plan.width)
-        self.progress = Progress(self.deadline - self.begun)
+        self.progress = Progress(self.deadline - self.tally.begun)
 
     @property
     def estimate(self) -> Estimate:
@@ -88,27 +79,13 @@ class AdaptiveRender:
         """Of the picture."""
         return self.estimate.plan
 
-    def step(self, transport: Transport) -> bool:
-        """Render a pass; False if the picture is done or its time is over."""
-        late = self._render(transport) or time.monotonic() >= self._last_moment()
+    def tasks(self) -> list[TileRequest]:
+        """Requests of the next pass."""
         with self._counted():
-            more = self.driver.end_pass(last=late)
-        self._note()
-        return more
-
-    def _render(self, transport: Transport) -> bool:
-        """Render the tiles of a pass; True if there was no time for all of them."""
-        with self._counted():
-            requests, expected = self.driver.requests(self._limit()), self.driver.forecast()
-            rays = self.estimate.rays_wanted()
-        late, traced = False, 0
-        for request, samples in transport(requests):
-            if samples is None:
-                late = True
-                continue
-            traced += samples.counts["camera"]
-            self._take(request.tile, samples, expected, traced / max(rays, 1))
-        return late
+            requests, self._expected = self.driver.requests(self._limit()), self.driver.forecast()
+            self._rays = max(self.estimate.rays_wanted(), 1)
+        self._late, self._traced = False, 0
+        return requests
 
     def _limit(self) -> TimeLimit | None:
         if self.deadline == np.inf:
@@ -120,44 +97,40 @@ class AdaptiveRender:
         # A CPU second lasts longer where other programs have the processors, too.
         stretch = max(self.between / self.between_cpu, 1.0) if self.between_cpu else 1.0
         last = LAST_SECONDS * self.estimate.have.size * stretch
-        return self.deadline - reserve(self.deadline - self.begun, last)
+        return self.deadline - reserve(self.deadline - self.tally.begun, last)
 
-    def number(self) -> Pass:
-        """The pass that runs."""
-        return Pass(index=len(self.passes), stride=1, first=0, last=0)
-
-    def _take(self, tile: Tile, samples: Samples, expected: Forecast, part: float) -> None:
-        """Keep what was found in a tile, and show it."""
+    def take(self, task: TileRequest, result: Samples | None) -> None:
+        """Keep what was found in a tile, and show it; None where there was no time."""
+        if result is None:
+            self._late = True
+            return
         with self._counted():
-            self.driver.take(tile, samples)
-            self.buffers.take(tile, samples.layers)
-        self.counts.update(samples.counts)
-        self.counts.update(samples.work)
-        self.cpu_seconds += samples.cpu_seconds + samples.layer_seconds
+            self.driver.take(task.tile, result)
+            self.buffers.take(task.tile, result.layers)
+        self.tally.count(result.counts, result.work, result.cpu_seconds + result.layer_seconds)
+        self._traced += result.counts["camera"]
         self.done += 1
         if self.on_tile:
-            self._report(tile, expected, part)
+            self._report(task.tile, self.on_tile)
 
-    def _report(self, tile: Tile, expected: Forecast, part: float) -> None:
-        assert self.on_tile
-        progress, elapsed = self.progress, time.monotonic() - self.begun
-        progress.note(expected.share(self.cpu_seconds, part), self.done, elapsed)
+    def _report(self, tile: Tile, on_tile: Callable[[TileEvent], None]) -> None:
+        progress, elapsed = self.progress, self.tally.seconds
+        share = self._expected.share(self.tally.cpu_seconds, self._traced / self._rays)
+        progress.note(share, self.done, elapsed)
         left = seconds_left(progress.share, elapsed, progress.limit)
-        pixels = self.estimate.part(tile)
-        self.on_tile(TileEvent(tile, self.number(), pixels, self.done, progress.total, progress.share, left))
-
-    def _note(self) -> None:
-        """Keep what the picture has taken when a pass ends, and its error, if that is known by then."""
-        error = self.estimate.error
-        rays = {name: count for name, count in self.counts.items() if name not in WORK}
-        self.passes.append(
-            {
-                "seconds": time.monotonic() - self.begun,
-                "cpu_seconds": self.cpu_seconds,
-                "rays": rays,
-                "error": None if error is None else error.document(),
-            }
+        pass_ = Pass(index=len(self.tally.passes), stride=1, first=0, last=0)
+        on_tile(
+            TileEvent(tile, pass_, self.estimate.part(tile), self.done, progress.total, progress.share, left)
         )
+
+    def end_pass(self) -> bool:
+        """Merge the pass; False if the picture is done or its time is over."""
+        late = self._late or time.monotonic() >= self._last_moment()
+        with self._counted():
+            more = self.driver.end_pass(last=late)
+        error = self.estimate.error
+        self.tally.end_pass(None if error is None else error.document())
+        return more
 
     @contextmanager
     def _counted(self) -> Iterator[None]:
@@ -167,7 +140,7 @@ class AdaptiveRender:
         spent = time.process_time() - begun_cpu
         self.between += time.monotonic() - begun
         self.between_cpu += spent
-        self.cpu_seconds += spent
+        self.tally.cpu_seconds += spent
 
 
 def attempt(plan: RenderPlan, request: TileRequest) -> Samples | None:
@@ -188,41 +161,18 @@ def render_adaptively(
     start_after: float = 0.0,
 ) -> RenderResult:
     """Render a whole picture of target quality; parameters as of `render` and `workers.shared_out`."""
-    begun = time.monotonic()
-    deadline = np.inf if quality.time_limit is None else begun + quality.time_limit
+    tally = Tally()
+    deadline = np.inf if quality.time_limit is None else tally.begun + quality.time_limit
     alone = not on_tile and deadline == np.inf and (workers or 1) == 1
     driver = Driver.begin(plan, 0 if alone else workers or 1, tile_size)
-    render = AdaptiveRender(driver, on_tile, deadline, begun)
+    picture = AdaptiveRender(driver, on_tile, deadline, tally)
     with shared_out(workers, partial(attempt, plan), start_after) as transport:
-        while render.step(transport):
+        while run_pass(picture, transport):
             pass
-    layers = render.buffers.finished() | sample_layers(render.estimate, (layer.name for layer in plan.layers))
-    image = render.estimate.image()
-    return RenderResult(image, layers, _report(render, image), plan.document.display)
-
-
-def _report(render: AdaptiveRender, image: Any) -> dict[str, Any]:
-    plan, estimate = render.plan, render.estimate
-    assert estimate.error is not None
-    shaded = [lighting.emitter.count for lighting in plan.lightings]
-    return {
-        "seconds": time.monotonic() - render.begun,
-        "cpu_seconds": render.cpu_seconds,
-        "between_cpu_seconds": render.between_cpu,
-        "width": plan.width,
-        "height": plan.height,
-        "rays": {name: count for name, count in render.counts.items() if name not in WORK},
-        "work": {name: render.counts[name] for name in WORK},
-        "samples": {
-            "antialiasing_mean": float(estimate.counts().mean()),
-            "light_mean": float(np.mean(shaded)) if shaded else 0.0,
-        },
-        "error": estimate.error.document(),
-        "passes": render.passes,
-        "numerics": {
-            "non_finite": non_finite(image),
-            "clamped": int(np.count_nonzero((image >= BRIGHTEST).any(axis=2))),
-        }
-        | plan.numerics,
-        "plan": plan.describe().model_dump(mode="json"),
-    }
+    estimate = driver.estimate
+    layers = picture.buffers.finished() | sample_layers(estimate, (layer.name for layer in plan.layers))
+    image = estimate.image()
+    clamped = int(np.count_nonzero((image >= BRIGHTEST).any(axis=2)))
+    report = tally.report(plan, image, float(estimate.counts().mean()), clamped)
+    report["between_cpu_seconds"] = picture.between_cpu
+    return RenderResult(image, layers, report, plan.document.display)

@@ -11,6 +11,7 @@ from renderer.adaptive import Samples
 from renderer.adaptive.adaptive_render import AdaptiveRender, attempt
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.requests import TileRequest
+from renderer.passes import run_pass
 from schemas.quality import TargetQuality
 from tests.documents import camera
 from tests.pictures import pictures
@@ -37,20 +38,19 @@ def test_unfinished_tile_is_not_merged(stopped: int) -> None:
     document = pictures.of_room(camera=camera(width=48, height=36))
     hasty = TargetQuality(mode="target", error=0.5 / 255, time_limit=86400)
     plan = renderer.compile_scene(document, hasty)
-    now = time.monotonic()
-    render = AdaptiveRender(Driver.begin(plan, tile_size=16), None, now + 86400, now)
+    render = AdaptiveRender(Driver.begin(plan, tile_size=16), deadline=time.monotonic() + 86400)
 
     def each(requests: list[TileRequest]) -> Iterator[tuple[TileRequest, Samples | None]]:
         for number, request in enumerate(requests):
-            late = len(render.passes) == stopped - 1 and number % 2
+            late = len(render.tally.passes) == stopped - 1 and number % 2
             yield request, None if late else attempt(plan, request)
 
-    while render.step(each):
+    while run_pass(render, each):
         pass
-    assert len(render.passes) == stopped
+    assert len(render.tally.passes) == stopped
     error, image = render.estimate.error, render.estimate.image()
     assert error is not None
     assert 0 <= error.low <= error.estimate <= error.high <= 1
-    assert render.passes[-1]["error"] == error.document()
+    assert render.tally.passes[-1]["error"] == error.document()
     assert np.isfinite(image).all()
     assert image.min() > 0
