@@ -17,11 +17,11 @@ from renderer.adaptive.estimate import State
 from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 
-UNSURE = {State.SAMPLE: 0.35, State.PROBES: 0.6}
-"""Standard deviations of the logarithm of the CPU time that is predicted in a state of the picture, from 70
-random pictures at 1/255 and 4/255."""
+UNSURE = {State.SAMPLE: 0.25, State.PROBES: 0.45}
+"""Standard deviations of the logarithm of the CPU time that is predicted in a state of the picture, of the
+pictures that `forecast.USUAL` comes from."""
 
-BLIND = 0.8
+BLIND = 0.85
 """The same in all states before: nothing says yet how many samples there will be."""
 
 BEGINNING = 7e-8

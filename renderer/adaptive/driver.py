@@ -10,7 +10,7 @@ from typing import Self
 from renderer.adaptive.controller import advance
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.findings import settle
-from renderer.adaptive.forecast import FEWEST, Forecast, Prices, forecast, kind_of, usual_prices
+from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, measured, usual_prices
 from renderer.adaptive.guides import Surroundings, surroundings
 from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.requests import TileRequest, records_centres, tile_request
@@ -42,6 +42,7 @@ class Driver:
     tile_size: int | None
     _work: float = field(default=0.0, init=False)
     _seconds: float = field(default=0.0, init=False)
+    _tiles: int = field(default=0, init=False)
 
     @classmethod
     def begin(cls, plan: RenderPlan, workers: int = 0, tile_size: int | None = None) -> Self:
@@ -83,6 +84,7 @@ class Driver:
         """Add what the pass has found in a tile. The order of tiles does not matter."""
         self._work = self._work or self.estimate.work_wanted()
         self._seconds += samples.cpu_seconds
+        self._tiles += 1
         self.estimate.take(tile, samples)
 
     def end_pass(self, *, last: bool) -> bool:
@@ -96,9 +98,10 @@ class Driver:
         if last:
             settle(self.estimate)
             return False
-        if self._work >= FEWEST:
-            self.prices = dict(self.prices) | {kind_of(self.estimate): self._seconds / self._work}
-        self._work, self._seconds = 0.0, 0.0
+        if self._tiles:
+            kind = kind_of(self.estimate)
+            self.prices = measured(self.prices, kind, self._seconds, self._work, self._tiles)
+        self._work, self._seconds, self._tiles = 0.0, 0.0, 0
         goes_on = advance(self.estimate)
         while goes_on and not self.estimate.rays_wanted():
             goes_on = advance(self.estimate)

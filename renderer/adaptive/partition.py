@@ -10,7 +10,7 @@ from math import ceil
 import numpy as np
 
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.forecast import LAYERS, Prices, forecast
+from renderer.adaptive.forecast import LAYERS, Prices, kind_of
 from renderer.math.arrays import Floats
 from renderer.tiling import tiles
 from schemas.tiles import Pass, Tile
@@ -49,7 +49,7 @@ def pass_tiles(
         more = estimate.requested.rising
         return [tile for tile in found if records or more[tile.y0 : tile.y1, tile.x0 : tile.x1].any()]
     layers = estimate.have.size * prices[LAYERS] if records else 0.0
-    seconds = forecast(estimate, prices).next + layers
+    seconds = estimate.work_wanted() * prices[kind_of(estimate)] + layers
     count = max(ceil(seconds / LONGEST), min(PER_WORKER * workers, int(seconds / SHORTEST)), 1)
     side, (height, width) = estimate.stride, estimate.have.shape
     while side * CELLS < max(width, height):
