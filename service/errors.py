@@ -9,6 +9,7 @@ ServiceError
 │   ├── DisconnectedError       the client did not wait for its answer
 │   ├── UnknownHostError        a request was sent to another name
 │   ├── ParametersError         parameters that the address does not have
+│   ├── PreconditionFailedError the request is for another version
 │   └── RangeError
 ├── UnauthenticatedError        a key is needed
 ├── ForbiddenError              this user may not do that
@@ -108,6 +109,15 @@ class ParametersError(RequestError):
     def __init__(self, problems: Sequence[Problem]) -> None:
         super().__init__(problems[0].detail)
         self.problems = problems
+
+
+class PreconditionFailedError(RequestError):
+    """A request is for another version than there is now."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "This is another version than If-Match or If-Unmodified-Since asks for. Get it anew."
+        )
 
 
 class RangeError(RequestError):

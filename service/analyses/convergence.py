@@ -12,8 +12,7 @@ from schemas.api.jobs import JobState
 from schemas.api.plans import Convergence
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
-from service.lifecycle import progress
-from service.lifecycle.documents import work_of
+from service.lifecycle.documents import passes_of, work_of
 from service.storage.database.models import RenderRow
 
 Form = Literal["json", "csv", "svg", "png"]
@@ -38,9 +37,8 @@ def convergence(service: Service, job_id: str) -> Convergence:
     """Report the passes of a job and what they say of its error."""
     with service.database.reading() as session:
         row = jobs.find(session, job_id)
-        render = row.render
-    passes = list(progress.finished_passes(render)) if render else []
-    target_error = render.target_error if render else None
+        render, passes = row.render, passes_of(row)
+    target_error = render.target_error if render else row.quality.get("error")
     return Convergence.model_validate(
         {
             "job": row.id,

@@ -11,6 +11,7 @@ from fastapi import Depends, Request
 from starlette.requests import ClientDisconnect
 
 from schemas.limits import Limits
+from service.api.request_headers import joined
 from service.errors import (
     BodyIncompleteError,
     BodySlowError,
@@ -49,7 +50,7 @@ async def chunks(request: Request, limit: int, first_seconds: float) -> AsyncIte
     MediaTypeError
         If it is compressed: a few bytes could unpack to any number.
     """
-    if request.headers.get("content-encoding", "identity").strip().lower() not in ("identity", ""):
+    if joined(request, "content-encoding").strip().lower() not in ("identity", ""):
         raise MediaTypeError("Send the body as it is, without Content-Encoding.")
     size = _announced(request)
     if size <= limit:

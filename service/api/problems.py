@@ -72,6 +72,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UnknownHostError: Kind(421, "unknown_host"),
     errors.MediaTypeError: Kind(415, "media_type"),
     errors.ParametersError: Kind(422, "parameters"),
+    errors.PreconditionFailedError: Kind(412, "precondition_failed"),
     errors.RangeError: Kind(416, "range"),
     errors.UnauthenticatedError: Kind(401, "unauthenticated"),
     errors.ForbiddenError: Kind(403, "forbidden"),

@@ -19,7 +19,7 @@ from service.cli.options import (
     State,
     connect,
     image_option,
-    parsed_labels,
+    listed_labels,
 )
 from service.cli.targets import ImageTarget, check_target, parsed_layers, save, save_layer
 
@@ -93,13 +93,15 @@ def ls(
     state: Annotated[State | None, typer.Option(help="Only jobs in this state.")] = None,
     label: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME:VALUE", help="Only jobs with this label; if repeated, with all of them."),
+        typer.Option(
+            metavar="NAME:VALUE", help="Only jobs with this label; of a name with several values, any."
+        ),
     ] = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
     """List the jobs of a service, newest first."""
-    wanted = parsed_labels(label)
+    wanted = listed_labels(label)
     from service.client import RequestInvalidError
 
     try:

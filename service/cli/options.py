@@ -107,13 +107,23 @@ def connect(server: str, *, retry: float = SHORT_RETRY) -> Client:
 
 
 def parsed_labels(given: Sequence[str] | None) -> dict[str, str]:
-    """Names and values of the options; CommandError where one of them has no colon.
+    """Names and values of the options; CommandError where one has no colon, or a name has two values.
 
     >>> parsed_labels(["course:cs171", "at:12:30"])
     {'course': 'cs171', 'at': '12:30'}
     """
-    pairs = [text.partition(":") for text in given or ()]
-    for name, colon, value in pairs:
+    listed = listed_labels(given)
+    for name, values in listed.items():
+        if len(values) > 1:
+            raise CommandError(f"--label {name} has several values; a job has one of each name.")
+    return {name: values[0] for name, values in listed.items()}
+
+
+def listed_labels(given: Sequence[str] | None) -> dict[str, list[str]]:
+    """Names of the options with all their values; CommandError where one has no colon."""
+    listed: dict[str, list[str]] = {}
+    for name, colon, value in (text.partition(":") for text in given or ()):
         if not (name and colon):
             raise CommandError(f"--label {name}{colon}{value} has no name. Write it like course:cs171.")
-    return {name: value for name, _, value in pairs}
+        listed.setdefault(name, []).append(value)
+    return listed

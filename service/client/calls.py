@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 from urllib.parse import quote
@@ -20,9 +20,29 @@ from service.client.pictures import Picture, read_picture
 
 LONGEST_PAGE = 100
 """Most jobs in one answer of a service."""
+LONGEST_WAIT = 3600.0
+"""Most seconds that a service holds an answer back."""
+LONGEST_SECONDS = 1e9
+"""Three decades; the system takes no timeouts that are much longer."""
+
+Labels = Mapping[str, str | Sequence[str]]
+"""Names of labels, and the value or the values of each of which a job has one."""
 
 Answer = TypeVar("Answer")
 Model = TypeVar("Model", bound=BaseModel)
+
+
+def checked_seconds(name: str, seconds: float | None) -> float | None:
+    """The seconds that something may last; None is for ever.
+
+    Raises
+    ------
+    ValueError
+        They are negative, or no number.
+    """
+    if seconds is not None and not seconds >= 0:
+        raise ValueError(f"{name} is a number of seconds, at least 0, or None for ever, not {seconds!r}.")
+    return None if seconds is None or seconds > LONGEST_SECONDS else seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,15 +72,15 @@ class Call(Generic[Answer]):
     hold: float = 0.0
     job_id: str | None = None
 
-    def request(self, timeout: float) -> dict[str, Any]:
-        """The arguments of ``request`` of an HTTP client of either kind; `timeout` in seconds."""
+    def request(self, timeout: float | None) -> dict[str, Any]:
+        """The arguments of ``request`` of an HTTP client of either kind; `timeout` is None for ever."""
         return {
             "method": self.method,
             "url": self.path,
             "params": dict(self.params),
             "headers": dict(self.headers),
             "content": self.content,
-            "timeout": timeout + self.hold,
+            "timeout": None if timeout is None else timeout + self.hold,
         }
 
 
@@ -113,21 +133,22 @@ def put_asset(sha256: str, content: bytes) -> Call[Asset]:
     return Call("PUT", f"/v1/assets/{sha256}", _model(Asset), headers=headers, content=content)
 
 
-def submit_job(body: Mapping[str, Any], *, wait: float, key: str | None, anew: bool) -> Call[Job]:
+def submit_job(body: Mapping[str, Any], *, wait: float | None, key: str | None, anew: bool) -> Call[Job]:
     """Submit a job. The same key makes the same request the same job, however often it is sent."""
+    wait = checked_seconds("wait", wait)
+    wait = LONGEST_WAIT if wait is None else min(wait, LONGEST_WAIT)
     headers = {"Idempotency-Key": key or secrets.token_hex(16)}
     headers |= {"Prefer": f"wait={wait:g}"} if wait > 0 else {}
     headers |= {"Cache-Control": "no-cache"} if anew else {}
     return post("/v1/jobs", body, Job, headers=headers, hold=wait)
 
 
-def list_jobs(
-    *, limit: int, cursor: str | None, state: str | None, labels: Mapping[str, str] | None
-) -> Call[JobList]:
-    """One page of jobs, newest first, of those in a state and with all these labels."""
+def list_jobs(*, limit: int, cursor: str | None, state: str | None, labels: Labels | None) -> Call[JobList]:
+    """One page of jobs, newest first, of those in a state and with a value of each of these labels."""
     params: dict[str, str | list[str]] = {"limit": str(limit)}
     params |= {name: text for name, text in (("cursor", cursor), ("state", state)) if text}
-    params["label"] = [f"{name}:{value}" for name, value in (labels or {}).items()]
+    wanted = {name: [one] if isinstance(one, str) else one for name, one in (labels or {}).items()}
+    params["label"] = [f"{name}:{value}" for name, values in wanted.items() for value in values]
     return ask("/v1/jobs", JobList, params)
 
 

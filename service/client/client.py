@@ -40,10 +40,11 @@ class Client(Connection):
     key
         The API key, where the service needs one; by default that in ``PENUMBRA_KEY``.
     timeout
-        Seconds that the server may be silent, beyond those that a request asks it to hold its answer.
+        Seconds that the server may be silent, beyond those that a request asks it to hold its answer; None is
+        for ever.
     retry_seconds
         Seconds over which a request is repeated when the connection breaks or the server is too busy.
-        Only requests that may safely be sent twice are repeated; 0 repeats none.
+        Only requests that may safely be sent twice are repeated; 0 repeats none, None for ever.
 
     Raises
     ------
@@ -123,14 +124,12 @@ class Client(Connection):
         limit: int = 20,
         cursor: str | None = None,
         state: str | None = None,
-        labels: Mapping[str, str] | None = None,
+        labels: calls.Labels | None = None,
     ) -> JobList:
         """One page of jobs in a state and with labels, newest first; ``next`` is the cursor of the next."""
         return self._send(calls.list_jobs(limit=limit, cursor=cursor, state=state, labels=labels))
 
-    def jobs(
-        self, *, state: str | None = None, labels: Mapping[str, str] | None = None
-    ) -> Iterator[RemoteJob]:
+    def jobs(self, *, state: str | None = None, labels: calls.Labels | None = None) -> Iterator[RemoteJob]:
         """All jobs in a state and with labels, newest first; pages are fetched when needed."""
         cursor: str | None = None
         while True:

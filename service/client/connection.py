@@ -12,7 +12,7 @@ from typing import Self
 import httpx2
 
 from service.client.access import access
-from service.client.calls import Answer, Call
+from service.client.calls import LONGEST_SECONDS, Answer, Call, checked_seconds
 from service.client.errors import ClientError
 from service.client.exchange import Tries, check, refuse_closed, transport_errors
 from service.client.flows import Flow, Result
@@ -26,14 +26,14 @@ class Connection:
         server: str | None = None,
         *,
         key: str | None = None,
-        timeout: float = 30.0,
-        retry_seconds: float = 5.0,
+        timeout: float | None = 30.0,
+        retry_seconds: float | None = 5.0,
     ) -> None:
         found = access(server, key)
         self.server = found.server
-        self._timeout = timeout
-        self._retry_seconds = retry_seconds
-        self._http = httpx2.Client(base_url=found.server, headers=found.headers, timeout=timeout)
+        self._timeout = checked_seconds("timeout", timeout)
+        self._retry_seconds = checked_seconds("retry_seconds", retry_seconds)
+        self._http = httpx2.Client(base_url=found.server, headers=found.headers, timeout=self._timeout)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.server!r})"
@@ -77,7 +77,7 @@ class Connection:
                 return result
 
     def _send(self, call: Call[Answer]) -> Answer:
-        tries = Tries(call, self._retry_seconds)
+        tries = Tries(call, LONGEST_SECONDS if self._retry_seconds is None else self._retry_seconds)
         while True:
             try:
                 return self._send_once(call)

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from schemas.api.jobs import Job, JobState, TileBatch
 from service.client.batches import PixelBatch
+from service.client.calls import checked_seconds
 from service.client.errors import (
     JobCancelledError,
     JobExpiredError,
@@ -47,6 +48,10 @@ class Following:
     timeout: float | None = None
     more: bool = field(default=True, init=False)
     _begun: float = field(default_factory=time.monotonic)
+
+    def __post_init__(self) -> None:
+        """Refuse a timeout that is no number."""
+        self.timeout = checked_seconds("timeout", self.timeout)
 
     @property
     def hold(self) -> float:

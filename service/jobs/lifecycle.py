@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fastapi.concurrency import contextmanager_in_threadpool, run_in_threadpool
-from sqlalchemy import Select, bindparam, exists, func, select, text
+from sqlalchemy import CompoundSelect, Select, bindparam, exists, func, select, text, union_all
 from sqlalchemy.orm import Session, aliased, defer, joinedload
 
 from schemas.api.jobs import Job, JobList, JobState, Region
@@ -20,6 +20,7 @@ from service.errors import ForbiddenError, PictureGoneError, UnavailableError, U
 from service.jobs.context import Service
 from service.lifecycle import damage, rows, sharing
 from service.lifecycle.documents import documents
+from service.settings import Settings
 from service.storage.database.models import JobRow, LabelRow, RenderRow, RequestRow
 
 # How long a request waits for the workers of a job it must stop, beyond their grace period.
@@ -37,7 +38,10 @@ _STATUS = (
 _LISTED = select(JobRow).options(
     joinedload(JobRow.render).options(defer(RenderRow.passes), defer(RenderRow.display))
 )
+_LABELLED = select(LabelRow.job).join(JobRow, JobRow.number == LabelRow.job)
 _Other = aliased(LabelRow)
+Labels = Mapping[str, Sequence[str]]
+"""Names of labels, and the values of each of which a job has one."""
 
 
 class JobStatus(NamedTuple):
@@ -83,11 +87,16 @@ def find_render(session: Session, job_id: str) -> RenderRow:
 def show(service: Service, job_id: str) -> Job:
     """Describe a job as it is now."""
     with service.database.reading() as session:
-        found = damage.load(session, select(JobRow).where(JobRow.id == job_id)) if job_id.isalnum() else ()
-        if not found:
-            raise UnknownJobError
-        [job] = documents(session, found, service.settings.keep_seconds)
-        return job
+        return shown(session, job_id, service.settings)
+
+
+def shown(session: Session, job_id: str, settings: Settings) -> Job:
+    """Describe a job within a transaction."""
+    found = damage.load(session, select(JobRow).where(JobRow.id == job_id)) if job_id.isalnum() else ()
+    if not found:
+        raise UnknownJobError
+    [job] = documents(session, found, settings.keep_seconds)
+    return job
 
 
 def page(
@@ -97,16 +106,16 @@ def page(
     *,
     owner: str | None,
     state: JobState | None,
-    labels: Mapping[str, str],
+    labels: Labels,
 ) -> JobList:
     """Describe the newest jobs, or those older than the last one of the page before.
 
     Parameters
     ----------
     owner, state, labels
-        Only jobs of this user, in this state, with these labels; None takes all.
+        Only jobs of this user, in this state, with one of the values of each label; None takes all.
     """
-    query = _listed(owner, state, labels, cursor).limit(limit + 1)
+    query = _listed(owner, state, labels, cursor, limit + 1)
     with service.database.reading() as session:
         found = damage.load(session, query)
         following = str(found[limit - 1].number) if len(found) > limit else None
@@ -115,24 +124,37 @@ def page(
 
 
 def _listed(
-    owner: str | None, state: JobState | None, labels: Mapping[str, str], cursor: int | None
+    owner: str | None, state: JobState | None, labels: Labels, cursor: int | None, limit: int
 ) -> Select[JobRow]:
     """Select jobs so that an index has them in order: a page reads no more rows than it shows."""
-    query, number = _LISTED, JobRow.number
-    for name, value in list(labels.items())[:1]:
-        query, number = query.join(LabelRow, LabelRow.job == JobRow.number), LabelRow.job
-        query = query.where(LabelRow.name == name, LabelRow.value == value)
-        if owner is not None:
-            query = query.where(LabelRow.owner == owner)
-    for name, value in list(labels.items())[1:]:
-        query = query.where(exists().where(_Other.job == number, _Other.name == name, _Other.value == value))
-    if owner is not None and not labels:
+    query = _LISTED.order_by(JobRow.number.desc()).limit(limit)
+    if labels:
+        return query.where(JobRow.number.in_(_labelled(owner, state, labels, cursor, limit)))
+    if owner is not None:
         query = query.where(JobRow.owner == owner)
+    return _after(query, JobRow.number, state, cursor)
+
+
+def _labelled(
+    owner: str | None, state: JobState | None, labels: Labels, cursor: int | None, limit: int
+) -> CompoundSelect[int]:
+    """Select the newest jobs with each value of the first label, which have one of those of the others."""
+    (name, values), *others = labels.items()
+    query = _LABELLED.where(LabelRow.name == name).order_by(LabelRow.job.desc()).limit(limit)
+    if owner is not None:
+        query = query.where(LabelRow.owner == owner)
+    for other, wanted in others:
+        same = _Other.job == LabelRow.job, _Other.name == other
+        query = query.where(exists().where(*same, _Other.value.in_(wanted)))
+    query = _after(query, LabelRow.job, state, cursor)
+    parts = (query.where(LabelRow.value == value).subquery() for value in dict.fromkeys(values))
+    return union_all(*(select(part.c.job) for part in parts))
+
+
+def _after(query: Select[Any], number: Any, state: JobState | None, cursor: int | None) -> Select[Any]:
     if state is not None:
         query = query.where(JobRow.state == state)
-    if cursor is not None:
-        query = query.where(number < cursor)
-    return query.order_by(number.desc())
+    return query if cursor is None else query.where(number < cursor)
 
 
 def plan_of(service: Service, job_id: str) -> PlanDocument:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import timedelta
 from typing import Any
 
 from sqlalchemy import or_, select
@@ -12,7 +11,7 @@ from sqlalchemy.orm import Session
 from schemas.api.jobs import JobLog, JobState, LogEntry
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
-from service.lifecycle import progress
+from service.lifecycle.documents import passes_of, work_of
 from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.workers.tasks import WHOLE
 
@@ -48,9 +47,10 @@ def _repeated(session: Session, render: RenderRow | None) -> list[TileRow]:
 
 
 def _entries(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
-    yield LogEntry(at=row.created_at, event="submitted", message=_size(row.render))
-    render = row.render
-    if render is not None and render.id != row.id:
+    work, render, left = work_of(row), row.render, row.parting or {}
+    size = f"{work['width']} x {work['height']} pixels"
+    yield LogEntry(at=row.created_at, event="submitted", message=f"Submitted: {size}.")
+    if (render.id if render else left.get("render", row.id)) != row.id:
         yield LogEntry(
             at=row.created_at,
             event="shared",
@@ -58,26 +58,25 @@ def _entries(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
         )
     if row.started_at is not None:
         yield LogEntry(at=row.started_at, event="started", message="The first tile went to a worker.")
+    yield from _passes(row, repeated)
     if render is not None:
-        yield from _passes(row, render, repeated)
         yield from _composing(render)
     if row.paused_at is not None and not row.state.final:
         yield LogEntry(at=row.paused_at, event="paused", message="The job was paused.")
-    if row.state.final:
+    if row.state is JobState.EXPIRED:
+        yield LogEntry(at=row.finished_at, event="succeeded", message=ENDS[JobState.SUCCEEDED])
+        yield LogEntry(at=left.get("left_at"), event="expired", message=ENDS[JobState.EXPIRED])
+    elif row.state.final:
         yield LogEntry(at=row.finished_at, event=row.state.value, message=_end(row))
 
 
-def _size(render: RenderRow | None) -> str:
-    return "Submitted." if render is None else f"Submitted: {render.width} x {render.height} pixels."
-
-
-def _passes(row: JobRow, render: RenderRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
+def _passes(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
     """Report the passes in their order, what was repeated in each before its end."""
-    finished = {cost["pass_index"]: cost for cost in progress.finished_passes(render)}
+    finished = {cost["pass_index"]: cost for cost in passes_of(row)}
     for index in sorted({*finished, *(step.pass_index for step in repeated)}):
         yield from (_step(step) for step in repeated if step.pass_index == index)
         if index in finished:
-            yield _pass(row, render, finished[index])
+            yield _pass(finished[index])
 
 
 def _step(step: TileRow) -> LogEntry:
@@ -92,13 +91,11 @@ def _step(step: TileRow) -> LogEntry:
     )
 
 
-def _pass(row: JobRow, render: RenderRow, cost: dict[str, Any]) -> LogEntry:
+def _pass(cost: dict[str, Any]) -> LogEntry:
     error = cost["error"]
     reached = f", error {error['estimate']:.2g}" if error else ""
-    at = render.started_at and render.started_at + timedelta(seconds=cost["seconds"])
     return LogEntry(
-        # Requests of other users for the same picture stay private.
-        at=at if at is not None and at >= row.created_at else None,
+        at=cost["at"],
         event="pass_finished",
         message=f"Pass {cost['pass_index']} is finished: {cost['seconds']:.2f} s and "
         f"{cost['cpu_seconds']:.2f} CPU s so far, {sum(cost['rays'].values())} rays{reached}.",

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import os
 import tempfile
-import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import IO, Literal
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import IO, Any, Literal
 
 import numpy as np
 import structlog
@@ -38,7 +38,7 @@ from service.jobs.lifecycle import find
 from service.lifecycle import progress, rows, totals
 from service.lifecycle.documents import work_of
 from service.storage.database.models import JobRow, RenderRow
-from service.storage.folder import translate_errors
+from service.storage.folder import stored_file, translate_errors
 from service.storage.objects import Stored
 from service.storage.tiles import Pixels, StoredTile, TileStore
 from service.workers import layers
@@ -122,15 +122,9 @@ def picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
         If nothing is finished yet.
     PictureGoneError
         If the job failed or was cancelled.
+    FileNotFoundError
+        If the job has ended or was deleted meanwhile: its tiles are in the final picture, or gone.
     """
-    try:
-        return _picture(service, job_id, requested)
-    except FileNotFoundError:
-        # The job has ended meanwhile: its tiles are in the final picture, or deleted.
-        return _picture(service, job_id, requested)
-
-
-def _picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
     with service.database.reading() as session:
         finished = _finished(session, _find(session, job_id, requested))
     job, render = finished.job, finished.render
@@ -182,26 +176,28 @@ def _final(service: Service, finished: Finished, requested: ImageRequest) -> Sto
             _write(draft, store, finished, requested)
             store.objects.keep(draft, name)
         found = store.objects.find(name)
-        _count(service, finished.render.number, requested.name, found.size if found else 0)
+        _count(service, finished.render, requested.name, found.size if found else 0)
     except (StoreFullError, StoreReadOnlyError, StoreAwayError):
         # The next request encodes it again.
         log.warning("encoded picture not kept", render=finished.render.id, name=requested.name)
     return found or _temporary(store, finished, requested)
 
 
-def _count(service: Service, number: int, name: str, size: int) -> None:
+def _count(service: Service, encoded: RenderRow, name: str, size: int) -> None:
     """Enter the bytes of an encoding, once however many requests have made it at the same time."""
     try:
         with service.database.writing() as session:
-            render = session.get(RenderRow, number)
-            if render is None or name in render.encodings:
-                return
-            render.encodings = [*render.encodings, name]
-            if render.stored_bytes is not None:
-                render.stored_bytes += size
-                totals.add(session, totals.STORED_BYTES, size)
+            render = session.get(RenderRow, encoded.number)
+            if render is None:
+                # Deleted meanwhile: the file would be left behind.
+                service.store.drop_job(encoded.id)
+            elif name not in render.encodings:
+                render.encodings = [*render.encodings, name]
+                if render.stored_bytes is not None:
+                    render.stored_bytes += size
+                    totals.add(session, totals.STORED_BYTES, size)
     except SQLAlchemyError as error:
-        log.warning("bytes of an encoding not counted", render=number, error=type(error).__name__)
+        log.warning("bytes of an encoding not counted", render=encoded.number, error=type(error).__name__)
 
 
 def unnamed(write: Callable[[IO[bytes]], None]) -> Stored:
@@ -209,22 +205,7 @@ def unnamed(write: Callable[[IO[bytes]], None]) -> Stored:
     with translate_errors(), tempfile.NamedTemporaryFile() as file:
         write(file)
         file.flush()
-        kept = _Unnamed(os.dup(file.fileno()))
-    return Stored(kept.size, time.time(), None, kept.read)
-
-
-class _Unnamed:
-    """A temporary file that goes when nothing reads it any more."""
-
-    def __init__(self, descriptor: int) -> None:
-        self._descriptor = descriptor
-        self.size = os.fstat(descriptor).st_size
-
-    def read(self, begin: int, end: int) -> bytes:
-        return os.pread(self._descriptor, end - begin, begin)
-
-    def __del__(self) -> None:
-        os.close(self._descriptor)
+        return replace(stored_file(os.dup(file.fileno())), modified=None)
 
 
 def _temporary(store: TileStore, finished: Finished, requested: ImageRequest) -> Stored:
@@ -241,7 +222,7 @@ def _write(file: IO[bytes], store: TileStore, finished: Finished, requested: Ima
         shape = layer.blank(*size).shape
         image_files.write_npy(file, shape, layer.dtype, (sheet[layer.name] for sheet in sheets))
     elif requested.kind == "exr":
-        image_files.write_exr(file.name, size, finished.bands(store, render.layers), render.layers)
+        _write_exr(file.name, size, finished.bands(store, render.layers), render.layers)
     else:
         pixels = (pixels for pixels, _ in finished.bands(store, ()))
         if requested.kind == "npy":
@@ -250,6 +231,16 @@ def _write(file: IO[bytes], store: TileStore, finished: Finished, requested: Ima
             display = Display.model_validate(render.display)
             image_files.write_png(file, size, pixels, display, requested.width)
     file.flush()
+
+
+def _write_exr(name: str, *content: Any) -> None:
+    try:
+        image_files.write_exr(name, *content)
+    except OSError as error:
+        # Its library opens the file by its name, and says without a number that the folder was deleted.
+        if not Path(name).exists():
+            raise FileNotFoundError(name) from error
+        raise
 
 
 def _layer_share(finished: Finished, name: str) -> float:

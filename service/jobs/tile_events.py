@@ -12,13 +12,13 @@ from sqlalchemy.orm import Session
 
 from renderer.images import files as image_files
 from schemas.api.batches import FLOAT32, RGB8, BatchHead, TileHead
-from schemas.api.jobs import JobState, TileBatch, TileEvent
+from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
 from schemas.scene import Display
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
 from service.jobs.bands import BAND_PIXELS, means
 from service.jobs.context import Service
-from service.jobs.lifecycle import find
+from service.jobs.lifecycle import find, shown
 from service.jobs.pictures import target_pixels, unnamed, visible_events
 from service.lifecycle import damage
 from service.lifecycle.documents import failure_of, progress_of
@@ -34,6 +34,13 @@ def batch(service: Service, job_id: str, after: int) -> TileBatch:
     with service.database.reading() as session:
         row = find(session, job_id)
         return _batch(session, row, after, service.settings.max_events)
+
+
+def batch_and_end(service: Service, job_id: str, after: int) -> tuple[TileBatch, Job | None]:
+    """Return the same, and the job where no event follows: it may be deleted a moment later."""
+    with service.database.reading() as session:
+        found = _batch(session, find(session, job_id), after, service.settings.max_events)
+        return found, shown(session, job_id, service.settings) if found.complete else None
 
 
 def _batch(session: Session, row: JobRow, after: int, limit: int) -> TileBatch:

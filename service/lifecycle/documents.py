@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from schemas.api.jobs import Failure, Job, JobCost, JobLinks, JobState, Numerics, Progress, TileAtWork
 from schemas.errors import Problem
-from service.lifecycle import damage, fairness, progress
+from service.lifecycle import clock, damage, fairness, progress
 from service.lifecycle.damage import UnreadableRow
 from service.storage.database.models import JobRow, RenderRow, TileRow
 
@@ -102,7 +102,25 @@ def work_of(row: JobRow) -> dict[str, Any]:
 
 def leave(row: JobRow) -> None:
     """Part a job from its render, and keep what is reported of it."""
-    row.parting, row.render = work_of(row), None
+    kept = {"render": row.render and row.render.id, "passes": passes_of(row), "left_at": str(clock.now())}
+    row.parting, row.render = work_of(row) | kept, None
+
+
+def passes_of(row: JobRow) -> list[dict[str, Any]]:
+    """Report the finished passes for a job, now or when it left its render, and when each ended.
+
+    The times of requests of other users for the same picture stay private.
+    """
+    render = row.render
+    if render is None:
+        # Version 0.1 has kept none.
+        passes: list[dict[str, Any]] = (row.parting or {}).get("passes", [])
+        return passes
+    found = []
+    for cost in progress.finished_passes(render):
+        at = render.started_at and render.started_at + timedelta(seconds=cost["seconds"])
+        found.append(cost | {"at": str(at) if at and at >= row.created_at else None})
+    return found
 
 
 def progress_of(row: JobRow) -> Progress:

@@ -102,10 +102,11 @@ class AssetStore:
 
     def drop(self, hashes: Iterable[str], before: datetime) -> None:
         """Remove assets, except those that were sent since."""
-        found = {sha256: self._objects.find(sha256) for sha256 in hashes}
-        self._objects.delete(
-            sha256 for sha256, stored in found.items() if stored and stored.modified < before.timestamp()
-        )
+        self._objects.delete(sha256 for sha256 in hashes if self._is_older(sha256, before))
+
+    def _is_older(self, sha256: str, before: datetime) -> bool:
+        stored = self._objects.find(sha256)
+        return stored is not None and (stored.modified or 0.0) < before.timestamp()
 
     def sweep(self, known: set[str], before: datetime, age_seconds: float) -> None:
         """Remove what a killed process left behind: parts of files, and files without a row.

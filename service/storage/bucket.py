@@ -144,7 +144,7 @@ class Bucket:
         except FileNotFoundError:
             return None
         modified = head["last_modified"].timestamp()
-        return Stored(head["size"], modified, None, lambda start, end: self._part(name, start, end))
+        return Stored(head["size"], modified, lambda start, end: self._part(name, start, end))
 
     def found(self, prefix: str = "") -> Iterator[Found]:
         """List all objects under a name, or all."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import shutil
 import tempfile
 import time
@@ -93,12 +94,10 @@ class Folder:
 
     def find(self, name: str) -> Stored | None:
         """Describe what is stored under a name; None if there is nothing."""
-        path = self._folder / name
         try:
-            state = path.stat()
+            return stored_file(os.open(self._folder / name, os.O_RDONLY))
         except FileNotFoundError:
             return None
-        return Stored(state.st_size, state.st_mtime, path, lambda start, end: _part(path, start, end))
 
     def found(self, prefix: str = "") -> Iterator[Found]:
         """List all files under a name, or all."""
@@ -128,10 +127,23 @@ class Folder:
                 path.unlink(missing_ok=True)
 
 
-def _part(path: Path, start: int, end: int) -> bytes:
-    with path.open("rb") as file:
-        file.seek(start)
-        return file.read(end - start)
+class _OpenFile:
+    """A file that can be read although it is deleted meanwhile. It is closed when nothing refers to it."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+
+    def read(self, start: int, end: int) -> bytes:
+        return os.pread(self._descriptor, end - start, start)
+
+    def __del__(self) -> None:
+        os.close(self._descriptor)
+
+
+def stored_file(descriptor: int) -> Stored:
+    """Describe an open file, which stays open as long as the description is kept."""
+    file, status = _OpenFile(descriptor), os.fstat(descriptor)
+    return Stored(status.st_size, status.st_mtime, file.read)
 
 
 @contextmanager

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import IO, Any, Protocol
 
 from numpy.typing import NDArray
@@ -33,16 +32,14 @@ class Stored:
     size
         Bytes.
     modified
-        When it was written, seconds since the epoch.
-    path
-        Where it is a file of this machine.
+        When it was written, seconds since the epoch; None where it is another one with each request.
     read
-        Gives the bytes from the first number up to the second.
+        Gives the bytes from the first number up to the second. Those of a folder stay there although the file
+        is deleted meanwhile; a bucket raises FileNotFoundError then.
     """
 
     size: int
-    modified: float
-    path: Path | None
+    modified: float | None
     read: Callable[[int, int], bytes]
 
 

@@ -14,7 +14,7 @@ from schemas.api.jobs import Asset
 from service.access.principals import Principal
 from service.api.authentication import CurrentUser
 from service.api.bodies import chunks
-from service.api.routes.parameters import BINARY, not_modified, problem
+from service.api.routes.parameters import BINARY, CHANGED, problem
 from service.api.routes.stored import stored_response
 from service.errors import BodyTooLargeError, UnknownAssetError, UploadQuotaError
 from service.jobs import uploads
@@ -34,7 +34,7 @@ STORED: dict[int | str, dict[str, Any]] = {
         "description": "The bytes that `Range` asked for.",
         "content": {"application/octet-stream": BINARY},
     },
-    304: {"description": "You have it already: `If-None-Match` names it."},
+    304: {"description": "You have it already, by `If-None-Match` or `If-Modified-Since`."},
 }
 UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-stream": BINARY}}}
 
@@ -121,7 +121,7 @@ def _describe(row: AssetRow) -> Asset:
 @router.get(
     "/{sha256}",
     response_class=Response,
-    responses=STORED | UNKNOWN | problem(416, "The range is outside the file.", "range"),
+    responses=STORED | UNKNOWN | CHANGED | problem(416, "The range is outside the file.", "range"),
     operation_id="get_asset",
     summary="Get an asset",
 )
@@ -137,10 +137,10 @@ def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -
             uploads.note(session, sha256)
     etag = f'"{sha256}"'
     headers = {"ETag": etag, "Content-Disposition": "attachment", "X-Content-Type-Options": "nosniff"}
-    unchanged = not_modified(request, etag)
-    if unchanged:
-        return unchanged
     stored = here.assets.find(sha256)
     if stored is None:
         raise UnknownAssetError
-    return stored_response(request, stored, row.media_type, headers)
+    try:
+        return stored_response(request, stored, row.media_type, headers)
+    except FileNotFoundError:
+        raise UnknownAssetError from None

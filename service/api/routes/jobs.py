@@ -11,6 +11,7 @@ from schemas.api.jobs import Job, JobList, JobLog, JobRequest, JobState, Region
 from schemas.api.plans import PlanDocument
 from service.api.authentication import ChangedJob, CurrentUser, JobId
 from service.api.bodies import JsonBody
+from service.api.request_headers import joined
 from service.api.routes.parameters import (
     IdempotencyKey,
     LabelFilter,
@@ -73,7 +74,7 @@ async def submit(
     With `Prefer: wait=N` the response comes when the job has ended, or after N seconds. If the service has
     the same picture already, the job has succeeded at once; `Cache-Control: no-cache` renders it again.
     """
-    anew = "no-cache" in request.headers.get("cache-control", "").lower()
+    anew = "no-cache" in joined(request, "cache-control").lower()
     sent = submissions.Submission(user, body, idempotency_key, anew)
     submitted = await here.read(submissions.submit, here, sent)
     wait = preferred_wait(prefer, here.settings.max_wait_seconds)
@@ -107,12 +108,15 @@ def list_jobs(
         list[LabelFilter] | None,
         Query(
             max_length=16,
-            description="`name:value`: only jobs with this label. If repeated, only jobs with all of them.",
+            description="`name:value`: only jobs with this label. If repeated, jobs with a value of "
+            "each name.",
         ),
     ] = None,
 ) -> JobList:
     """List jobs, newest first: your own, or everyone's if you are staff."""
-    labels = dict(text.split(":", 1) for text in label or ())
+    labels: dict[str, list[str]] = {}
+    for name, value in (text.split(":", 1) for text in label or ()):
+        labels.setdefault(name, []).append(value)
     owner = None if user.sees_all else user.name
     return jobs.page(here, limit, cursor, owner=owner, state=state, labels=labels)
 

@@ -18,7 +18,7 @@ from starlette.exceptions import HTTPException
 import scenes
 from service.api.middleware import ALWAYS
 from service.api.reference_page import page_of
-from service.api.routes.parameters import not_modified
+from service.api.request_headers import check_preconditions, joined
 
 # Not part of the API: these addresses are for people.
 router = APIRouter(include_in_schema=False)
@@ -68,7 +68,7 @@ def page(request: Request) -> Response:
 
 def missing(request: Request) -> Response | None:
     """Serve the page at an unknown address to a browser, with 404: it says where to go instead."""
-    if request.method != "GET" or "text/html" not in request.headers.get("Accept", ""):
+    if request.method != "GET" or "text/html" not in joined(request, "accept"):
         return None
     return Response(_index(), 404, HEADERS, TYPES[".html"])
 
@@ -152,11 +152,11 @@ def _page(request: Request, content: bytes, media_type: str, kept: str = ASK_AGA
     # Answers with secrets are never compressed: their length could betray them.
     if len(content) >= FEWEST_BYTES and media_type.startswith(COMPRESSIBLE):
         headers["Vary"] = "Accept-Encoding"
-        if _accepts_gzip(", ".join(request.headers.getlist("accept-encoding"))):
+        if _accepts_gzip(joined(request, "accept-encoding")):
             content, tag = _gzipped(content), f"{tag}-gzip"
             headers["Content-Encoding"] = "gzip"
     headers["ETag"] = f'"{tag}"'
-    unchanged = not_modified(request, headers["ETag"])
+    unchanged = check_preconditions(request, headers)
     if unchanged is None:
         return Response(content, media_type=media_type, headers=headers)
     # Browsers replace the headers that they have stored by those of this answer.

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 from fastapi import Header, Query, Request
-from fastapi.responses import Response
 from pydantic import AfterValidator, BaseModel, Field
 from pydantic_core import PydanticCustomError
 
 from schemas.api.jobs import LABEL_NAME, LABEL_NAMES
 from schemas.errors import ProblemDocument
 from service.api.problems import MEDIA_TYPE
+from service.api.request_headers import joined
 
 After = Annotated[int, Query(ge=0, le=2**31 - 1, description="Return the events with higher numbers.")]
 Wait = Annotated[
@@ -56,7 +56,6 @@ LabelFilter = Annotated[str, Field(json_schema_extra={"pattern": f"^{_LABEL}$"})
 WAIT = re.compile(
     r"(?:^|[,;])\s*wait\s*=\s*(\"?)(\d{1,18}(?:\.\d{1,6})?)\1\s*(?:$|[,;])", re.IGNORECASE | re.ASCII
 )
-TAG = re.compile(r'"[^"]*"')
 BINARY: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 COMPONENTS = "#/components/schemas/{model}"
 
@@ -83,6 +82,13 @@ def problem(status: int, description: str, *codes: str) -> dict[int | str, dict[
     }
 
 
+CHANGED = problem(
+    412,
+    "It is another version than `If-Match` or `If-Unmodified-Since` asks for.",
+    "precondition_failed",
+)
+
+
 def json_request(model: type[BaseModel], example: dict[str, Any] | None = None) -> dict[str, Any]:
     """Describe a body that the route reads itself, so that problems have lines and columns."""
     content: dict[str, Any] = {"schema": {"$ref": COMPONENTS.format(model=model.__name__)}}
@@ -101,17 +107,9 @@ def preferred_wait(prefer: Sequence[str] | None, longest: float) -> float:
     return min(float(found[2]), longest) if found else 0.0
 
 
-def not_modified(request: Request, etag: str) -> Response | None:
-    """Answer 304 where the request has this version already (RFC 9110, If-None-Match)."""
-    known = ", ".join(request.headers.getlist("if-none-match")).strip()
-    if known == "*" or etag in TAG.findall(known):
-        return Response(status_code=304, headers={"ETag": etag, "Cache-Control": "no-cache"})
-    return None
-
-
 def negotiate(request: Request, offered: Sequence[str]) -> str:
     """Choose the media type that the Accept headers of a request prefer."""
-    return preferred_type(", ".join(request.headers.getlist("accept")), offered)
+    return preferred_type(joined(request, "accept"), offered)
 
 
 def preferred_type(accept: str, offered: Sequence[str]) -> str:

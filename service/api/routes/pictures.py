@@ -13,7 +13,8 @@ from schemas.api.plans import Convergence
 from service.analyses import convergence
 from service.analyses.convergence import MEDIA_TYPES, Form
 from service.api.authentication import JobId
-from service.api.routes.parameters import BINARY, negotiate, not_modified, problem
+from service.api.request_headers import check_preconditions
+from service.api.routes.parameters import BINARY, CHANGED, negotiate, problem
 from service.api.routes.stored import stored_response
 from service.jobs import pictures
 from service.jobs.context import Here, Service
@@ -73,14 +74,16 @@ def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
         }
         | {
             206: {"content": content, "description": "The bytes that `Range` asked for."},
-            304: {"description": "The file still has the `ETag` of `If-None-Match`."},
+            304: {"description": "You have it already, by `If-None-Match` or `If-Modified-Since`."},
         }
         | NO_JOB
+        | CHANGED
         | problem(410, "The job failed, was cancelled or has expired.", "picture_gone")
         | problem(416, "The range is outside the file.", "range")
     )
 
 
+REVALIDATED = {"Cache-Control": "no-cache"}
 NO_WIDTH = problem(422, "There are no thumbnails of this width.", "parameters")
 NO_EXR = problem(501, "The service was installed without the extra `exr`.", "extra_missing")
 
@@ -140,15 +143,25 @@ async def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart
 
 
 async def _answer(service: Service, request: Request, job_id: str, requested: ImageRequest) -> Response:
+    try:
+        return await _look(service, request, job_id, requested)
+    except FileNotFoundError:
+        # The job has ended or was deleted meanwhile: a second look finds the final picture, or says so.
+        return await _look(service, request, job_id, requested)
+
+
+async def _look(service: Service, request: Request, job_id: str, requested: ImageRequest) -> Response:
     look = await run_in_threadpool(pictures.look, service, job_id, requested)
-    unchanged = not_modified(request, look.etag) if look.etag else None
-    if unchanged:
-        return unchanged
     picture = look.encoded
     if picture is None:
+        # Before it is encoded, which takes longest.
+        known = {"ETag": look.etag, **REVALIDATED} if look.etag else None
+        unchanged = check_preconditions(request, known) if known else None
+        if unchanged:
+            return unchanged
         async with service.encoding.room(look.pixels):
             picture = await run_in_threadpool(pictures.picture, service, job_id, requested)
-    headers = {"ETag": picture.etag, "X-Progress": f"{picture.share:.4f}", "Cache-Control": "no-cache"}
+    headers = {"ETag": picture.etag, "X-Progress": f"{picture.share:.4f}", **REVALIDATED}
     media_type = pictures.MEDIA_TYPES[requested.kind]
     return await run_in_threadpool(stored_response, request, picture.content, media_type, headers)
 
@@ -200,6 +213,7 @@ CONVERGENCE: dict[int | str, dict[str, Any]] = {
     "/convergence",
     response_class=Response,
     responses=CONVERGENCE
+    | CHANGED
     | problem(404, "There is no such job.", "unknown_job")
     | problem(
         501, "The service was installed without the extra `study`, which draws plots.", "extra_missing"
@@ -210,8 +224,8 @@ def get_convergence(here: Here, request: Request, job_id: JobId, form: FormChoic
     """Get what each pass has cost, the error after it, and what half of that error would cost."""
     chosen = form or _form_of(request)
     etag = convergence.etag_of(here, job_id, chosen)
-    headers = {"ETag": etag, "Cache-Control": "no-cache", "Vary": "Accept"}
-    return not_modified(request, etag) or Response(
+    headers = {"ETag": etag, "Vary": "Accept", **REVALIDATED}
+    return check_preconditions(request, headers) or Response(
         convergence.encoded(convergence.convergence(here, job_id), chosen),
         media_type=MEDIA_TYPES[chosen],
         headers=headers,

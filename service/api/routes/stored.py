@@ -1,4 +1,4 @@
-"""Responses with stored files: whole, or a requested range (RFC 9110, section 14)."""
+"""Responses with stored files: whole, or a requested range (RFC 9110, sections 13 and 14)."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from email.utils import formatdate
 from itertools import pairwise
 
 from fastapi import Request
-from fastapi.responses import FileResponse, Response, StreamingResponse
-from starlette.types import Receive, Scope, Send
+from fastapi.responses import Response, StreamingResponse
 
+from service.api.request_headers import check_preconditions, joined
 from service.errors import RangeError
 from service.storage.objects import Stored
 
 RANGE = re.compile(r"(\d{1,18})-(\d{0,18})|-(\d{1,18})", re.ASCII)
-PIECE = 4 << 20
-"""Bytes that are fetched from a bucket at once."""
+PIECE = 1 << 20
+"""Bytes that are read at once: as much memory as each slow client takes."""
 
 Span = tuple[int, int]
 """The first byte and the one after the last."""
@@ -29,33 +29,27 @@ def stored_response(
 
     Raises
     ------
+    PreconditionFailedError
+        If the request is for another version.
     RangeError
         If the requested range is malformed, or begins after the end.
+    FileNotFoundError
+        If it was deleted from its bucket meanwhile.
     """
-    fields = {
-        **headers,
-        "Accept-Ranges": "bytes",
-        "Last-Modified": formatdate(stored.modified, usegmt=True),
-    }
+    fields = {**headers, "Accept-Ranges": "bytes"}
+    if stored.modified is not None:
+        fields["Last-Modified"] = formatdate(stored.modified, usegmt=True)
+    unchanged = check_preconditions(request, fields)
+    if unchanged is not None:
+        return unchanged
     span = _asked_span(request, fields, stored.size)
     if span is not None:
         begin, end = span
         fields["Content-Range"] = f"bytes {begin}-{end - 1}/{stored.size}"
         return streamed(206, stored, span, media_type, fields)
-    if stored.path is not None:
-        return _WholeFile(stored.path, media_type=media_type, headers=fields)
     if request.method == "HEAD":
         return Response(media_type=media_type, headers=fields | {"Content-Length": str(stored.size)})
     return streamed(200, stored, (0, stored.size), media_type, fields)
-
-
-class _WholeFile(FileResponse):
-    """A file served whole, because no range applies."""
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request."""
-        headers = [(name, value) for name, value in scope["headers"] if name != b"range"]
-        await super().__call__({**scope, "headers": headers}, receive, send)
 
 
 def _asked_span(request: Request, fields: Mapping[str, str], size: int) -> Span | None:
@@ -64,7 +58,7 @@ def _asked_span(request: Request, fields: Mapping[str, str], size: int) -> Span 
     That is so without a range, with one of another unit, for methods other than GET, where `If-Range` names
     another version, and where several are requested: a server may ignore them (section 14.2).
     """
-    unit, _, ranges = request.headers.get("range", "").partition("=")
+    unit, _, ranges = joined(request, "range").partition("=")
     if unit.strip().lower() != "bytes" or request.method != "GET":
         return None
     if not _holds(request.headers.get("if-range"), fields):
@@ -87,7 +81,7 @@ def _span(part: str, size: int) -> Span:
 
 def _holds(if_range: str | None, fields: Mapping[str, str]) -> bool:
     """Whether the client has parts of the same version."""
-    return if_range is None or if_range in (fields["ETag"], fields["Last-Modified"])
+    return if_range is None or if_range in (fields["ETag"], fields.get("Last-Modified"))
 
 
 def streamed(status: int, stored: Stored, span: Span, media_type: str, headers: dict[str, str]) -> Response:
@@ -95,9 +89,11 @@ def streamed(status: int, stored: Stored, span: Span, media_type: str, headers: 
     begin, end = span
     pieces = (stored.read(*ends) for ends in pairwise([*range(begin, end, PIECE), end]))
     # Fetch the first piece before the answer begins, so that an unreachable bucket gives a problem document.
-    content = _chained(next(pieces, b""), pieces)
+    first = next(pieces, b"")
+    if end - begin <= PIECE:
+        return Response(first, status, headers, media_type)
     fields = headers | {"Content-Length": str(end - begin)}
-    return StreamingResponse(content, status_code=status, media_type=media_type, headers=fields)
+    return StreamingResponse(_chained(first, pieces), status, fields, media_type)
 
 
 def _chained(first: bytes, rest: Iterator[bytes]) -> Iterator[bytes]:

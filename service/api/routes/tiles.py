@@ -8,14 +8,14 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Depends, Header, Query, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
-from fastapi.sse import EventSourceResponse, ServerSentEvent
+from fastapi.sse import EventSourceResponse, format_sse_event
 
 from schemas.api import batches
-from schemas.api.jobs import TileBatch
+from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
 from service.api.authentication import CurrentUser, JobId
 from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
 from service.api.routes.stored import streamed
-from service.errors import UnknownJobError
+from service.errors import DamagedJobError, UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs import tile_events
 from service.jobs.context import Here
@@ -44,6 +44,12 @@ BATCH_WEIGHT = 4
 """A pixel of a batch takes up to 4 times the memory of one of a PNG file while it is encoded."""
 BATCH_FORM = (batches.__doc__ or "").partition("\n\n")[2].partition("\n\n>>>")[0]
 UNKNOWN = problem(404, "There is no such job.", "unknown_job")
+EVENT = {name: {"type": "string"} for name in ("event", "id", "data")}
+EVENTS: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"text/event-stream": {"itemSchema": {"type": "object", "properties": EVENT}}}}
+}
+STREAMED = {"Cache-Control": "no-cache", "X-Accel-Buffering": "no"}
+"""Caches keep nothing of a stream, and nginx holds nothing of it back."""
 CROWDED = problem(429, "You watch as many jobs at once as you may.", "busy")
 
 
@@ -83,56 +89,70 @@ async def get_tiles(
     )
 
 
-async def known(here: Here, job_id: JobId) -> str:
+async def known(here: Here, job_id: JobId) -> Job:
     """Answer 404 for an unknown job before a stream has begun."""
-    return (await run_in_threadpool(jobs.show, here, job_id)).id
+    return await run_in_threadpool(jobs.show, here, job_id)
 
 
-async def watching(
-    here: Here, user: CurrentUser, job_id: Annotated[str, Depends(known)]
-) -> AsyncIterator[str]:
+async def watching(here: Here, user: CurrentUser, job: Annotated[Job, Depends(known)]) -> AsyncIterator[Job]:
     """Count a stream from before its beginning to its end; too many are answered 429."""
     with here.streams.waiting(user):
-        yield job_id
+        yield job
 
 
 @router.head("/events", include_in_schema=False)
-async def events_exist(job_id: Annotated[str, Depends(known)]) -> Response:  # noqa: ARG001
+async def events_exist(job: Annotated[Job, Depends(known)]) -> Response:  # noqa: ARG001
     """Answer without waiting: the stream lasts as long as the job."""
     return Response(media_type="text/event-stream")
 
 
 @router.get(
     "/events",
-    response_class=EventSourceResponse,
-    responses=UNKNOWN | CROWDED,
+    response_class=Response,
+    responses=EVENTS | UNKNOWN | CROWDED,
     summary="Stream tile events",
     response_description="A stream of events, until the job ends.",
 )
 async def get_events(
-    here: Here, job_id: Annotated[str, Depends(watching)], last_event_id: LastEventId = None
-) -> AsyncIterator[ServerSentEvent]:
+    here: Here, job: Annotated[Job, Depends(watching)], last_event_id: LastEventId = None
+) -> Response:
     """Stream the events of finished tiles as Server-Sent Events: the same as `/tiles` returns.
 
-    Each event `tile` has its number as id; the event `end` has the job, and ends the stream. After a broken
-    connection, send the number of the last event in `Last-Event-ID`. A comment every 10 seconds keeps an idle
-    connection open.
+    Each event `tile` has its number as id; the event `end` has the job, and ends the stream. A job that is
+    deleted meanwhile ends as cancelled. After a broken connection, send the number of the last event in
+    `Last-Event-ID`. A comment every 10 seconds keeps an idle connection open.
     """
-    after = last_event_id or 0
-    with here.job_events.watch(job_id) as watcher:
+    # The framework's own streams end with an error where a client leaves that has not read everything.
+    return EventSourceResponse(_events(here, job, last_event_id or 0), headers=STREAMED)
+
+
+async def _events(here: Here, job: Job, after: int) -> AsyncIterator[bytes]:
+    with here.job_events.watch(job.id) as watcher:
         while True:
             try:
-                batch = await run_in_threadpool(tile_events.batch, here, job_id, after)
+                batch, ended = await run_in_threadpool(tile_events.batch_and_end, here, job.id, after)
             except UnknownJobError:
-                return  # deleted while it was watched
-            for event in batch.events:
-                yield ServerSentEvent(event="tile", id=str(event.seq), data=event)
+                yield _end(job if job.state.final else job.model_copy(update={"state": JobState.CANCELLED}))
+                return
+            except DamagedJobError:
+                yield _end(await run_in_threadpool(jobs.show, here, job.id))
+                return
+            # In one piece: between pieces nothing would notice that the client has left.
+            yield b"".join(map(_tile, batch.events))
             after = batch.next
-            if batch.complete:
-                yield ServerSentEvent(event="end", data=await run_in_threadpool(jobs.show, here, job_id))
+            if ended is not None:
+                yield _end(ended)
                 return
             more = len(batch.events) == here.settings.max_events
             if not more and not await watcher.wait(here.settings.heartbeat_seconds):
                 if here.job_events.closed:
                     return
-                yield ServerSentEvent(comment="still here")
+                yield format_sse_event(comment="still here")
+
+
+def _tile(event: TileEvent) -> bytes:
+    return format_sse_event(event="tile", id=str(event.seq), data_str=event.model_dump_json())
+
+
+def _end(job: Job) -> bytes:
+    return format_sse_event(event="end", data_str=job.model_dump_json())

@@ -108,6 +108,18 @@ def test_closed_client(use: Callable[[Any], Any]) -> None:
         asyncio.run(awaited(use))
 
 
+@pytest.mark.parametrize("seconds", [-1, -1e-300, float("nan"), float("-inf")], ids=str)
+def test_seconds_that_are_none(seconds: float) -> None:
+    for name in ("timeout", "retry_seconds"):
+        with pytest.raises(ValueError, match=name):
+            Client(NO_SERVER, **{name: seconds})
+    with Client(NO_SERVER, retry_seconds=0) as client:
+        with pytest.raises(ValueError, match="timeout"):
+            client.wait("1", timeout=seconds)
+        with pytest.raises(ValueError, match="wait"):
+            client.submit(SCENE, wait=seconds)
+
+
 PROBLEMS = (
     Problem(
         pointer="/camra",

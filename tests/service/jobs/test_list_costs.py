@@ -39,8 +39,9 @@ LOOKS: Mapping[str, Look] = {
     "queued": page(),
     "in a rare state": page(state=JobState.FAILED),
     "of a user in a rare state": page(owner="user 1", state=JobState.FAILED),
-    "with a label": page(labels={"course": "rare"}),
-    "of a user with a label": page(owner="user 1", labels={"course": "rare"}),
+    "with a label": page(labels={"course": ["rare"]}),
+    "of a user with a label": page(owner="user 1", labels={"course": ["rare"]}),
+    "with one of two labels": page(labels={"course": ["rare", "usual"]}),
     "metrics": lambda service: service.dispatcher.metrics.text(service.database),
     "sweep": lambda service: service.retention_thread.prune(RULES),
 }

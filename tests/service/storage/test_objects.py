@@ -17,7 +17,7 @@ from schemas.limits import Limits
 from service.errors import StoreAwayError, UploadMismatchError
 from service.storage.assets import AssetStore
 from service.storage.bucket import CALL_SECONDS, PART_BYTES
-from service.storage.folder import place_of
+from service.storage.folder import Folder, place_of
 from service.storage.objects import Objects
 from tests.s3_server import BUCKET, S3Server
 from tests.service.support import until
@@ -55,6 +55,20 @@ def test_drop_leaves_names_beside_a_name(place: Objects) -> None:
     until(lambda: names(place) == {"a/spec", "ab/tiles/1", "ab/spec"})
     place.drop("ab")
     until(lambda: names(place) == {"a/spec"})
+
+
+def test_object_that_is_dropped_is_read_to_its_end_or_missing(place: Objects) -> None:
+    place.begin("a")
+    place.put("a/b", b"abc")
+    stored = place.find("a/b")
+    assert stored is not None
+    place.drop("a")
+    until(lambda: place.find("a/b") is None)
+    if isinstance(place, Folder):
+        assert stored.read(0, 3) == b"abc"
+    else:
+        with pytest.raises(FileNotFoundError):
+            stored.read(0, 3)
 
 
 def test_draft_is_seen_once_it_is_kept(place: Objects) -> None:

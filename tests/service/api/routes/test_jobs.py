@@ -88,6 +88,10 @@ def test_list_is_filtered_by_label_and_state_and_comes_in_pages(api: httpx2.Clie
     assert found(limit=5) == newest
     assert found(label="found:by:label") == newest
     assert found(label=["found:by:label", "number:1"]) == [sent[1]["id"]]
+    some = ["found:by:label", "number:1", "number:3", "number:7"]
+    assert found(label=some) == found(label=some[::-1]) == [sent[3]["id"], sent[1]["id"]]
+    assert found(label=some, limit=1) == [sent[3]["id"]]
+    assert found(label=[*some, "found:otherwise"], state="succeeded") == [sent[3]["id"], sent[1]["id"]]
     assert found(label="found:by:label", state="succeeded") == newest
     assert found(label="found:by:label", state="cancelled") == []
     assert found(label="found:by") == []

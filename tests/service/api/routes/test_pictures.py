@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from email.utils import formatdate, parsedate_to_datetime
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,8 @@ def test_picture_and_layers_are_there_while_they_are_rendered(api: httpx2.Client
     assert running
     assert all(0 < float(answer.headers["X-Progress"]) < 1 for answer in (png, npy, errors))
     assert png.headers["ETag"] != npy.headers["ETag"]
+    # Two of them may be of the same second.
+    assert "Last-Modified" not in png.headers
     # The preview already shows the scene: on average it is right.
     rough = renderer.compile_scene(document | {"sampling": {}}, layers=["depth"])
     few = renderer.render(rough, workers=1)
@@ -119,6 +122,66 @@ def test_file_is_cached_and_sent_in_parts(api: httpx2.Client, done: str, file: s
     head = api.head(path, headers={"Range": "bytes=0-9"})
     assert (head.status_code, head.content, head.headers["ETag"]) == (200, b"", tag)
     assert int(head.headers["Content-Length"]) == len(whole.content)
+
+
+DAY = 86400
+TAG, DATE = "ETag", "Last-Modified"
+IN_FORCE: list[tuple[dict[str, str], int]] = [
+    ({"If-Match": "{tag}"}, 200),
+    ({"If-Match": '"other", {tag}'}, 200),
+    ({"If-Match": "*"}, 200),
+    ({"If-Match": '"other"'}, 412),
+    ({"If-Match": "W/{tag}"}, 412),
+    ({"If-Match": '"other"', "Range": "bytes=0-9"}, 412),
+    ({"If-Match": '"other"', "If-None-Match": "{tag}"}, 412),
+    ({"If-Match": "{tag}", "If-None-Match": "{tag}"}, 304),
+    ({"If-Unmodified-Since": "{date}"}, 200),
+    ({"If-Unmodified-Since": "{before}"}, 412),
+    ({"If-Unmodified-Since": "{before}", "If-Match": "{tag}"}, 200),
+    ({"If-Unmodified-Since": "yesterday"}, 200),
+    ({"If-Modified-Since": "{date}"}, 304),
+    ({"If-Modified-Since": "{after}"}, 304),
+    ({"If-Modified-Since": "{before}"}, 200),
+    ({"If-Modified-Since": "{date}", "If-None-Match": '"other"'}, 200),
+    ({"If-Modified-Since": "yesterday"}, 200),
+    ({"Range": "bytes=0-9", "If-Range": "{tag}"}, 206),
+    ({"Range": "bytes=0-9", "If-Range": "{date}"}, 206),
+    ({"Range": "bytes=0-9", "If-Range": "W/{tag}"}, 200),
+    ({"Range": "bytes=0-9", "If-Range": '"other"'}, 200),
+    ({"Range": "bytes=0-9", "If-Range": "{before}"}, 200),
+    ({"Range": "bytes=0-9", "If-Range": "{tag}", "If-Match": '"other"'}, 412),
+]
+
+
+@pytest.mark.parametrize("file", ["image.npy", "image.png?width=96", "layers/depth.npy"])
+@pytest.mark.parametrize(("headers", "status"), IN_FORCE, ids=[" ".join(sent) for sent, _ in IN_FORCE])
+def test_condition_decides_the_answer(
+    api: httpx2.Client, done: str, file: str, headers: dict[str, str], status: int
+) -> None:
+    path = f"/v1/jobs/{done}/{file}"
+    known = api.get(path).headers
+    at = parsedate_to_datetime(known[DATE]).timestamp()
+    dates = {"before": formatdate(at - DAY, usegmt=True), "after": formatdate(at + DAY, usegmt=True)}
+    sent = {name: text.format(tag=known[TAG], date=known[DATE], **dates) for name, text in headers.items()}
+    for method in ("GET", "HEAD"):
+        answer = api.request(method, path, headers=sent)
+        # A range of a HEAD request is ignored.
+        assert answer.status_code == (200 if (status, method) == (206, "HEAD") else status), method
+    if status == 412:
+        assert problem_of(api.get(path, headers=sent), 412)["code"] == "precondition_failed"
+
+
+def test_header_may_come_in_several_lines(api: httpx2.Client, done: str) -> None:
+    path = f"/v1/jobs/{done}/image.npy"
+    tag = api.get(path).headers[TAG]
+    for name, status in (("If-None-Match", 304), ("If-Match", 200)):
+        assert api.get(path, headers=[(name, '"other"'), (name, tag)]).status_code == status
+    sent = {"scene": scene(8, 8, samples=1)}
+    kept, anew = ("Cache-Control", "max-age=0"), ("Cache-Control", "no-cache")
+    for lines, is_shared in (([kept], False), ([kept], True), ([kept, anew], False)):
+        job = api.post("/v1/jobs", json=sent, headers=[*lines, ("Prefer", "wait=30")]).json()["id"]
+        events = [entry["event"] for entry in api.get(f"/v1/jobs/{job}/log").json()["entries"]]
+        assert ("shared" in events) is is_shared, lines
 
 
 def test_range_outside_the_file_is_a_problem(api: httpx2.Client, done: str) -> None:

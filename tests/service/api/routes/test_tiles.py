@@ -9,17 +9,20 @@ from typing import Any
 import httpx2
 import numpy as np
 import pytest
+from sqlalchemy import text
 
 from renderer.images.files import displayed
 from schemas.api.batches import FLOAT32, unpack
 from schemas.scene import Display
 from service.server import RunningServer
 from tests.service.conftest import Start
+from tests.service.in_process import InProcess
 from tests.service.sending import MARK, problem_of
 from tests.service.support import (
     API_ON_BOTH,
     ON_BOTH,
     TIMEOUT,
+    finish,
     image,
     long_scene,
     scene,
@@ -149,6 +152,15 @@ def test_stream_reports_every_tile_and_then_the_end(client: httpx2.Client) -> No
     assert end["event"] == "end"
     assert json.loads(end["data"])["state"] == "succeeded"
     assert streamed(client, job, **{"Last-Event-ID": "3"}) == [*tiles, end][3:]
+
+
+def test_stream_of_a_damaged_job_ends(api: httpx2.Client, local: InProcess) -> None:
+    job = finish(api, submit(api, scene(8, 8, samples=1)))["id"]
+    with local.service.database.writing() as session:
+        session.execute(text("UPDATE renders SET passes = '{' WHERE id = :id"), {"id": job})
+    *_, end = streamed(api, job)
+    assert end["event"] == "end"
+    assert "damaged" in json.loads(end["data"])["damage"]
 
 
 @pytest.mark.slow
