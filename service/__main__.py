@@ -6,7 +6,14 @@ from service.settings import Settings
 from service.workers.fork_server import fork_server
 
 if __name__ == "__main__":
-    settings = Settings()
+    try:
+        settings = Settings()
+    except Exception:
+        # Settings that cannot be used are reported as everything else is.
+        from service import logs
+
+        logs.configure("info")
+        raise
     if settings.engine == "slots":
         fork_server.start()
     from service.server import inherited_listener, run

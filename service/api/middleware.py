@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 import secrets
 import time
+from http import HTTPStatus
 
 import structlog
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from service.logs import bursts
 
 HEADER = "X-Request-ID"
 _GOOD = re.compile(r"[A-Za-z0-9._-]{1,64}")
@@ -43,17 +46,24 @@ class RequestIds:
             try:
                 await self.app(scope, receive, named)
             finally:
-                _log(scope, status, time.monotonic() - started)
+                _log(scope, name, status, time.monotonic() - started)
 
 
 def _name(given: str) -> str:
     return given if _GOOD.fullmatch(given) else secrets.token_hex(8)
 
 
-def _log(scope: Scope, status: int, seconds: float) -> None:
-    # Watchers poll all the time: success is logged for debugging only.
-    say = log.warning if status >= 500 else log.debug
-    say("request", method=scope["method"], path=scope["path"], status=status, seconds=round(seconds, 4))
+def _log(scope: Scope, name: str, status: int, seconds: float) -> None:
+    details = {"request": name, "method": scope["method"], "path": scope["path"], "status": status}
+    details["seconds"] = round(seconds, 4)
+    if status < 500:
+        # Watchers poll all the time: success is logged for debugging only.
+        log.debug("request", **details)
+    elif status == HTTPStatus.SERVICE_UNAVAILABLE:
+        # Anybody may open more connections than there may be.
+        bursts.write(("request", status), lambda more: log.warning("request", **details, **more))
+    else:
+        log.warning("request", **details)
 
 
 ALWAYS = {

@@ -197,7 +197,10 @@ def _known(request: Request, error: Exception) -> Response:
     kind = kind_of(error)
     headers = {"Retry-After": str(RETRY_AFTER_SECONDS)} if kind.retry else {}
     if not kind.is_public:
-        log.error("request failed", path=request.url.path, error=type(error).__name__, status=kind.status)
+        # A database that is away is no fault of the code, and logged for each request meanwhile.
+        trace = None if kind.retry else error
+        names = {"path": request.url.path, "error": type(error).__name__, "status": kind.status}
+        log.error("request failed", exc_info=trace, **names)
     if isinstance(error, errors.UnauthenticatedError):
         headers["WWW-Authenticate"] = "Bearer"
     if isinstance(error, errors.QueueFullError):

@@ -87,7 +87,18 @@ def _serve(parent: int, requests: Connection) -> None:
     # Ctrl-C at a terminal is for the service, and workers are not waited for.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
-    from service.workers.worker import work  # noqa: PLC0415  (what takes so long)
+    from service import logs  # noqa: PLC0415  (with the following one what takes so long)
+
+    logs.configure("info")
+    try:
+        _fork_each(requests)
+    except Exception:  # noqa: BLE001  (multiprocessing would print it as no log is written)
+        sys.excepthook(*sys.exc_info())
+        os._exit(1)
+
+
+def _fork_each(requests: Connection) -> None:
+    from service.workers.worker import work  # noqa: PLC0415  (as above)
 
     while True:
         try:
