@@ -16,7 +16,6 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 
 import structlog
-from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
@@ -24,13 +23,14 @@ from schemas.api.jobs import JobState
 from service.dispatch import ledger
 from service.dispatch.holding import HeldTasks
 from service.dispatch.job_events import JobEvents
-from service.dispatch.leadership import BEAT_SECONDS, Leadership
+from service.dispatch.leadership import BEAT_SECONDS, Leadership, Term
+from service.dispatch.outages import Outages
 from service.dispatch.rounds import Round
 from service.dispatch.throughput import Throughput
 from service.errors import StoreError, UnavailableError
+from service.lifecycle import sharing
 from service.settings import Settings
 from service.storage.database.connection import Database
-from service.storage.database.models import RenderRow
 from service.storage.tiles import UNFINISHED_SECONDS, TileStore
 from service.telemetry.metrics import Metrics
 from service.telemetry.spans import JobSpans
@@ -41,6 +41,7 @@ from service.workers.tasks import (
     Interrupted,
     JobTask,
     Outcome,
+    Released,
     Task,
     TaskFailed,
     WorkerDied,
@@ -100,7 +101,7 @@ class Dispatcher:
         self._deadline: float | None = None
         self._starved = False
         self.throughput = Throughput(settings.workers)
-        self._leadership = Leadership(database)
+        self._leadership, self._outages = Leadership(database), Outages(engine.alive)
         self._term: int | None = None
         self._next_stand = 0.0
         self._stale: set[JobTask] = set()
@@ -111,8 +112,10 @@ class Dispatcher:
         with self._database.writing() as session:
             term = self._leadership.stand(session)
             recovered = 0 if term is None else ledger.recover(session)
+            if term is not None:
+                sharing.add_outage(session, term.silent_seconds)
         self.metrics.note_retries({Cause.SERVER_LOST: recovered})
-        self._lead(term)
+        self._lead(term.number if term else None)
         self._tidy()
         self._thread.start()
         self.wake()
@@ -180,13 +183,13 @@ class Dispatcher:
                 message = self._inbox.get_nowait()
         except queue.Empty:
             pass
-        for task in self._held.release():
-            self._flying.discard(task)
-            self._reports.append((task, Interrupted()))
         while self._cancelled:
             render = self._cancelled.popleft()
             if self._term is not None:
                 self._leave(render, self._settings.cancel_grace_seconds)
+        for task in self._held.release(self._leaving):
+            self._flying.discard(task)
+            self._reports.append((task, Released()))
         return not self._stopping.is_set()
 
     def _wait_seconds(self) -> float | None:
@@ -195,7 +198,7 @@ class Dispatcher:
         if self._pause_until:
             return max(0.0, self._pause_until - time.monotonic())
         waits = [EMPTY_SECONDS] if self._starved else []
-        waits += [BEAT_SECONDS] if self._database.shared else []
+        waits += [BEAT_SECONDS] if self._outages.beating else []
         if self._deadline:
             waits.append(self._deadline - time.monotonic())
         held = self._held.seconds_left()
@@ -238,10 +241,11 @@ class Dispatcher:
         self._starved = room == 0 and not self._flying
         try:
             with self._database.writing() as session:
-                term = self._leadership.stand(session)
+                standing = self._leadership.stand(session)
+                term = standing.number if standing else None
                 if term != self._term:
                     self._forget_tasks()
-                result = None if term is None else self._decide(session, term, room)
+                result = None if standing is None else self._decide(session, standing, room)
         except SQLAlchemyError as error:
             log.warning("database not usable, trying again", error=type(error).__name__)
             self._pause()
@@ -257,10 +261,12 @@ class Dispatcher:
                 threading.Thread(target=self._tidy, name="tidy", daemon=True).start()
         if result is not None:
             self.metrics.note_retries(result.retries)
+            self._outages.note((outcome for _, outcome in self._reports), store_closed=result.store_closed)
             self._reports = []
             left = result.deadline_in
             self._deadline = None if left is None else time.monotonic() + left
             self._act(result)
+        self._outages.beating = self._database.shared or bool(self._flying or self._deadline)
 
     def _is_due(self) -> bool:
         """Whether to read the database: always, or now and then where another server leads."""
@@ -270,10 +276,12 @@ class Dispatcher:
             self._next_stand = time.monotonic() + BEAT_SECONDS
         return True
 
-    def _decide(self, session: Session, term: int, room: int) -> Round:
+    def _decide(self, session: Session, term: Term, room: int) -> Round:
         """Write the results of all events; also look for renders that other servers cancelled."""
         taken_back = Counter[Cause]()
-        if term != self._term:
+        follows = term.number != self._term
+        sharing.add_outage(session, self._outages.seconds(term, was_away=follows or self._in_doubt))
+        if follows:
             taken_back[Cause.SERVER_LOST] = ledger.recover(session)
             self._database.notify(session, anything=True)
         elif self._in_doubt:
@@ -285,6 +293,7 @@ class Dispatcher:
             leaving=self._leaving,
             room=room,
             max_attempts=self._settings.max_attempts,
+            worker_bytes=self._settings.worker_memory_bytes,
             retries=taken_back,
         )
         result.decide(session)
@@ -324,14 +333,9 @@ class Dispatcher:
         """Remove the files that nothing in the database refers to, and the tiles of what has ended."""
         try:
             with self._database.reading() as session:
-                renders = session.execute(select(RenderRow.id, RenderRow.state, RenderRow.final_prefix)).all()
-            ended = {
-                render: prefix if state is JobState.SUCCEEDED else None
-                for render, state, prefix in renders
-                if state.final
-            }
+                known, ended = ledger.known_files(session)
             age = UNFINISHED_SECONDS if self._database.shared else 0.0
-            self._store.sweep({render for render, *_ in renders}, ended, age)
+            self._store.sweep(known, ended, age)
         except (SQLAlchemyError, OSError, StoreError) as error:
             log.warning("store not tidied", error=type(error).__name__)
 
@@ -355,9 +359,9 @@ class Dispatcher:
     def _act(self, result: Round) -> None:
         if result.store_closed:
             self._pause()
-        for early in result.early:
-            self._flying.add(early)
-            self._held.hold(early)
+        for held, seconds in result.held:
+            self._flying.add(held)
+            self._held.hold(held, seconds)
         for task in result.tasks:
             self._flying.add(task)
             self.throughput.watch(busy=True)

@@ -1,22 +1,33 @@
-"""Tiles that a worker has given up as late while their job has time left, by the server's clock.
+"""Tasks that wait before their next attempt, which would end as the last one did if it began at once.
 
-A worker that measured otherwise would give each up again at once, thousands of times until the job ends.
+Those that have killed a worker wait longer each time. A tile that a worker has given up as late while its job
+has time left by the server's clock would be given up again at once, thousands of times until the job ends.
 """
 
 from __future__ import annotations
 
 import time
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 from service.workers.tasks import JobTask
 
-HOLD_SECONDS = 1.0
-"""How long a tile is held before it may be handed out again: a fraction of the shortest useful time limit."""
+LATE_SECONDS = 1.0
+"""How long a tile that was given up as late is held: a fraction of the shortest useful time limit."""
+# Memory that other processes of the machine have used up is often free again within seconds.
+BACKOFF_SECONDS, BACKOFF, MAX_BACKOFF_SECONDS = 0.5, 4.0, 30.0
+
+
+def backoff(deaths: int) -> float:
+    """Return for how many seconds a task is held that has killed so many workers.
+
+    >>> [backoff(deaths) for deaths in range(1, 5)]
+    [0.5, 2.0, 8.0, 30.0]
+    """
+    return min(BACKOFF_SECONDS * BACKOFF ** min(deaths - 1, 16), MAX_BACKOFF_SECONDS)
 
 
 class HeldTasks:
-    """Tasks that are held back, in the order in which they are released.
+    """Tasks that are held back, each for a time of its own.
 
     Parameters
     ----------
@@ -31,23 +42,26 @@ class HeldTasks:
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
-        self._tasks: deque[tuple[float, JobTask]] = deque()
+        self._until: dict[JobTask, float] = {}
 
-    def hold(self, task: JobTask) -> None:
+    def hold(self, task: JobTask, seconds: float) -> None:
         """Hold a task back from now on."""
-        self._tasks.append((self._clock() + HOLD_SECONDS, task))
+        self._until[task] = self._clock() + seconds
 
-    def release(self) -> Iterator[JobTask]:
-        """Return the tasks that were held long enough, and hold them no longer."""
-        while self._tasks and self._tasks[0][0] <= self._clock():
-            yield self._tasks.popleft()[1]
+    def release(self, leaving: Collection[str] = ()) -> Iterator[JobTask]:
+        """Return the tasks that were held long enough, or whose renders are leaving; hold them no longer."""
+        now = self._clock()
+        for task, until in [*self._until.items()]:
+            if until <= now or task.job in leaving:
+                del self._until[task]
+                yield task
 
     def seconds_left(self) -> float | None:
         """Seconds until the next task is released; None if there is none."""
-        return self._tasks[0][0] - self._clock() if self._tasks else None
+        return min(self._until.values()) - self._clock() if self._until else None
 
     def forget(self) -> set[JobTask]:
         """Hold nothing any more, and return what was held."""
-        held = {task for _, task in self._tasks}
-        self._tasks.clear()
+        held = set(self._until)
+        self._until.clear()
         return held

@@ -4,16 +4,20 @@ The leader's lease is kept in the database and counted by its clock: the leader 
 and once it is late, another server may lead. In each of its transactions the leader checks that it still
 leads, and of those one writes at a time: a server that was stopped, or cut off, for a while writes nothing as
 a leader once another leads. Where a database has one server alone, that one leads.
+
+The renewals are the service's signs of life: the time between two of them is known after a crash, too.
 """
 
 from __future__ import annotations
 
 import secrets
-from datetime import timedelta
+from datetime import datetime, timedelta
+from typing import NamedTuple
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from service.lifecycle import clock
 from service.storage.database.connection import Database
 from service.storage.database.models import LeaderRow
 
@@ -22,10 +26,17 @@ LEASE_SECONDS = 3.0
 # How often the leader renews its lease, and the others look whether it is up, seconds.
 BEAT_SECONDS = 0.5
 
-_LEASE, _RENEWED = timedelta(seconds=LEASE_SECONDS), timedelta(seconds=LEASE_SECONDS - BEAT_SECONDS)
+_LEASE = timedelta(seconds=LEASE_SECONDS)
 _STANDING = select(LeaderRow, func.clock_timestamp()).with_for_update(of=LeaderRow)
 ALONE = 1
 """The term of a server that has its database for itself."""
+
+
+class Term(NamedTuple):
+    """The number of a term, and the seconds since the last sign of life, 0 where none was due."""
+
+    number: int
+    silent_seconds: float = 0.0
 
 
 class Leadership:
@@ -41,25 +52,25 @@ class Leadership:
         self._shared = database.shared
         self._server = secrets.token_hex(8)
 
-    def stand(self, session: Session) -> int | None:
-        """Lead, if no other server does.
+    def stand(self, session: Session) -> Term | None:
+        """Lead, if no other server does, and give a sign of life.
 
         Returns
         -------
-        int or None
-            Number of the term, another one whenever a server has begun to lead; None if another leads.
+        Term or None
+            It has another number whenever a server has begun to lead; None if another leads.
         """
         if not self._shared:
-            return ALONE
+            row = session.scalars(select(LeaderRow)).one()
+            return Term(ALONE, _renew(row, clock.since(row.expires_at - _LEASE), clock.now()))
         row, now = session.execute(_STANDING).one()
-        if row.server != self._server:
-            if row.server is not None and row.expires_at > now:
-                return None
-            row.server, row.term = self._server, row.term + 1
-            row.expires_at = now + _LEASE
-        elif row.expires_at < now + _RENEWED:
-            row.expires_at = now + _LEASE
-        return int(row.term)
+        silent = (now - row.expires_at + _LEASE).total_seconds()
+        if row.server == self._server:
+            return Term(row.term, _renew(row, silent, now))
+        if row.server is not None and row.expires_at > now:
+            return None
+        row.server, row.term, row.expires_at = self._server, row.term + 1, now + _LEASE
+        return Term(row.term, max(0.0, silent))
 
     def resign(self, session: Session) -> None:
         """Let another server lead at once, if this one does."""
@@ -67,3 +78,11 @@ class Leadership:
             row, _ = session.execute(_STANDING).one()
             if row.server == self._server:
                 row.server = None
+
+
+def _renew(row: LeaderRow, silent_seconds: float, now: datetime) -> float:
+    """Renew the lease if it is due; return for how long it was not renewed."""
+    if silent_seconds < BEAT_SECONDS:
+        return 0.0
+    row.expires_at = now + _LEASE
+    return silent_seconds

@@ -85,6 +85,17 @@ def take_back_unknown(session: Session, known: Collection[JobTask]) -> int:
     return taken_back
 
 
+def known_files(session: Session) -> tuple[set[str], dict[str, str | None]]:
+    """Return the ids of all renders, and those of the ended ones with the prefix of their final files."""
+    renders = session.execute(select(RenderRow.id, RenderRow.state, RenderRow.final_prefix)).all()
+    ended = {
+        render: prefix if state is JobState.SUCCEEDED else None
+        for render, state, prefix in renders
+        if state.final
+    }
+    return {render for render, *_ in renders}, ended
+
+
 def unwanted(session: Session) -> Sequence[str]:
     """Return the ids of the running renders that any server has cancelled."""
     return session.scalars(select(RenderRow.id).where(_STARTED, RenderRow.cancel_requested)).all()
@@ -188,18 +199,26 @@ def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) ->
     return True
 
 
-def take_back(session: Session, render: RenderRow, task: TileTask, *, death: bool) -> int | None:
-    """Let a step wait again, and return how many workers it has cost so far.
+def take_back(session: Session, render: RenderRow, task: TileTask) -> bool:
+    """Let a step wait again. False if it is a stale attempt, which changes nothing."""
+    step = _handed_out(session, render, task)
+    if step is None:
+        return False
+    step.state = WAITING
+    fairness.settle(session, step, 0.0)
+    fairness.activate_all_of(session, render)
+    return True
 
-    None if it is a stale attempt, which changes nothing.
+
+def note_death(session: Session, render: RenderRow, task: TileTask) -> int:
+    """Return how many workers a step has cost with this one, and keep it handed out.
+
+    0 if it is a stale attempt, which changes nothing.
     """
     step = _handed_out(session, render, task)
     if step is None:
-        return None
-    step.state = WAITING
-    step.deaths += death
-    fairness.settle(session, step, 0.0)
-    fairness.activate_all_of(session, render)
+        return 0
+    step.deaths += 1
     return step.deaths
 
 

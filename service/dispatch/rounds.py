@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 from schemas.api.jobs import Failure, JobState
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
+from service.dispatch.holding import LATE_SECONDS, backoff
 from service.lifecycle import damage, rows, sharing
 from service.lifecycle.damage import DamagedRenderError, using
 from service.storage.database.models import JobRow, RenderRow
@@ -33,6 +34,7 @@ from service.workers.tasks import (
     TileTask,
     WorkerDied,
     cause_of,
+    memory_limit,
 )
 
 _SHARING = select(JobRow.id).join(RenderRow).where(RenderRow.id.in_(bindparam("renders", expanding=True)))
@@ -60,6 +62,8 @@ class Round:
         How many tasks the engine takes.
     max_attempts
         How many workers a task may cost.
+    worker_bytes
+        Memory of a worker.
     """
 
     reports: Sequence[tuple[JobTask, Outcome]]
@@ -67,6 +71,7 @@ class Round:
     leaving: Collection[str]
     room: int
     max_attempts: int
+    worker_bytes: int
 
     touched: set[str] = field(default_factory=set)
     """Renders that have news."""
@@ -80,8 +85,8 @@ class Round:
     """Seconds until the time limit of some render is spent, and a decision is due."""
     store_closed: bool = False
     """Whether a task could not write to the disk, so that trying again at once is useless."""
-    early: list[TileTask] = field(default_factory=list)
-    """Tasks that were given up as late while their job had time left: they are held back for a while."""
+    held: list[tuple[JobTask, float]] = field(default_factory=list)
+    """Tasks that wait before their next attempt, and for how many seconds."""
     retries: Counter[Cause] = field(default_factory=Counter)
     """How many tasks are to be tried again, by what was in the way."""
 
@@ -120,9 +125,8 @@ class Round:
         self._past_damage(session, partial(self._claim_tiles, session))
 
     def _claim_pictures(self, session: Session) -> None:
-        merging = (
-            task for task in (*self.flying, *self.tasks) if isinstance(task, ComposeTask | AdvanceTask)
-        )
+        busy = (*self.flying, *self.tasks, *(task for task, _ in self.held))
+        merging = (task for task in busy if isinstance(task, ComposeTask | AdvanceTask))
         for task in ledger.compose_claims(session, {task.job for task in merging}):
             self.tasks.append(task)
 
@@ -158,19 +162,29 @@ class Round:
             case TaskFailed(code=code, message=message, passes=False):
                 _fail(session, render, code, message, retryable=False)
             case Interrupted(late=True) if not targets.is_spent(render):
-                self.early.append(task)
-            case _:
-                self._take_back(session, render, task, outcome)
+                self._hold(task, LATE_SECONDS, Interrupted())
+            case WorkerDied():
+                self._land_death(session, render, task, outcome)
+            case _ if ledger.take_back(session, render, task):
+                self._count_retry(outcome)
 
-    def _take_back(self, session: Session, render: RenderRow, task: TileTask, outcome: Outcome) -> None:
-        death = isinstance(outcome, WorkerDied)
-        deaths = ledger.take_back(session, render, task, death=death)
-        if deaths is None:
-            return
-        if death and deaths >= self.max_attempts:
-            _fail(session, render, "worker_died", _died(self.max_attempts, task), retryable=True)
-        else:
-            self._count_retry(outcome)
+    def _land_death(self, session: Session, render: RenderRow, task: TileTask, outcome: WorkerDied) -> None:
+        deaths = ledger.note_death(session, render, task)
+        if deaths >= self.max_attempts:
+            _fail(session, render, "worker_died", self._died(task), retryable=True)
+        elif deaths:
+            self._hold(task, backoff(deaths), outcome)
+
+    def _died(self, task: TileTask) -> str:
+        return (
+            f"Tile {task.tile.index} of pass {task.pass_.index} was tried {self.max_attempts} times, and the "
+            f"worker died each time. It may have needed more than the {memory_limit(self.worker_bytes)}, or "
+            "than the machine has."
+        )
+
+    def _hold(self, task: JobTask, seconds: float, outcome: Outcome) -> None:
+        self.held.append((task, seconds))
+        self._count_retry(outcome)
 
     def _land_picture(
         self, session: Session, render: RenderRow, task: ComposeTask | AdvanceTask, outcome: Outcome
@@ -189,7 +203,9 @@ class Round:
                 _fail(session, render, "storage_failed", NOT_PUT_TOGETHER, retryable=True)
             case WorkerDied() if render.compose_deaths >= self.max_attempts:
                 _fail(session, render, "worker_died", NOT_PUT_TOGETHER, retryable=True)
-            case WorkerDied() | TaskFailed() | Interrupted():
+            case WorkerDied():
+                self._hold(task, backoff(render.compose_deaths), outcome)
+            case TaskFailed() | Interrupted():
                 self._count_retry(outcome)
 
     def _count_retry(self, outcome: Outcome) -> None:
@@ -224,10 +240,3 @@ def _ends(render: RenderRow) -> bool:
 def _fail(session: Session, render: RenderRow, code: str, message: str, *, retryable: bool) -> None:
     if not _ends(render):
         rows.end(session, render, JobState.FAILED, Failure(code=code, message=message, retryable=retryable))
-
-
-def _died(attempts: int, task: TileTask) -> str:
-    return (
-        f"Tile {task.tile.index} of pass {task.pass_.index} was tried {attempts} times, "
-        "and the worker died each time."
-    )

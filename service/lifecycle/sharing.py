@@ -55,6 +55,19 @@ def follow(session: Session, render: RenderRow | None) -> None:
         render.paused_at = clock.now()
 
 
+def add_outage(session: Session, seconds: float) -> None:
+    """Count the last seconds as a pause of all that ran in them: nothing could work on it."""
+    for table in (JobRow, RenderRow) if seconds else ():
+        times = select(table.number, table.started_at, table.paused_at, table.paused_seconds)
+        ran: Any = session.execute(times.where(table.state == JobState.RUNNING, table.paused_at.is_(None)))
+        paused = [
+            {"number": row.number, "paused_seconds": row.paused_seconds + min(seconds, rows.ran_for(row))}
+            for row in ran
+        ]
+        if paused:
+            session.execute(update(table), paused)
+
+
 def _end_pause(row: JobRow | RenderRow) -> None:
     row.paused_seconds, row.paused_at = rows.paused_for(row), None
 

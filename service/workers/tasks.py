@@ -275,6 +275,11 @@ class Interrupted:
     late: bool = False
 
 
+@dataclass(frozen=True)
+class Released:
+    """The task was held back for a while, and may be handed out again."""
+
+
 def log_names(task: Task | None) -> dict[str, str | int]:
     """Name a task in a log: its job, tile, pass and attempt, as far as it has them."""
     names: dict[str, str | int] = {}
@@ -287,8 +292,19 @@ def log_names(task: Task | None) -> dict[str, str | int]:
     return names
 
 
+def memory_limit(worker_bytes: int) -> str:
+    """Say how much memory a worker may use, and who decides it, within a sentence.
+
+    >>> memory_limit(4 << 30)
+    "4 GiB of memory that a worker may use (setting 'worker_memory_bytes')"
+    """
+    return (
+        f"{worker_bytes / (1 << 30):.3g} GiB of memory that a worker may use (setting 'worker_memory_bytes')"
+    )
+
+
 CallDone = TraceDone | QuoteDone | PreviewDone | CompareDone | CompareRefused | InspectDone
-Outcome = TileDone | AdvanceDone | ComposeDone | CallDone | TaskFailed | WorkerDied | Interrupted
+Outcome = TileDone | AdvanceDone | ComposeDone | CallDone | TaskFailed | WorkerDied | Interrupted | Released
 
 
 class Report(Protocol):
@@ -311,7 +327,7 @@ class Cause(StrEnum):
 
 
 def cause_of(outcome: Outcome) -> Cause | None:
-    """Return why a task is tried again; None if only its time was up.
+    """Return why a task is tried again; None if only its time was up, or if it was counted as it was held.
 
     Raises
     ------
@@ -323,6 +339,8 @@ def cause_of(outcome: Outcome) -> Cause | None:
             return Cause.WORKER_DIED
         case Interrupted(late=late):
             return None if late else Cause.INTERRUPTED
+        case Released():
+            return None
         case TaskFailed(code=code):
             return Cause(code)
         case _:

@@ -58,7 +58,7 @@ def client_of(server: RunningServer) -> httpx2.Client:
     return httpx2.Client(base_url=server.url, timeout=TIMEOUT)
 
 
-def half_done(client: httpx2.Client) -> str:
-    job = submit(client, work())
+def half_done(client: httpx2.Client, **request: Any) -> str:
+    job = submit(client, work(), **request)
     wait(client, job, lambda found: found["progress"]["done"] >= 3)
     return job

@@ -16,7 +16,7 @@ from service.dispatch.rounds import Round
 from service.lifecycle import progress, rows, sharing
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow, ShareRow, TileRow
-from service.workers.tasks import ComposeDone, JobTask, Outcome, TileDone, TileTask, pass_of
+from service.workers.tasks import ComposeDone, JobTask, Outcome, Released, TileDone, TileTask, pass_of
 from tests.service.support import enter
 
 DONE = TileDone(
@@ -87,11 +87,15 @@ class Table:
 
     def round(self, *reports: tuple[JobTask, Outcome], room: int = 0, leaving: Sequence[str] = ()) -> Round:
         self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]
-        result = Round(reports, self.flying, leaving, room, MAX_ATTEMPTS)
+        result = Round(reports, self.flying, leaving, room, MAX_ATTEMPTS, worker_bytes=4 << 30)
         with self.database.writing() as session:
             result.decide(session)
-        self.flying += result.tasks
+        self.flying += [*result.tasks, *(task for task, _ in result.held)]
         return result
+
+    def release(self, last: Round, room: int = 0) -> Round:
+        """A round after the tasks were held back for long enough that the last one has held."""
+        return self.round(*((task, Released()) for task, _ in last.held), room=room)
 
     def next(self) -> TileTask:
         (task,) = self.round(room=1).tasks

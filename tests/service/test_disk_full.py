@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -27,6 +28,8 @@ from tests.service.support import TIMEOUT, ended, finish, image, job_of, scene, 
 pytestmark = pytest.mark.slow
 
 SIZE, PAGE = 64 << 20, 4096
+# Ten times what the job needs.
+LIMIT = 10.0
 AT_ONCE = 4
 
 
@@ -106,7 +109,7 @@ def test_jobs_wait_and_readers_do_not(
 ) -> None:
     finished = submit(client, scene())
     finish(client, finished)
-    job = half_done(client)
+    job = half_done(client, time_limit=LIMIT)
     if fault == "full":
         with full(disk) as fill:
             # Either a worker or the database may report it first.
@@ -114,6 +117,8 @@ def test_jobs_wait_and_readers_do_not(
             fill()
             check_reads(client, finished, job)
             assert refusals(client) == {(507, "store_full")}
+            # The disk is full for longer than the job may run.
+            time.sleep(LIMIT)
             assert client.get("/readyz").status_code == 503
     else:
         with read_only(disk):
@@ -121,6 +126,7 @@ def test_jobs_wait_and_readers_do_not(
             until(lambda: metric in client.get("/metrics").text)
             check_reads(client, finished, job)
             assert refusals(client) == {(503, "store_read_only")}
+            time.sleep(LIMIT)
             assert client.get("/readyz").status_code == 503
     finish(client, job)
     assert image(client, job).tobytes() == undisturbed.tobytes()

@@ -149,7 +149,7 @@ def test_share_is_that_of_cpu_seconds(table: Targets) -> None:
 def test_merge_is_tried_again_after_a_crash(table: Targets) -> None:
     table.add_target()
     first = table.merging()
-    (second,) = table.tasks((first, WorkerDied()))
+    (second,) = table.release(table.round((first, WorkerDied()))).tasks
     assert isinstance(second, AdvanceTask)
     assert (second.pass_, second.parts, second.attempt) == (first.pass_, first.parts, 2)
     table.tasks((first, advanced(1, 2, 3)), room=0)
@@ -159,7 +159,7 @@ def test_merge_is_tried_again_after_a_crash(table: Targets) -> None:
     # What one pass has cost does not count in the next, and that may cost three workers and no more.
     task: JobTask = table.merging()
     for _ in range(1, MAX_ATTEMPTS):
-        (task,) = table.tasks((task, WorkerDied()))
+        (task,) = table.release(table.round((task, WorkerDied()))).tasks
     assert table.render().state is JobState.RUNNING
     assert table.tasks((task, WorkerDied())) == []
     assert table.render().state is JobState.FAILED
@@ -207,9 +207,8 @@ def test_late_tile_of_a_job_with_time_left_is_held_back(table: Targets) -> None:
     late, _ = table.tasks(room=2)
     assert isinstance(late, SampleTask)
     result = table.round((late, Interrupted(late=True)), room=8)
-    assert (result.tasks, result.early) == ([], [late])
-    # Released, it is one more task that was interrupted.
-    (again,) = table.tasks((late, Interrupted()))
+    assert (result.tasks, [task for task, _ in result.held]) == ([], [late])
+    (again,) = table.release(result, room=8).tasks
     assert isinstance(again, SampleTask)
     assert (again.tile, again.attempt) == (late.tile, late.attempt + 1)
 

@@ -1,9 +1,9 @@
-"""Tasks that a worker gave up as late are held back, counted, and have less time left."""
+"""Tasks are held back before their next attempt, counted, and have less time left."""
 
 from __future__ import annotations
 
 from schemas.tiles import Tile
-from service.dispatch.holding import HOLD_SECONDS, HeldTasks
+from service.dispatch.holding import HeldTasks
 from service.telemetry.metrics import Metrics
 from service.workers.tasks import Interrupted, SampleTask, after, pass_of
 
@@ -22,19 +22,19 @@ def test_task_that_has_waited_has_less_time_left() -> None:
     assert after(without, 4.0) is without
 
 
-def test_held_task_is_released_when_its_time_has_passed() -> None:
+def test_held_task_is_released_when_its_time_has_passed_or_its_render_is_leaving() -> None:
     now = 100.0
     held = HeldTasks(lambda: now)
-    first, second = task(), task()
-    held.hold(first)
-    now += HOLD_SECONDS / 2
-    held.hold(second)
-    assert list(held.release()) == []
-    now += HOLD_SECONDS / 2
-    assert list(held.release()) == [first]
-    assert held.seconds_left() == HOLD_SECONDS / 2
-    assert held.forget() == {second}
-    assert held.seconds_left() is None
+    first, second, third = task(), task(), task()
+    held.hold(first, 8.0)
+    held.hold(second, 2.0)
+    assert (list(held.release()), held.seconds_left()) == ([], 2.0)
+    now += 2.0
+    assert (list(held.release()), held.seconds_left()) == ([second], 6.0)
+    assert list(held.release({"b"})) == []
+    assert list(held.release({"a"})) == [first]
+    held.hold(third, 1.0)
+    assert (held.forget(), held.seconds_left()) == ({third}, None)
 
 
 def test_late_tiles_are_counted() -> None:

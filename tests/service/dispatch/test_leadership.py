@@ -30,7 +30,8 @@ def two(postgres: PostgresServer) -> Iterator[tuple[Database, Database]]:
 
 def term(database: Database, leadership: Leadership) -> int | None:
     with database.writing() as session:
-        return leadership.stand(session)
+        stood = leadership.stand(session)
+        return stood.number if stood else None
 
 
 @pytest.mark.parametrize("silent", [False, True], ids=["resigned", "silent"])

@@ -82,7 +82,9 @@ def test_result_counts_once(table: Table) -> None:
 @pytest.mark.parametrize("ended", [Interrupted(), WorkerDied()])
 def test_result_of_an_older_attempt_does_not_count(table: Table, ended: Outcome) -> None:
     stale = table.next()
-    assert table.round((stale, ended)).retries.total() == 1
+    last = table.round((stale, ended))
+    assert last.retries.total() == 1
+    assert not table.release(last).retries
     fresh = table.next()
     assert places([fresh]) == places([stale])
     table.round((stale, DONE))
@@ -105,20 +107,27 @@ def test_cancelled_render_ignores_results(table: Table, outcome: Outcome) -> Non
 
 
 def test_tile_may_crash_three_workers(table: Table) -> None:
-    retries = Counter[str]()
+    retries, waits = Counter[str](), []
     for _ in range(MAX_ATTEMPTS):
         assert table.job("a").failure is None
-        retries += table.round((table.next(), WorkerDied())).retries
+        result = table.round((table.next(), WorkerDied()))
+        retries += result.retries
+        waits += [seconds for _, seconds in result.held]
+        assert places(table.release(result).tasks) == []
     assert retries == {"worker_died": MAX_ATTEMPTS - 1}
-    assert failure(table)[::2] == ("worker_died", True)
+    assert waits == [0.5, 2.0]
+    code, message, retryable = failure(table)
+    assert (code, "4 GiB of memory" in message, retryable) == ("worker_died", True, True)
     assert table.round(room=5).tasks == []
 
 
 def test_crash_on_the_last_tile_gives_its_user_a_turn(table: Table) -> None:
     tasks = [task for _ in range(3) for task in table.round(room=20).tasks]
     assert len(tasks) == 9
-    (again,) = table.round((tasks[-1], WorkerDied()), room=20).tasks
-    assert places([again]) == places(tasks[-1:])
+    died = table.round((tasks[-1], WorkerDied()), room=20)
+    # It waits, and nothing else is left.
+    assert died.tasks == []
+    assert places(table.release(died, room=20).tasks) == places(tasks[-1:])
 
 
 def test_interruption_is_no_fault_of_a_task(table: Table) -> None:
@@ -191,8 +200,8 @@ def test_composition_is_tried_again_after_a_crash(table: Table) -> None:
         (compose,) = table.round().tasks
     for _ in range(1, MAX_ATTEMPTS):
         result = table.round((compose, WorkerDied()))
-        assert result.retries == {"worker_died": 1}
-        stale, (compose,) = compose, result.tasks
+        assert (result.tasks, result.retries) == ([], {"worker_died": 1})
+        stale, (compose,) = compose, table.release(result).tasks
         table.round((stale, ComposeDone("stale", {})))
         assert table.job("a").state is JobState.RUNNING
     last = table.round((compose, WorkerDied()))

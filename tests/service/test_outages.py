@@ -1,0 +1,95 @@
+"""Time limits and outages: a job does not run while the service cannot work on it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import httpx2
+import pytest
+
+from service.server import RunningServer
+from tests.service.conftest import Start
+from tests.service.processes import fork_servers_of, workers_of
+from tests.service.support import KINDS, TIMEOUT, finish, submit, wait, work
+
+pytestmark = pytest.mark.slow
+
+# Ten times what both jobs need together.
+LIMIT, ERROR = 10.0, 0.003
+Outage = Callable[[RunningServer, Path], Iterator[None]]
+
+
+def suspended(server: RunningServer, _: Path) -> Iterator[None]:
+    """The machine sleeps: neither the server nor its workers run."""
+    processes = [server.process.pid, *fork_servers_of(server.process.pid), *workers_of(server.process.pid)]
+    for process in processes:
+        os.kill(process, signal.SIGSTOP)
+    yield
+    for process in processes:
+        os.kill(process, signal.SIGCONT)
+
+
+def without_workers(server: RunningServer, _: Path) -> Iterator[None]:
+    (fork_server,) = fork_servers_of(server.process.pid)
+    workers = workers_of(server.process.pid)
+    os.kill(fork_server, signal.SIGSTOP)
+    for worker in workers:
+        os.kill(worker, signal.SIGKILL)
+    yield
+    os.kill(fork_server, signal.SIGCONT)
+
+
+def without_database(_: RunningServer, data: Path) -> Iterator[None]:
+    with closing(sqlite3.connect(data / "penumbra.sqlite")) as connection:
+        connection.execute("PRAGMA busy_timeout = 10000")
+        connection.execute("BEGIN IMMEDIATE")
+        yield
+        connection.rollback()
+
+
+def both_qualities(client: httpx2.Client) -> tuple[str, str]:
+    """Two jobs with the time limit that have begun."""
+    fixed = submit(client, work(), time_limit=LIMIT)
+    quality = {"mode": "target", "error": ERROR, "time_limit": LIMIT}
+    target = submit(client, work(), quality=quality)
+    for job in (fixed, target):
+        wait(client, job, lambda found: found["last_seq"] > 0)
+    return fixed, target
+
+
+def check_both(client: httpx2.Client, fixed: str, target: str) -> None:
+    """One is finished, and the other has reached its error: neither was short of time."""
+    finish(client, fixed)
+    assert finish(client, target)["error"]["estimate"] <= ERROR
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kill", [True, False], ids=["killed", "terminated"])
+def test_time_limit_does_not_count_a_restart(
+    start: Start, request: pytest.FixtureRequest, kind: str, kill: bool
+) -> None:
+    url = request.getfixturevalue("postgres").database() if kind == "postgresql" else None
+    first = start(workers=1, database=url)
+    with httpx2.Client(base_url=first.url, timeout=TIMEOUT) as client:
+        jobs = both_qualities(client)
+    first.process.send_signal(signal.SIGKILL if kill else signal.SIGTERM)
+    first.process.wait()
+    time.sleep(LIMIT)
+    with httpx2.Client(base_url=start(workers=1, database=url).url, timeout=TIMEOUT) as client:
+        check_both(client, *jobs)
+
+
+@pytest.mark.parametrize("outage", [suspended, without_workers, without_database])
+def test_time_limit_does_not_count_an_outage(start: Start, tmp_path: Path, outage: Outage) -> None:
+    server = start(workers=1)
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+        jobs = both_qualities(client)
+        with contextmanager(outage)(server, tmp_path):
+            time.sleep(LIMIT)
+        check_both(client, *jobs)
