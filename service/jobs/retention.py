@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 
 import structlog
-from sqlalchemy import delete, select, text, update
+from sqlalchemy import and_, delete, func, or_, select, text, update
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from service.errors import StoreError
 from service.jobs import uploads
+from service.jobs.sweep_clock import SweepClock
 from service.lifecycle import damage, sharing, totals
 from service.settings import Settings
 from service.storage.assets import AssetStore
@@ -166,6 +167,21 @@ def _note(swept: Swept, unused: sharing.Unused | None) -> None:
         swept.pictures[unused.id] = unused.bytes
 
 
+def deletes_too_much(session: Session, rules: Rules) -> bool:
+    """Whether more than a tenth of all jobs and assets is older than the rules keep."""
+    now, parts = datetime.now(UTC), []
+    if rules.keep_seconds is not None:
+        kept = timedelta(seconds=rules.keep_seconds)
+        expiring = and_(text(HAS_PICTURE), JobRow.finished_at < now - kept)
+        forgotten = and_(text(MAY_BE_FORGOTTEN), JobRow.finished_at < now - 2 * kept)
+        parts.append(select(func.count()).select_from(JobRow).where(or_(expiring, forgotten)))
+    if rules.keep_asset_seconds is not None:
+        parts.append(uploads.counted_unused(now - timedelta(seconds=rules.keep_asset_seconds)))
+    everything = [select(func.count()).select_from(row) for row in (JobRow, AssetRow)]
+    old, kept_now = (sum(session.scalars(one).one() for one in counts) for counts in (parts, everything))
+    return old > MOST_DELETED * kept_now
+
+
 def measure(database: Database, store: TileStore) -> None:
     """Enter the sizes of pictures that an earlier version has left; the store is listed once for them."""
     with database.reading() as session:
@@ -185,6 +201,9 @@ def _enter_size(session: Session, number: int, size: int) -> None:
 
 SWEEP_SECONDS = 60.0
 """How often to sweep, seconds."""
+MOST_DELETED = 0.1
+"""Share of all jobs and assets that may go after a jump of the clock: all look old to one that is wrong."""
+CURE = "Set the clock right. If it is right, run 'penumbra prune': it deletes what is old, and sweeps go on."
 MANY = 100
 """Jobs and assets removed in one transaction, so that others need not wait long."""
 MOST_PREDICTED = 10_000
@@ -205,11 +224,13 @@ class RetentionThread:
         self._database, self._store, self._assets = database, store, assets
         self._reserve = reserve
         self.rules = rules
+        self._clock, self._is_holding_back = SweepClock(database), False
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="retention", daemon=True)
 
     def start(self) -> None:
         """Remove what an earlier service left behind, and begin."""
+        self._clock.start()
         with self._database.reading() as session:
             known = set(session.scalars(select(AssetRow.sha256)))
         age = UNFINISHED_SECONDS if self._database.shared else 0.0
@@ -223,7 +244,12 @@ class RetentionThread:
         self._thread.join()
 
     def prune(self, rules: Rules) -> Swept:
-        """Delete what these rules do not keep, and report it."""
+        """Delete what these rules do not keep, and report it: whoever asks for it believes the clock."""
+        swept = self._pruned(rules)
+        self._clock.trust()
+        return swept
+
+    def _pruned(self, rules: Rules) -> Swept:
         measure(self._database, self._store)
         whole = Swept(more=True)
         while whole.more and not self._stopping.is_set():
@@ -250,7 +276,7 @@ class RetentionThread:
         while not self._stopping.wait(pause):
             try:
                 with self._reserve.given_up():
-                    swept = self.prune(self.rules)
+                    swept = self._sweep()
                 self._reserve.keep()
             except (SQLAlchemyError, StoreError) as error:
                 log.warning("nothing swept, trying again", error=type(error).__name__)
@@ -258,6 +284,18 @@ class RetentionThread:
             if swept.expired or swept.forgotten or swept.assets:
                 counts = {"expired": len(swept.expired), "forgotten": len(swept.forgotten)}
                 log.info("swept", **counts, assets=len(swept.assets), bytes=swept.bytes)
+
+    def _sweep(self) -> Swept:
+        """Apply the rules of the service; after a jump of the clock only if they do not delete too much."""
+        ahead = self._clock.jump()
+        with self._database.reading() as session:
+            holds_back = bool(ahead) and deletes_too_much(session, self.rules)
+        if holds_back and not self._is_holding_back:
+            log.error("clock jumped, nothing deleted by age", ahead=str(ahead), cure=CURE)
+        self._is_holding_back = holds_back
+        if holds_back:
+            return self._pruned(replace(self.rules, keep_seconds=None, keep_asset_seconds=None))
+        return self.prune(self.rules)
 
     def _swept(self, rules: Rules) -> Swept:
         with self._database.writing() as session:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import delete, func, insert, select, text, update
+from sqlalchemy import Select, delete, func, insert, select, text, update
 from sqlalchemy.orm import Session
 
 from schemas.scene import Scene
@@ -105,6 +105,11 @@ def is_due(row: AssetRow) -> bool:
 def note(session: Session, sha256: str) -> None:
     """Record that an asset was requested just now, and will probably be used."""
     session.execute(update(AssetRow).where(AssetRow.sha256 == sha256).values(used_at=datetime.now(UTC)))
+
+
+def counted_unused(before: datetime) -> Select[int]:
+    """Select the number of assets that `drop_unused` would delete."""
+    return select(func.count()).select_from(AssetRow).where(_UNUSED, AssetRow.used_at < before)
 
 
 def drop_unused(session: Session, before: datetime, most: int) -> dict[str, int]:

@@ -12,6 +12,8 @@ from service.storage.database.models import TotalRow
 
 STORED_BYTES = "stored_bytes"
 """The bytes of all finished pictures."""
+SWEPT_AT = "swept_at"
+"""No sum: when what is old was deleted last, seconds since the epoch."""
 _FAILED = "failed:"
 
 
@@ -21,6 +23,11 @@ def add(session: Session, name: str, amount: int) -> None:
     if amount and not session.execute(changed.returning(TotalRow.name)).all():
         session.add(TotalRow(name=name, amount=amount))
         session.flush()
+
+
+def put(session: Session, name: str, amount: int) -> None:
+    """Replace an amount."""
+    session.merge(TotalRow(name=name, amount=amount))
 
 
 def read(session: Session, name: str) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 
 import httpx2
 import pytest
-from sqlalchemy import text
+from sqlalchemy import select, text
 
 from schemas.api.administration import Role
 from schemas.api.jobs import JobState
@@ -24,7 +25,7 @@ from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from service.storage.database.models import AssetRow, RenderRow
+from service.storage.database.models import AssetRow, JobRow, RenderRow
 from service.storage.folder import Folder
 from service.storage.reserve import Reserve
 from service.storage.tiles import TileStore
@@ -36,6 +37,7 @@ ROLES = {"ann": Role.SUBMIT, "bob": Role.SUBMIT, "tutor": Role.STAFF, "root": Ro
 PINS = 3
 MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 NAME = hashlib.sha256(MESH).hexdigest()
+TEN_YEARS = timedelta(days=3652)
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +119,18 @@ def test_oldest_pictures_go_first(users: Users, data: Path) -> None:
     assert states(users["ann"], *jobs) == ["expired", "expired", "succeeded", "succeeded"]
     assert {Path(name).parts[1] for name in files(data)} == {job["id"] for job in jobs[2:]}
     assert pin(users["ann"], jobs[0]) == 410
+
+
+def test_history_of_an_expired_job_stays(users: Users) -> None:
+    path = f"/v1/jobs/{rendered(users['ann'], 5, quality={'mode': 'target', 'error': 0.05})['id']}"
+    log, course = (users["ann"].get(f"{path}/{part}").json() for part in ("log", "convergence"))
+    prune(users, max_stored_bytes=0, dry_run=False)
+    *before, expired = users["ann"].get(f"{path}/log").json()["entries"]
+    assert before == log["entries"]
+    assert [entry["event"] for entry in before][-2:] == ["pass_finished", "succeeded"]
+    assert expired["event"] == "expired"
+    assert expired["at"] > before[-1]["at"]
+    assert users["ann"].get(f"{path}/convergence").json() == course | {"state": "expired"}
 
 
 def test_dry_run_reports_what_would_go(users: Users, data: Path) -> None:
@@ -262,11 +276,43 @@ def test_many_jobs_go_though_some_are_damaged(database: Database, tmp_path: Path
 
 
 @pytest.mark.slow
+def test_clock_ten_years_ahead_deletes_nothing_by_itself(tmp_path: Path) -> None:
+    """For a service it is the same whether the clock is ahead, or all that it has is old."""
+    data, log = tmp_path / "data", tmp_path / "log"
+    common = {"data": data, "port": 0, "workers": 1, "log_level": "warning"}
+    with running(Settings(**common)) as server, httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+        jobs = [rendered(client, place) for place in range(2)]
+        send(client)
+    database = Database(Settings(data=data).database_url)
+    with database.writing() as session:
+        for job in session.scalars(select(JobRow)):
+            job.created_at, job.finished_at = job.created_at - TEN_YEARS, job.finished_at - TEN_YEARS
+        for asset in session.scalars(select(AssetRow)):
+            asset.used_at -= TEN_YEARS
+        session.execute(text("DELETE FROM totals WHERE name = 'swept_at'"))
+    database.close()
+    with (
+        log.open("wb") as stderr,
+        running(Settings(**common, keep_seconds=1.0), stderr=stderr) as server,
+        httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
+    ):
+        until(lambda: "clock jumped" in log.read_text())
+        assert "penumbra prune" in log.read_text()
+        assert states(client, *jobs) == ["succeeded", "succeeded"]
+        pruned = client.post("/v1/prune", json={"dry_run": False}).json()
+        assert (set(pruned["forgotten"]), pruned["assets"]) == ({job["id"] for job in jobs}, [NAME])
+        # From then on the clock is believed.
+        swept = rendered(client, 3)
+        until(lambda: states(client, swept) == ["gone"])
+
+
+@pytest.mark.slow
 def test_service_sweeps_by_itself(start: Start, tmp_path: Path) -> None:
     orphan = tmp_path / "assets" / hashlib.sha256(b"orphan").hexdigest()
     orphan.parent.mkdir()
     orphan.write_bytes(b"orphan")
-    server = start(workers=1, keep_seconds=1.0, keep_asset_seconds=1e-3)
+    os.utime(orphan, (0, 0))
+    server = start(workers=1, keep_seconds=1.0, keep_asset_seconds=1.0)
     assert not orphan.exists()
     with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         send(client)

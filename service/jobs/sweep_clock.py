@@ -1,0 +1,84 @@
+"""Jumps of the wall clock between two sweeps: a clock that is wrong must not make everything old."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from datetime import UTC, datetime, timedelta
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from service.lifecycle import damage, totals
+from service.storage.database.connection import Database
+from service.storage.database.models import AssetRow, JobRow
+
+CORRECTION = timedelta(hours=1)
+"""A clock that is set right moves by less."""
+DOWNTIME = timedelta(days=1)
+"""A service may be off for so long that its clock is believed when it starts again."""
+# Linux counts the time that a machine sleeps on this clock alone.
+STEADY = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
+
+
+def _wall() -> datetime:
+    return datetime.now(UTC)
+
+
+def _steady() -> float:
+    return time.clock_gettime(STEADY)
+
+
+class SweepClock:
+    """Compares the wall clock with a monotonic one, and after a start with the last time in the database.
+
+    Parameters
+    ----------
+    wall, steady
+        The clocks; the steady one counts seconds from some beginning.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        wall: Callable[[], datetime] = _wall,
+        steady: Callable[[], float] = _steady,
+    ) -> None:
+        self._database, self._wall, self._steady = database, wall, steady
+        self._trusted = wall(), steady()
+
+    def start(self) -> None:
+        """Remember what the database saw last, before a clock that is wrong writes to it."""
+        with self._database.writing() as session:
+            seen = totals.read(session, totals.SWEPT_AT) or _newest(session)
+            if seen:
+                totals.put(session, totals.SWEPT_AT, seen)
+        before = datetime.fromtimestamp(seen, UTC) + DOWNTIME if seen else self._wall()
+        self._trusted = before, self._steady()
+
+    def jump(self) -> timedelta:
+        """How far the wall clock has gone ahead of the time that has passed since it was trusted last.
+
+        It is nothing where the clocks differ by no more than a correction.
+        """
+        before, then = self._trusted
+        ahead = self._wall() - before - timedelta(seconds=self._steady() - then)
+        return ahead if ahead > CORRECTION else timedelta()
+
+    def trust(self) -> None:
+        """Take the time of the wall clock for right."""
+        now = self._wall()
+        self._trusted = now, self._steady()
+        with self._database.writing() as session:
+            totals.put(session, totals.SWEPT_AT, int(now.timestamp()))
+
+
+def _newest(session: Session) -> int:
+    """Find when something was submitted or uploaded last, as no sweep was noted; 0 in an empty database."""
+    newest = []
+    for time_of in (JobRow.created_at, AssetRow.used_at):
+        # One that is damaged says nothing.
+        with suppress(*damage.UNREADABLE):
+            newest.append(session.scalar(select(func.max(time_of))))
+    return max((int(at.timestamp()) for at in newest if at is not None), default=0)
