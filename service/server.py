@@ -28,7 +28,7 @@ from service.api.middleware import RequestIds, SafeHeaders
 from service.app import create_app
 from service.errors import NoKeysError, PortTakenError, UnavailableError
 from service.jobs.context import Service
-from service.settings import Settings
+from service.settings import UNLIMITED, WITHOUT_LIMIT, Settings
 from service.storage import ownership
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
@@ -224,11 +224,12 @@ def _listen(host: str, port: int) -> socket.socket:
 
 def _environment(settings: Settings) -> dict[str, str]:
     """Write settings the way in which another process reads them."""
-    document = settings.model_dump(mode="json", exclude_none=True, exclude={"limits"})
+    document = settings.model_dump(mode="json", exclude={"limits"})
+    document |= {name: UNLIMITED for name in WITHOUT_LIMIT if document[name] is None}
     limits = settings.model_dump(mode="json", include={"limits"})["limits"]
-    return {f"PENUMBRA_{name.upper()}": str(value) for name, value in document.items()} | {
-        f"PENUMBRA_LIMITS__{name.upper()}": str(value) for name, value in limits.items()
-    }
+    return {
+        f"PENUMBRA_{name.upper()}": str(value) for name, value in document.items() if value is not None
+    } | {f"PENUMBRA_LIMITS__{name.upper()}": str(value) for name, value in limits.items()}
 
 
 def inherited_listener() -> socket.socket | None:

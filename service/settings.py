@@ -8,7 +8,7 @@ import tomllib
 from dataclasses import replace
 from ipaddress import ip_network
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 from pydantic.fields import FieldInfo
@@ -41,6 +41,22 @@ _NO_USERS = (
     "proxy_user_header (PENUMBRA_PROXY_USER_HEADER), or give all users one role, proxy_role "
     "(PENUMBRA_PROXY_ROLE): submit, staff or admin"
 )
+
+# Bounds at which a service still works: beyond them the arithmetic of times, the database, or the system
+# refuses a number in the middle of a job.
+Count = Annotated[int, Field(ge=1, le=2**31 - 1)]
+"""An integer of the database."""
+MOST_BYTES = 2**50
+"""More than a disk has; a limit on memory must be one that the kernel takes."""
+Bytes = Annotated[int, Field(ge=0, le=MOST_BYTES)]
+CpuSeconds = Annotated[float, Field(ge=1, le=1e12)]
+"""Fewer than one admits no job; headers write the number out."""
+Pause = Annotated[float, Field(ge=1, le=3600)]
+"""How long a request waits: at 0 clients would ask without a pause."""
+Age = Annotated[float, Field(ge=1, le=1e10)]
+"""Three centuries at most: dates have four digits, and a job is kept twice as long as its picture."""
+UNLIMITED, WITHOUT_LIMIT = "none", ("keep_seconds", "max_stored_bytes", "keep_asset_seconds")
+"""What is written for no limit, and the settings that may be without one."""
 
 _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?")
 
@@ -86,7 +102,9 @@ class Settings(BaseSettings):
     ``PENUMBRA_CONFIG`` names it.
     """
 
-    model_config = SettingsConfigDict(env_prefix="PENUMBRA_", env_nested_delimiter="__", frozen=True)
+    model_config = SettingsConfigDict(
+        env_prefix="PENUMBRA_", env_nested_delimiter="__", frozen=True, allow_inf_nan=False
+    )
 
     @classmethod
     def settings_customise_sources(
@@ -135,23 +153,22 @@ class Settings(BaseSettings):
         description="Names under which the service answers, with blanks between them. Without any, one that "
         "requires no keys answers only on loopback names, and others under any name.",
     )
-    max_connections: int = Field(
-        default=800, ge=1, description="Connections at once; more are answered 503. Watchers have one each."
+    max_connections: Count = Field(
+        default=800, description="Connections at once; more are answered 503. Watchers have one each."
     )
-    max_address_connections: int = Field(
+    max_address_connections: Count = Field(
         default=400,
-        ge=1,
         description="Connections of one address at once, unless `behind_proxy`; more are answered 429.",
     )
-    max_user_streams: int = Field(
+    max_user_streams: Count = Field(
         default=200,
-        ge=1,
         description="Event streams of one user at once, and requests that wait for events, where keys "
         "distinguish users.",
     )
     client_timeout_seconds: float = Field(
         default=20.0,
-        gt=0,
+        ge=0.1,
+        le=3600,
         description="How long the head of a request may take, and the beginning of its body; the rest must "
         "come at 16 KiB a second.",
     )
@@ -191,88 +208,81 @@ class Settings(BaseSettings):
     )
 
     limits: Limits = Field(default_factory=Limits, description="Limits of a scene and of its files.")
-    max_cpu_seconds: float = Field(default=3600.0, gt=0, description="Largest predicted cost of a job.")
-    max_queued_jobs: int = Field(default=10_000, ge=1, description="Jobs of all users that wait or run.")
-    max_queued_cpu_seconds: float = Field(
-        default=1_000_000.0, gt=0, description="Predicted cost of all jobs that wait or run."
+    max_cpu_seconds: CpuSeconds = Field(default=3600.0, description="Largest predicted cost of a job.")
+    max_queued_jobs: Count = Field(default=10_000, description="Jobs of all users that wait or run.")
+    max_queued_cpu_seconds: CpuSeconds = Field(
+        default=1_000_000.0, description="Predicted cost of all jobs that wait or run."
     )
-    max_user_jobs: int = Field(
-        default=2_000, ge=1, description="Jobs of one user that wait or run, unless the key says otherwise."
+    max_user_jobs: Count = Field(
+        default=2_000, description="Jobs of one user that wait or run, unless the key says otherwise."
     )
-    max_user_cpu_seconds: float = Field(
+    max_user_cpu_seconds: CpuSeconds = Field(
         default=100_000.0,
-        gt=0,
         description="Predicted cost of one user's jobs that wait or run, unless the key says otherwise.",
     )
-    max_asset_bytes: int = Field(default=64 * MIB, ge=1, description="Largest texture or mesh file.")
-    max_user_asset_bytes: int = Field(
+    max_asset_bytes: Bytes = Field(default=64 * MIB, description="Largest texture or mesh file.")
+    max_user_asset_bytes: Bytes = Field(
         default=4096 * MIB,
-        ge=1,
         description="Bytes of one user's textures and meshes together, where keys distinguish users.",
     )
-    max_trace_rays: int = Field(default=100_000, ge=1, description="Most rays in one trace request.")
-    max_quotes: int = Field(
-        default=8, ge=1, description="Most quotes in progress, including those that wait for a worker."
+    max_trace_rays: Count = Field(default=100_000, description="Most rays in one trace request.")
+    max_quotes: Count = Field(
+        default=8, description="Most quotes in progress, including those that wait for a worker."
     )
-    max_comparisons: int = Field(
+    max_comparisons: Count = Field(
         default=8,
-        ge=1,
         description="Most comparisons in progress, including those that wait for a worker.",
     )
-    max_wait_seconds: float = Field(
-        default=60.0, ge=0, description="Longest that a request may wait for events."
-    )
-    max_events: int = Field(default=1000, ge=1, description="Most tile events in one answer.")
+    max_wait_seconds: Pause = Field(default=60.0, description="Longest that a request may wait for events.")
+    max_events: Count = Field(default=1000, description="Most tile events in one answer.")
     heartbeat_seconds: float = Field(
-        default=10.0, gt=0, description="Silence before a comment is sent to watchers."
+        default=10.0, ge=0.01, le=3600, description="Silence before a comment is sent to watchers."
     )
 
-    keep_seconds: float | None = Field(
+    keep_seconds: Age | None = Field(
         default=30 * 86400.0,
-        gt=0,
-        description="How long a picture is kept after its job has succeeded, 30 days by default; a job is "
-        "forgotten after as long again.",
+        description="How long a picture is kept after its job has succeeded, 30 days by default, `none` for "
+        "ever; a job is forgotten after as long again.",
     )
-    max_stored_bytes: int | None = Field(
+    max_stored_bytes: Bytes | None = Field(
         default=None,
-        ge=0,
         description="Bytes of all finished pictures; beyond them the oldest without a pin are deleted. By "
-        "default as many as there are.",
+        "default `none`: as many as there are.",
     )
-    keep_asset_seconds: float | None = Field(
+    keep_asset_seconds: Age | None = Field(
         default=86400.0,
-        gt=0,
         description="How long a texture or mesh that no picture needs is kept after it was last sent or "
-        "requested, a day by default.",
+        "requested, a day by default, or `none` for ever.",
     )
     max_user_pins: int = Field(
-        default=100, ge=0, description="Jobs that a user may keep pinned; staff may pin more."
+        default=100, ge=0, le=2**31 - 1, description="Jobs that a user may keep pinned; staff may pin more."
     )
 
     worker_memory_bytes: int = Field(
-        default=4096 * MIB, ge=256 * MIB, description="Address space of one worker."
+        default=4096 * MIB, ge=256 * MIB, le=MOST_BYTES, description="Address space of one worker."
     )
-    max_attempts: int = Field(
-        default=3, ge=1, description="Workers that a tile may lose before its job fails."
-    )
+    max_attempts: Count = Field(default=3, description="Workers that a tile may lose before its job fails.")
     worker_silence_seconds: float = Field(
         default=30.0,
-        ge=1,
+        ge=5,
+        le=86400,
         description="Silence of a worker after which it is replaced; it beats once a second otherwise.",
     )
     max_task_seconds: float = Field(
         default=3600.0,
-        gt=0,
+        ge=1,
+        le=86400 * 365,
         description="Longest that a worker may be at one tile or one answer; it is stopped then, and what it "
         "was at fails.",
     )
     cancel_grace_seconds: float = Field(
         default=0.2,
         ge=0,
+        le=600,
         description="How long the running tile of a cancelled job may take to finish by itself.",
     )
-    min_free_bytes: int = Field(
-        default=64 * MIB, ge=0, description="Free disk below which the service is not ready."
+    min_free_bytes: Bytes = Field(
+        default=64 * MIB, description="Free disk below which the service is not ready."
     )
 
     @property
@@ -284,6 +294,11 @@ class Settings(BaseSettings):
     def sqlite_file(self) -> Path:
         """The database where no other is named."""
         return self.data.absolute() / "penumbra.sqlite"
+
+    @field_validator(*WITHOUT_LIMIT, mode="before")
+    @classmethod
+    def _may_be_unlimited(cls, kept: object) -> object:
+        return None if isinstance(kept, str) and kept.strip().lower() == UNLIMITED else kept
 
     @field_validator("store")
     @classmethod

@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 
 # Repeated so that `penumbra --help` need not load the schemas; the database takes no other.
 RoleName = Literal["submit", "staff", "admin"]
-# The length of the database column.
-LONGEST_NAME = 64
+# The length of the database column, and the range of another.
+LONGEST_NAME, MOST_JOBS = 64, 2**31 - 1
+# As of the settings that a key replaces.
+MOST_CPU_SECONDS = 1e12
 
 app = typer.Typer(
     cls=Group,
@@ -50,11 +52,16 @@ def add(
         ),
     ] = "submit",
     max_jobs: Annotated[
-        int | None, typer.Option(min=1, help="Most jobs of the user that may be queued or running.")
+        int | None,
+        typer.Option(min=1, max=MOST_JOBS, help="Most jobs of the user that may be queued or running."),
     ] = None,
     max_cpu_seconds: Annotated[
         float | None,
-        typer.Option(min=0.001, help="Most predicted CPU seconds of the user's queued and running jobs."),
+        typer.Option(
+            min=0.001,
+            max=MOST_CPU_SECONDS,
+            help="Most predicted CPU seconds of the user's queued and running jobs.",
+        ),
     ] = None,
     first: Annotated[
         bool,

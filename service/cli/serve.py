@@ -64,7 +64,7 @@ def read_settings(given: Mapping[str, Any], *, config: Path | None = None) -> Se
 
 
 def _setting_error(item: Mapping[str, Any]) -> str:
-    from service.settings import DEFAULT, source_of
+    from service.settings import DEFAULT, UNLIMITED, WITHOUT_LIMIT, source_of
 
     path = tuple(str(part) for part in item["loc"])
     if not path:
@@ -73,7 +73,8 @@ def _setting_error(item: Mapping[str, Any]) -> str:
     variable = "PENUMBRA_" + ("__".join(path).upper() or "...")
     name = variable if source in {DEFAULT, variable} else f"{'.'.join(path)} in {source}"
     unknown = item["type"] in {"extra_forbidden", "unexpected_keyword_argument"}
-    return f"{name}: {'There is no such setting.' if unknown else plain(item['msg'])}"
+    cure = f" Write {UNLIMITED} for no limit." if path[0] in WITHOUT_LIMIT else ""
+    return f"{name}: {'There is no such setting.' if unknown else plain(item['msg']) + cure}"
 
 
 Engine = Literal["slots", "dask"]

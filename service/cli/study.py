@@ -32,6 +32,7 @@ def study(
         float | None,
         typer.Option(
             min=0.1,
+            max=31_536_000,  # a year
             help="Time limit in seconds; the most informative settings come first.",
             show_default=False,
         ),

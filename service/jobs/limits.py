@@ -79,7 +79,9 @@ def check_queue(
     """
     jobs, seconds, my_jobs, my_seconds = session.execute(_COUNTED, {"owner": principal.name}).one()
     my_most = principal.max_jobs or settings.max_user_jobs
-    my_most_seconds = principal.max_cpu_seconds or settings.max_user_cpu_seconds
+    # An earlier version has made keys with infinite limits, and none can be used beyond that of all jobs.
+    mine = principal.max_cpu_seconds or settings.max_user_cpu_seconds
+    my_most_seconds = min(settings.max_queued_cpu_seconds, mine)
     adds = 0 if job.state.final else 1
     shares = (
         Share("jobs", my_most, my_jobs + adds),
