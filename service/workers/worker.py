@@ -9,8 +9,6 @@ import resource
 import signal
 import threading
 import time
-from collections import OrderedDict
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import singledispatchmethod
@@ -36,6 +34,7 @@ from service.storage.tiles import Layers, TileStore
 from service.workers import layers
 from service.workers.comparing import compared
 from service.workers.heartbeats import Lease, beat
+from service.workers.kept_plans import KeptPlans
 from service.workers.passes import PassWorker
 from service.workers.tasks import (
     OUT_OF_MEMORY,
@@ -65,6 +64,7 @@ from service.workers.tasks import (
     TraceDone,
     TraceTask,
     log_names,
+    memory_limit,
 )
 
 if TYPE_CHECKING:
@@ -75,7 +75,6 @@ PASSING: dict[type[Exception], str] = {
     StoreReadOnlyError: STORAGE_READ_ONLY,
     StoreAwayError: STORAGE_AWAY,
 }
-PLANS_KEPT = 4
 
 
 @dataclass(frozen=True)
@@ -94,14 +93,20 @@ class WorkerSetup:
 
 
 class Worker:
-    """Executes tasks one after another; keeps the plans of the last few jobs."""
+    """Executes tasks one after another; keeps the plans of the last few jobs.
+
+    Attributes
+    ----------
+    plans : KeptPlans
+        Those plans.
+    """
 
     def __init__(self, setup: WorkerSetup) -> None:
         place = place_of(setup.store)
         self._store = TileStore(place.within(JOBS))
         self._assets = AssetStore(place.within(ASSETS), setup.limits)
         self._passes = PassWorker(self._store, setup.workers)
-        self._plans: OrderedDict[str, renderer.RenderPlan] = OrderedDict()
+        self.plans = KeptPlans(setup.memory_bytes)
 
     @singledispatchmethod
     def execute(self, task: Any) -> Outcome:
@@ -182,14 +187,14 @@ class Worker:
 
     @execute.register
     def _(self, task: InspectTask) -> InspectDone:
-        plan = self._kept(f"inspected {task.spec_sha256}", lambda: self._inspection_plan(task))
+        plan = self.plans.get(f"inspected {task.spec_sha256}", lambda: self._inspection_plan(task))
         return InspectDone(inspect(plan, task.x, task.y))
 
     def _layers(self, task: ComposeTask) -> Layers:
         return layers.composed(self._store, task.job, (task.height, task.width), task.layers, task.parts)
 
     def _plan(self, task: TileTask | AdvanceTask) -> renderer.RenderPlan:
-        return self._kept(task.spec_sha256, lambda: self._compiled(task))
+        return self.plans.get(task.spec_sha256, lambda: self._compiled(task))
 
     def _compiled(self, task: TileTask | AdvanceTask) -> renderer.RenderPlan:
         request, scene = self._spec(task.job)
@@ -204,14 +209,6 @@ class Worker:
         request = JobRequest.model_validate(json.loads(self._store.get_spec(job)))
         return request, renderer.load_scene(request.scene, assets=self._assets)
 
-    def _kept(self, name: str, compiled: Callable[[], renderer.RenderPlan]) -> renderer.RenderPlan:
-        """The plan of this name, compiled unless it is among the last few."""
-        plan = self._plans.pop(name, None) or compiled()
-        self._plans[name] = plan
-        while len(self._plans) > PLANS_KEPT:
-            self._plans.popitem(last=False)
-        return plan
-
 
 def work(connection: Connection, pulse: Connection, setup: WorkerSetup) -> None:
     """Run a worker process: say that it has started, and then answer each task with its outcome.
@@ -225,7 +222,7 @@ def work(connection: Connection, pulse: Connection, setup: WorkerSetup) -> None:
     with suppress(EOFError, OSError):  # the parent is gone
         connection.send(os.getpid())
         while True:
-            connection.send(_outcome(worker, connection.recv()))
+            connection.send(_outcome(worker, connection.recv(), setup))
 
 
 def _prepare(setup: WorkerSetup) -> None:
@@ -241,14 +238,31 @@ def _prepare(setup: WorkerSetup) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (setup.memory_bytes, setup.memory_bytes))
 
 
-def _outcome(worker: Worker, task: Task) -> Outcome:
+def _outcome(worker: Worker, task: Task, setup: WorkerSetup) -> Outcome:
     """Execute a task. Errors come back as outcomes: not every exception can travel."""
+    with suppress(MemoryError):
+        return _tried(worker, task)
+    # Outside of the handler, whose traceback would keep what the task has allocated.
+    if worker.plans.drop():
+        with suppress(MemoryError):
+            return _tried(worker, task)
+    return TaskFailed(OUT_OF_MEMORY, _too_large(setup))
+
+
+def _tried(worker: Worker, task: Task) -> Outcome:
     try:
         return worker.execute(task)
     except MemoryError:
-        return TaskFailed(OUT_OF_MEMORY, "Rendering needs more memory than a worker may use.")
+        raise
     except Exception as error:  # noqa: BLE001  (whatever a task raises is its outcome)
         return _failure(task, error)
+
+
+def _too_large(setup: WorkerSetup) -> str:
+    return (
+        f"Rendering needs more than the {memory_limit(setup.memory_bytes)}. "
+        "Ask for a smaller picture, or make textures and meshes smaller."
+    )
 
 
 def _failure(task: Task, error: Exception) -> TaskFailed:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
 
 import httpx2
@@ -47,7 +48,7 @@ def test_tile_is_rendered_again(start: Start, tmp_path: Path, undisturbed: np.nd
 
 @pytest.mark.slow
 def test_scene_that_kills_its_workers_fails_alone(tmp_path: Path) -> None:
-    settings = Settings(data=tmp_path, port=0, workers=2, log_level="error", max_attempts=2)
+    settings = Settings(data=tmp_path, port=0, workers=2, log_level="error", max_attempts=3)
     with (
         running(settings, module="tests.service.faulty") as server,
         httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
@@ -56,6 +57,9 @@ def test_scene_that_kills_its_workers_fails_alone(tmp_path: Path) -> None:
         job, other = submit(client, small | {"name": "poison"}), submit(client, small)
         found = wait(client, job, ended)
         assert (found["failure"]["code"], found["failure"]["retryable"]) == ("worker_died", True)
+        # The second attempt waits, and the third one longer.
+        begun, ended_at = (datetime.fromisoformat(found[name]) for name in ("started_at", "finished_at"))
+        assert (ended_at - begun).total_seconds() >= 0.5 + 2.0
         assert client.get(f"/v1/jobs/{job}/image.png").status_code == 410
         finish(client, other)
 
