@@ -9,11 +9,11 @@ Of several servers on one database that of the leader works on jobs; the others 
 from __future__ import annotations
 
 import queue
-import threading
 import time
 from collections import Counter, deque
 from collections.abc import Mapping
 from concurrent.futures import Future
+from functools import partial
 
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
@@ -24,14 +24,16 @@ from service.dispatch import ledger
 from service.dispatch.holding import HeldTasks
 from service.dispatch.job_events import JobEvents
 from service.dispatch.leadership import BEAT_SECONDS, Leadership, Term
+from service.dispatch.orphans import remove_orphans
 from service.dispatch.outages import Outages
-from service.dispatch.rounds import Round
+from service.dispatch.rounds import Round, log_report
 from service.dispatch.throughput import Throughput
-from service.errors import StoreError, UnavailableError
+from service.errors import UnavailableError
 from service.lifecycle import sharing
 from service.settings import Settings
 from service.storage.database.connection import Database
-from service.storage.tiles import UNFINISHED_SECONDS, TileStore
+from service.storage.tiles import TileStore
+from service.supervision import SupervisedThread
 from service.telemetry.metrics import Metrics
 from service.telemetry.spans import JobSpans
 from service.workers.engines import Engine
@@ -44,8 +46,6 @@ from service.workers.tasks import (
     Released,
     Task,
     TaskFailed,
-    WorkerDied,
-    log_names,
 )
 
 # Seconds before the next try after an error of the database or a full disk.
@@ -56,6 +56,8 @@ LEAVING_SECONDS = 0.05
 EMPTY_SECONDS = 1.0
 # Most traces, quotes and other calls that wait for a worker; more are refused.
 MAX_CALLS = 64
+# Errors in a row, but for those of the database, before the process ends: the last after 8 seconds of waits.
+MOST_FAILURES = 5
 
 log = structlog.get_logger()
 
@@ -84,8 +86,7 @@ class Dispatcher:
     ) -> None:
         self._database, self._store, self._engine, self._job_events = database, store, engine, job_events
         self._settings, self._spans = settings, spans
-        self._thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
-        self._stopping = threading.Event()
+        self._thread = SupervisedThread("dispatcher", self._run, most_failures=MOST_FAILURES)
         # From other threads: outcomes, and None to wake this thread.
         self._inbox: queue.SimpleQueue[tuple[Task, Outcome] | None] = queue.SimpleQueue()
         self._calls: deque[tuple[CallTask, Future[Outcome]]] = deque()
@@ -116,7 +117,8 @@ class Dispatcher:
                 sharing.add_outage(session, term.silent_seconds)
         self.metrics.note_retries({Cause.SERVER_LOST: recovered})
         self._lead(term.number if term else None)
-        self._tidy()
+        remove_orphans(self._database, self._store)
+        self._engine.start(self._report)
         self._thread.start()
         self.wake()
 
@@ -153,22 +155,30 @@ class Dispatcher:
         """Whether the thread that hands out work is alive; if not, the process must be restarted."""
         return self._thread.is_alive()
 
+    def is_failing(self) -> bool:
+        """Whether no work can be handed out, and has not been for a while."""
+        return self._thread.is_failing()
+
     def stop(self) -> None:
         """Stop at once. What was running will be rendered again after the next start."""
-        self._stopping.set()
+        self._thread.stopping.set()
         self.wake()
-        self._thread.join()
+        self._thread.stop()
+        self._engine.close()
+        self._resign()
+        for answer in (*self._answers.values(), *(answer for _, answer in self._calls)):
+            answer.cancel()
 
     def _run(self) -> None:
-        self._engine.start(self._report)
         try:
             while self._listen():
                 self._round()
-        finally:
-            self._engine.close()
-            self._resign()
-            for answer in (*self._answers.values(), *(answer for _, answer in self._calls)):
-                answer.cancel()
+        except Exception:
+            # How far the round came is unknown: what was handed out is taken back, as from another server.
+            self._forget_tasks()
+            self._term, self._next_stand = None, 0.0
+            self.wake()
+            raise
 
     def _report(self, task: Task, outcome: Outcome, /) -> None:
         self._inbox.put((task, outcome))
@@ -190,7 +200,7 @@ class Dispatcher:
         for task in self._held.release(self._leaving):
             self._flying.discard(task)
             self._reports.append((task, Released()))
-        return not self._stopping.is_set()
+        return not self._thread.stopping.is_set()
 
     def _wait_seconds(self) -> float | None:
         if self._leaving or self._stale:
@@ -216,7 +226,7 @@ class Dispatcher:
             self.throughput.note(getattr(outcome, "cpu_seconds", 0.0))
             self.throughput.watch(busy=bool(self._flying))
             self._reports.append((task, outcome))
-            _log(task, outcome)
+            log_report(task, outcome)
             return
         answer = self._answers.pop(task)
         if isinstance(outcome, Interrupted):
@@ -248,6 +258,7 @@ class Dispatcher:
                 result = None if standing is None else self._decide(session, standing, room)
         except SQLAlchemyError as error:
             log.warning("database not usable, trying again", error=type(error).__name__)
+            self._thread.note_failure()
             self._pause()
             # The transaction may have been committed, and the answer lost with the connection.
             self._in_doubt = True
@@ -257,8 +268,9 @@ class Dispatcher:
             self._job_events.publish_all()
         if term != self._term:
             self._lead(term)
-            if term is not None:
-                threading.Thread(target=self._tidy, name="tidy", daemon=True).start()
+            # A server alone has no other's files to remove, and its own requests write theirs now.
+            if term is not None and self._database.shared:
+                SupervisedThread("tidy", partial(remove_orphans, self._database, self._store)).start()
         if result is not None:
             self.metrics.note_retries(result.retries)
             self._outages.note((outcome for _, outcome in self._reports), store_closed=result.store_closed)
@@ -267,6 +279,7 @@ class Dispatcher:
             self._deadline = None if left is None else time.monotonic() + left
             self._act(result)
         self._outages.beating = self._database.shared or bool(self._flying or self._deadline)
+        self._thread.note_success()
 
     def _is_due(self) -> bool:
         """Whether to read the database: always, or now and then where another server leads."""
@@ -329,16 +342,6 @@ class Dispatcher:
         except SQLAlchemyError as error:
             log.warning("another server leads when the time is up", error=type(error).__name__)
 
-    def _tidy(self) -> None:
-        """Remove the files that nothing in the database refers to, and the tiles of what has ended."""
-        try:
-            with self._database.reading() as session:
-                known, ended = ledger.known_files(session)
-            age = UNFINISHED_SECONDS if self._database.shared else 0.0
-            self._store.sweep(known, ended, age)
-        except (SQLAlchemyError, OSError, StoreError) as error:
-            log.warning("store not tidied", error=type(error).__name__)
-
     def _interrupt(self) -> None:
         """Stop the tasks of renders that have ended, and calls whose requests have ended."""
         now = time.monotonic()
@@ -363,10 +366,11 @@ class Dispatcher:
             self._flying.add(held)
             self._held.hold(held, seconds)
         for task in result.tasks:
-            self._flying.add(task)
-            self.throughput.watch(busy=True)
             self._spans.handed_out(task)
             self._engine.submit(task)
+            # Not before: what the engine never got would be waited for.
+            self._flying.add(task)
+            self.throughput.watch(busy=True)
         for render in result.ended:
             self._spans.ended(render)
         self._job_events.publish(result.news)
@@ -385,13 +389,3 @@ class Dispatcher:
                 self._leaving.pop(render, None)
                 self._store.drop_tiles(render)
                 log.info("render ended", render=render, state=state.value)
-
-
-def _log(task: JobTask, outcome: Outcome) -> None:
-    details = log_names(task)
-    if isinstance(outcome, WorkerDied):
-        log.warning("worker died", **details)
-    elif isinstance(outcome, TaskFailed):
-        log.warning("task failed", code=outcome.code, **details)
-    else:
-        log.debug("task done", outcome=type(outcome).__name__, **details)

@@ -85,17 +85,6 @@ def take_back_unknown(session: Session, known: Collection[JobTask]) -> int:
     return taken_back
 
 
-def known_files(session: Session) -> tuple[set[str], dict[str, str | None]]:
-    """Return the ids of all renders, and those of the ended ones with the prefix of their final files."""
-    renders = session.execute(select(RenderRow.id, RenderRow.state, RenderRow.final_prefix)).all()
-    ended = {
-        render: prefix if state is JobState.SUCCEEDED else None
-        for render, state, prefix in renders
-        if state.final
-    }
-    return {render for render, *_ in renders}, ended
-
-
 def unwanted(session: Session) -> Sequence[str]:
     """Return the ids of the running renders that any server has cancelled."""
     return session.scalars(select(RenderRow.id).where(_STARTED, RenderRow.cancel_requested)).all()

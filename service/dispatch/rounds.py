@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeVar
 
+import structlog
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
@@ -34,6 +35,7 @@ from service.workers.tasks import (
     TileTask,
     WorkerDied,
     cause_of,
+    log_names,
     memory_limit,
 )
 
@@ -42,6 +44,9 @@ _SHARING = select(JobRow.id).join(RenderRow).where(RenderRow.id.in_(bindparam("r
 T = TypeVar("T")
 
 NOT_PUT_TOGETHER = "The picture could not be put together."
+
+
+log = structlog.get_logger()
 
 
 @dataclass
@@ -240,3 +245,14 @@ def _ends(render: RenderRow) -> bool:
 def _fail(session: Session, render: RenderRow, code: str, message: str, *, retryable: bool) -> None:
     if not _ends(render):
         rows.end(session, render, JobState.FAILED, Failure(code=code, message=message, retryable=retryable))
+
+
+def log_report(task: JobTask, outcome: Outcome) -> None:
+    """Log the outcome of a task."""
+    details = log_names(task)
+    if isinstance(outcome, WorkerDied):
+        log.warning("worker died", **details)
+    elif isinstance(outcome, TaskFailed):
+        log.warning("task failed", code=outcome.code, **details)
+    else:
+        log.debug("task done", outcome=type(outcome).__name__, **details)

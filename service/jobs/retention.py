@@ -6,7 +6,6 @@ leaves the disk when that is over, and what a killed process leaves there goes w
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
@@ -27,6 +26,7 @@ from service.storage.database.connection import Database
 from service.storage.database.models import AssetRow, IdempotencyRow, JobRow, RenderRow
 from service.storage.reserve import Reserve
 from service.storage.tiles import UNFINISHED_SECONDS, TileStore
+from service.supervision import SupervisedThread
 
 KEY_LIFE = timedelta(hours=24)
 """How long an ``Idempotency-Key`` is remembered."""
@@ -225,23 +225,26 @@ class RetentionThread:
         self._reserve = reserve
         self.rules = rules
         self._clock, self._is_holding_back = SweepClock(database), False
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="retention", daemon=True)
+        self._thread = SupervisedThread("retention", self._run, expected=(SQLAlchemyError, StoreError))
 
     def start(self) -> None:
         """Remove what an earlier service left behind, and begin."""
         self._clock.start()
-        with self._database.reading() as session:
-            known = set(session.scalars(select(AssetRow.sha256)))
-        age = UNFINISHED_SECONDS if self._database.shared else 0.0
-        self._assets.sweep(known, self._unused_since(self.rules), age)
+        with self._reserve.given_up():
+            with self._database.reading() as session:
+                known = set(session.scalars(select(AssetRow.sha256)))
+            age = UNFINISHED_SECONDS if self._database.shared else 0.0
+            self._assets.sweep(known, self._unused_since(self.rules), age)
         self._reserve.keep()
         self._thread.start()
 
     def stop(self) -> None:
         """Stop after the transaction under way."""
-        self._stopping.set()
-        self._thread.join()
+        self._thread.stop()
+
+    def is_failing(self) -> bool:
+        """Whether nothing can be swept, and has not been for a while."""
+        return self._thread.is_failing()
 
     def prune(self, rules: Rules) -> Swept:
         """Delete what these rules do not keep, and report it: whoever asks for it believes the clock."""
@@ -252,7 +255,7 @@ class RetentionThread:
     def _pruned(self, rules: Rules) -> Swept:
         measure(self._database, self._store)
         whole = Swept(more=True)
-        while whole.more and not self._stopping.is_set():
+        while whole.more and not self._thread.stopping.is_set():
             part = self._swept(rules)
             whole = Swept(
                 whole.expired + part.expired,
@@ -273,14 +276,11 @@ class RetentionThread:
 
     def _run(self) -> None:
         pause = min(SWEEP_SECONDS, self.rules.keep_seconds or SWEEP_SECONDS)
-        while not self._stopping.wait(pause):
-            try:
-                with self._reserve.given_up():
-                    swept = self._sweep()
-                self._reserve.keep()
-            except (SQLAlchemyError, StoreError) as error:
-                log.warning("nothing swept, trying again", error=type(error).__name__)
-                continue
+        while not self._thread.stopping.wait(pause):
+            with self._reserve.given_up():
+                swept = self._sweep()
+            self._reserve.keep()
+            self._thread.note_success()
             if swept.expired or swept.forgotten or swept.assets:
                 counts = {"expired": len(swept.expired), "forgotten": len(swept.forgotten)}
                 log.info("swept", **counts, assets=len(swept.assets), bytes=swept.bytes)

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from service.errors import StoreAwayError, StoreMissingError
 from service.storage.folder import translate_errors
 from service.storage.objects import Found, Stored
+from service.supervision import SupervisedThread
 
 # Each thread takes address space, of which a worker has a limit; few can wait for the network.
 os.environ.setdefault("TOKIO_WORKER_THREADS", "2")
@@ -89,7 +90,7 @@ class Bucket:
             raise self._unusable(error) from error
         self._recent = Recent(RECENT_BYTES)
         self._unwanted: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._dropping: threading.Thread | None = None
+        self._dropping: SupervisedThread | None = None
 
     def within(self, name: str) -> Bucket:
         """Return the part of the store under a name, as a store."""
@@ -167,7 +168,7 @@ class Bucket:
         """
         self._unwanted.put(prefix)
         if self._dropping is None:
-            self._dropping = threading.Thread(target=self._drop, name="bucket", daemon=True)
+            self._dropping = SupervisedThread("bucket", self._drop)
             self._dropping.start()
 
     def tidy(self, age_seconds: float) -> None:

@@ -22,6 +22,7 @@ from distributed.client import FutureCancelledError
 
 from service.errors import UnusableWorkerError
 from service.settings import Settings
+from service.supervision import SupervisedThread
 from service.workers.dask_worker import BEGUN, NAME, SlotPlugin, execute, stop
 from service.workers.tasks import Interrupted, Outcome, Report, Task, WorkerDied
 from service.workers.worker import WorkerSetup
@@ -61,7 +62,8 @@ class DaskEngine:
 
     def __init__(self, connect: Connect, setup: WorkerSetup) -> None:
         self._connect, self._setup = connect, setup
-        self._thread = threading.Thread(target=self._run, name="dask", daemon=True)
+        # Its event loop is not replaced: the service starts again with another.
+        self._thread = SupervisedThread("dask", self._run, most_failures=1)
         self._started = threading.Event()
         self._lock = threading.Lock()
         self._load = self._workers = 0
@@ -99,7 +101,7 @@ class DaskEngine:
         """Stop all tasks and leave the cluster; one of this engine's own ends."""
         self._report = _drop_report
         self._loop.call_soon_threadsafe(self._main.cancel)
-        self._thread.join()
+        self._thread.stop()
 
     def _run(self) -> None:
         with suppress(asyncio.CancelledError):
@@ -118,6 +120,8 @@ class DaskEngine:
                     await self._serve(client)
             except (OSError, TimeoutError, RuntimeError) as error:
                 log.warning("cluster not usable, trying again", reason=str(error) or type(error).__name__)
+            except Exception:
+                log.exception("cluster not usable, trying again")
             await asyncio.sleep(RETRY_SECONDS)
 
     async def _serve(self, client: Client) -> None:

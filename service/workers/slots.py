@@ -14,11 +14,13 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 
 import structlog
 
+from service.supervision import SupervisedThread
 from service.workers.fork_server import fork_server
 from service.workers.heartbeats import beats
 from service.workers.tasks import (
@@ -104,11 +106,10 @@ class Slot:
     def __init__(self, setup: WorkerSetup) -> None:
         self._setup, self._lease = setup, setup.lease
         self._lock = threading.Lock()
-        self._closing = threading.Event()
         self._tasks: deque[Task] = deque()
         self._came: dict[Task, float] = {}
         self._verdict: tuple[Task, Outcome] | None = None
-        self._thread = threading.Thread(target=self._run, name="slot", daemon=True)
+        self._thread = SupervisedThread("slot", self._run)
         self.pid: int | None = None
 
     def start(self, report: Report) -> None:
@@ -138,18 +139,25 @@ class Slot:
         """Kill the process, for the last time; nothing is reported from here on."""
         with self._lock:
             self._report = _drop_report
-            self._closing.set()
+            self._thread.stopping.set()
             self._kill()
 
     def join(self) -> None:
         """Wait until the process is gone, after `kill`."""
-        if self._thread.is_alive():
-            self._thread.join()
+        self._thread.stop()
 
     def _run(self) -> None:
-        while not self._closing.is_set():
-            if not self._listen(self._start_process()):
-                self._closing.wait(PAUSE_SECONDS)
+        while not self._thread.stopping.is_set():
+            if not self._serve():
+                self._thread.stopping.wait(PAUSE_SECONDS)
+
+    def _serve(self) -> bool:
+        """Have one process run tasks, until it is lost; False if it has never started."""
+        try:
+            return self._listen(self._start_process())
+        finally:
+            # Whatever was in the way, its tasks are for another.
+            self._lost()
 
     def _start_process(self) -> Connection:
         """Have a process forked, and give this end of its pipe."""
@@ -161,21 +169,27 @@ class Slot:
                 fork_server.fork(self._setup, there, beating)
             except OSError as error:
                 log.warning("worker not started", error=str(error))
-        threading.Thread(target=self._watch, args=(pulse,), daemon=True).start()
+        SupervisedThread("watch", partial(self._watch_or_kill, pulse)).start()
         return self._connection
 
     def _listen(self, connection: Connection) -> bool:
         """Report one outcome after another, until the process is lost; False if it has never started."""
         started = False
-        with connection:
-            try:
-                self._started(connection.recv())
-                started = True
-                while True:
-                    self._ended(connection.recv())
-            except (EOFError, OSError):
-                self._lost()
+        with connection, suppress(EOFError, OSError):
+            self._started(connection.recv())
+            started = True
+            self._thread.note_success()
+            while True:
+                self._ended(connection.recv())
         return started
+
+    def _watch_or_kill(self, pulse: Connection) -> None:
+        try:
+            self._watch(pulse)
+        except Exception:
+            # One that nobody watches could hang for ever.
+            self._kill()
+            raise
 
     def _watch(self, pulse: Connection) -> None:
         """Kill the process once it is silent for too long, or too long at one task.
@@ -212,7 +226,7 @@ class Slot:
     def _started(self, pid: int) -> None:
         with self._lock:
             self.pid = pid
-            if self._closing.is_set():
+            if self._thread.stopping.is_set():
                 self._kill()
             elif self._tasks:
                 self._send_first()

@@ -70,6 +70,8 @@ def _checks(service: Service) -> dict[str, bool]:
         "the service is being stopped": not service.job_events.closed,
         "the database cannot be written": _database_writable(service),
         "no worker is running": service.dispatcher.alive(),
+        "jobs cannot be handed out": not service.dispatcher.is_failing(),
+        "what is no longer kept cannot be deleted": not service.retention_thread.is_failing(),
         "the disk is nearly full": _disk_free(service),
         _where(service): _store_usable(service),
     }
@@ -98,7 +100,10 @@ def _store_usable(service: Service) -> bool:
 
 
 def _disk_free(service: Service) -> bool:
-    return shutil.disk_usage(service.settings.data).free >= service.settings.min_free_bytes
+    try:
+        return shutil.disk_usage(service.settings.data).free >= service.settings.min_free_bytes
+    except OSError:
+        return False
 
 
 @router.get("/version", summary="Get the version", response_description="The version.")
