@@ -1,19 +1,21 @@
 """Notifications between the servers on one database: there is work, jobs have changed.
 
 As within one server, the database is the truth, and a notification only says that it has changed. After a
-lost connection everything is read once, for notifications may have been missed.
+lost connection everything is read once, for notifications may have been missed; until there is another one,
+again and again.
 """
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 import structlog
+from sqlalchemy.exc import SQLAlchemyError
 
 from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.storage.database.connection import Database
+from service.supervision import SupervisedThread
 
 # Seconds before the next try to listen.
 RETRY_SECONDS = 0.5
@@ -32,8 +34,7 @@ class NotificationListener:
 
     def __init__(self, database: Database, dispatcher: Dispatcher, job_events: JobEvents) -> None:
         self._database, self._dispatcher, self._job_events = database, dispatcher, job_events
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="notifications", daemon=True)
+        self._thread = SupervisedThread("notifications", self._run)
 
     def start(self) -> None:
         """Begin to listen."""
@@ -42,18 +43,28 @@ class NotificationListener:
 
     def stop(self) -> None:
         """Stop listening."""
-        self._stopping.set()
-        if self._thread.is_alive():
-            self._thread.join()
+        self._thread.stop()
 
     def _run(self) -> None:
-        while not self._stopping.is_set():
+        stopping = self._thread.stopping
+        while not stopping.is_set():
             try:
-                for notice in self._database.notices(self._stopping):
+                for notice in self._database.notices(stopping):
                     self._act(notice)
+                    self._thread.note_success()
             except self._database.errors as error:
                 log.warning("notifications lost, trying again", error=type(error).__name__)
-                self._stopping.wait(RETRY_SECONDS)
+                self._poll()
+                stopping.wait(RETRY_SECONDS)
+
+    def _poll(self) -> None:
+        """Have everything read, if the database answers: those who wait need not learn that it does not."""
+        try:
+            with self._database.reading() as session:
+                session.connection()
+        except SQLAlchemyError:
+            return
+        self._act({})
 
     def _act(self, notice: dict[str, Any]) -> None:
         if "jobs" in notice:

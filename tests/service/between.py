@@ -1,4 +1,4 @@
-"""A process between a server and its peer: it forwards everything, or drops everything.
+"""A process between a server and its peer: it forwards everything, drops everything, or all for listeners.
 
 ``python -m tests.service.between TARGET`` listens on a port of loopback, which it prints. A process that
 is stopped closes no connection, and takes what is sent until its buffers are full: so a network looks that
@@ -39,29 +39,48 @@ class Between:
         """Pass on what was held back, and all that follows."""
         os.kill(self._process.pid, signal.SIGCONT)
 
+    def deafen(self) -> None:
+        """Drop all that the present connections to PostgreSQL send and get that have listened."""
+        os.kill(self._process.pid, signal.SIGUSR1)
+
     def close(self) -> None:
         self._process.kill()
         self._process.communicate()
 
 
-async def _run(target: str) -> None:
-    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        there_reader, there_writer = await asyncio.open_unix_connection(target)
-        await asyncio.gather(_pass(reader, there_writer), _pass(there_reader, writer))
+class _Passage:
+    """One connection: whether its client has listened, and whether nothing is passed on any more."""
 
+    listens = deaf = False
+
+    async def pass_on(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Pass on until one side ends, and then end the other."""
+        with suppress(OSError):
+            while data := await reader.read(SIZE):
+                self.listens |= b"LISTEN" in data
+                if not self.deaf:
+                    writer.write(data)
+                    await writer.drain()
+        writer.close()
+
+
+async def _run(target: str) -> None:
+    passages: list[_Passage] = []
+
+    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        passages.append(passage := _Passage())
+        there_reader, there_writer = await asyncio.open_unix_connection(target)
+        await asyncio.gather(passage.pass_on(reader, there_writer), passage.pass_on(there_reader, writer))
+
+    def deafen() -> None:
+        for passage in passages:
+            passage.deaf = passage.listens
+
+    asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, deafen)
     server = await asyncio.start_server(serve, "127.0.0.1", 0)
     sys.stdout.write(f"{server.sockets[0].getsockname()[1]}\n")
     sys.stdout.flush()
     await server.serve_forever()
-
-
-async def _pass(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    """Pass on until one side ends, and then end the other."""
-    with suppress(OSError):
-        while data := await reader.read(SIZE):
-            writer.write(data)
-            await writer.drain()
-    writer.close()
 
 
 if __name__ == "__main__":

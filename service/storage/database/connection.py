@@ -6,6 +6,7 @@ import json
 import secrets
 import sqlite3
 import threading
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -32,6 +33,9 @@ CHANNEL = "penumbra"
 MOST_NOTIFIED = 200
 # How soon a service that ends stops listening, seconds.
 LISTEN_SECONDS = 0.5
+# How often a service notifies itself, and how long the answer may take, seconds. A connection that is lost in
+# silence is one of which nothing else tells: who waits for a job waits for the sum of both.
+HEARTBEAT_SECONDS, HEARD_SECONDS = 2.0, 3.0
 PRIMARY = 0xFF
 """The bits of an error code of SQLite that say its kind."""
 
@@ -77,6 +81,7 @@ class Database:
             event.listen(self.engine, "handle_error", _give_up_sqlite)
             self._reader = self.engine
         self._name = secrets.token_hex(8)
+        self._heartbeat = f"{CHANNEL}_{self._name}"
         self._lock = threading.Lock()
         self._writer = self.engine.execution_options(writes=True)
 
@@ -133,17 +138,32 @@ class Database:
         Exception
             One of ``errors``, when the connection is lost.
         """
-        with self.engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
-            driver: Any = connection.connection.dbapi_connection
+        with self.engine.connect().execution_options(
+            isolation_level="AUTOCOMMIT", answer_seconds=HEARD_SECONDS
+        ) as connection:
             # A connection that has listened must not return to the pool.
             connection.detach()
-            connection.exec_driver_sql(f"LISTEN {CHANNEL}")
+            for channel in (CHANNEL, self._heartbeat):
+                connection.exec_driver_sql(f"LISTEN {channel}")
             yield {}
             while not stopping.is_set():
-                for notice in driver.notifies(timeout=LISTEN_SECONDS):
-                    document = json.loads(notice.payload)
-                    if document.pop("from") != self._name:
-                        yield document
+                connection.exec_driver_sql(f"NOTIFY {self._heartbeat}")
+                yield from self._heard(connection, stopping)
+
+    def _heard(self, connection: Connection, stopping: threading.Event) -> Iterator[dict[str, Any]]:
+        """Listen until the next heartbeat is due; raise an error if this one is not heard."""
+        driver: Any = connection.connection.dbapi_connection
+        alive, until = False, time.monotonic() + HEARTBEAT_SECONDS
+        while not stopping.is_set():
+            for notice in driver.notifies(timeout=LISTEN_SECONDS):
+                if notice.channel == self._heartbeat:
+                    alive = True
+                elif (document := json.loads(notice.payload)).pop("from") != self._name:
+                    yield document
+            if time.monotonic() > until:
+                break
+        if not alive and not stopping.is_set():
+            raise self.engine.dialect.loaded_dbapi.OperationalError("No notification arrives.")
 
     @property
     def errors(self) -> tuple[type[Exception], ...]:
