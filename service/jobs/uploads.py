@@ -7,7 +7,7 @@ their assets, too.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from datetime import UTC, datetime, timedelta
 
 from sqlalchemy import Select, delete, func, insert, select, text, update
@@ -116,5 +116,15 @@ def drop_unused(session: Session, before: datetime, most: int) -> dict[str, int]
     """Delete assets that no render needs and that were not requested since; return them with their bytes."""
     old = select(AssetRow.sha256, AssetRow.bytes).where(_UNUSED, AssetRow.used_at < before)
     found = dict(session.execute(old.order_by(AssetRow.used_at).limit(most)).all())
+    for sha256 in _recounted(session, found):
+        del found[sha256]
     session.execute(delete(AssetRow).where(AssetRow.sha256.in_(found)))
     return found
+
+
+def _recounted(session: Session, hashes: Collection[str]) -> Sequence[str]:
+    """Count the renders of assets again that a server of version 0.1 has entered, which counted none."""
+    uses = select(func.count()).where(AssetUseRow.sha256 == AssetRow.sha256).scalar_subquery()
+    counted = update(AssetRow).where(AssetRow.sha256.in_(hashes), uses > 0).values(renders=uses)
+    options = {"synchronize_session": False}
+    return session.scalars(counted.returning(AssetRow.sha256), execution_options=options).all()

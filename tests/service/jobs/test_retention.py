@@ -25,7 +25,7 @@ from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from service.storage.database.models import AssetRow, JobRow, RenderRow
+from service.storage.database.models import AssetRow, AssetUseRow, JobRow, RenderRow
 from service.storage.folder import Folder
 from service.storage.reserve import Reserve
 from service.storage.tiles import TileStore
@@ -273,6 +273,41 @@ def test_many_jobs_go_though_some_are_damaged(database: Database, tmp_path: Path
         assert set(swept.forgotten) == {f"job-{number}" for number in range(105, 208)} - damaged
     assert (once.pictures, once.assets, once.bytes) == (often.pictures, often.assets, often.bytes)
     assert often.bytes == 206 - len(damaged) + 2 * assets
+
+
+@BOTH
+def test_asset_stays_that_an_earlier_server_has_not_counted(database: Database, tmp_path: Path) -> None:
+    """Version 0.1 enters what a render needs, and no count of it."""
+    ended = datetime.now(UTC) - timedelta(days=9)
+    render = RenderRow(
+        id="job",
+        state=JobState.SUCCEEDED,
+        width=1,
+        height=1,
+        spec_sha256="",
+        passes=[{"index": 0, "stride": 1, "first": 0, "last": 1}],
+        display={},
+        total_steps=0,
+        total_work=1,
+        predicted_cpu_seconds=1.0,
+        numerics={},
+        pass_costs=[],
+    )
+    used, unused = "a" * 64, "b" * 64
+    with database.writing() as session:
+        session.add(job_with("job", render, state=JobState.SUCCEEDED, finished_at=ended))
+        for name in (used, unused):
+            size = {"bytes": 2, "media_type": "image/png", "width": 1, "height": 1}
+            session.add(AssetRow(sha256=name, created_at=ended, used_at=ended, **size))
+        session.flush()
+        session.add(AssetUseRow(render=render.number, sha256=used))
+    objects = Folder(tmp_path / "objects")
+    kept = AssetStore(objects.within("assets"), Limits())
+    thread = RetentionThread(database, TileStore(objects), kept, Rules(), Reserve(tmp_path, database))
+    rules = Rules(keep_asset_seconds=0.0)
+    assert [list(thread.prune(rules).assets) for _ in range(2)] == [[unused], []]
+    # Once it is counted, it goes with the picture.
+    assert list(thread.prune(Rules(keep_seconds=1.0, keep_asset_seconds=0.0)).assets) == [used]
 
 
 @pytest.mark.slow

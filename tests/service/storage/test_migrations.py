@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -23,14 +24,16 @@ from service.cli.errors import ExitCode
 from service.cli.process import outcome
 from service.errors import DatabaseVersionError
 from service.lifecycle import fairness, totals
+from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import SCRIPTS, upgrade
 from service.storage.database.migrations.versions.tables_0001 import METADATA
 from service.storage.database.models import AssetRow, Base, JobRow, LabelRow, RenderRow
 from service.storage.folder import Folder
 from service.storage.objects import Found
+from tests.service.conftest import Start
 from tests.service.first_release import FILE, copied, unpack
-from tests.service.support import BOTH, KINDS
+from tests.service.support import BOTH, KINDS, TIMEOUT
 
 LATER = """
 import sqlalchemy as sa
@@ -212,6 +215,26 @@ def test_tables_of_a_later_version_are_refused(
     assert ended.returncode == STARTUP_FAILURE
     assert "later version" in ended.stderr
     assert "course" in columns_of(old, "jobs")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_later_version_waits_for_the_end_of_an_earlier_one(
+    kind: str, start: Start, later: Path, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    """Two versions on one database: what the earlier one writes lacks what the later one relies on."""
+    url = request.getfixturevalue("postgres").database() if kind == "postgresql" else None
+    server = start(workers=1, database=url)
+    database = Database(Settings(data=tmp_path, database=url).database_url)
+    with pytest.raises(DatabaseVersionError, match="earlier version"):
+        upgrade(database, later, wait_seconds=1.0)
+    assert "course" not in columns_of(database, "jobs")
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(upgrade, database, later)
+        server.stop()
+        waiting.result(TIMEOUT)
+    assert "course" in columns_of(database, "jobs")
+    database.close()
 
 
 @ON_SQLITE

@@ -14,27 +14,33 @@ from sqlalchemy import Connection, inspect, text
 from service.storage.database.connection import Database
 
 SCRIPTS = Path(__file__).parent
+WAIT_SECONDS = 30.0
+"""How long servers of an earlier version may take to stop: those of a cluster have 20 seconds for it."""
 
 
-def upgrade(database: Database, scripts: Path = SCRIPTS) -> None:
+def upgrade(database: Database, scripts: Path = SCRIPTS, wait_seconds: float = WAIT_SECONDS) -> None:
     """Run the migrations that the database has not had yet: all of them, or none where one fails.
 
     Parameters
     ----------
     scripts
         The folder of ``env.py`` and ``versions``.
+    wait_seconds
+        How long to wait for the end of services that use the database with its earlier tables: they would
+        write rows in which the later ones lack something.
 
     Raises
     ------
     DatabaseVersionError
-        If another version of the service has made its tables, and there is no way from them to these.
+        If another version of the service has made its tables and there is no way from them to these, or
+        still uses them after the wait.
     """
     with database.engine.connect() as connection:
         if _is_current(connection, scripts):
             return
     from service.storage.database.migrations import running  # noqa: PLC0415  (few starts need it, and it is slow)
 
-    running.run(database, scripts)
+    running.run(database, scripts, wait_seconds)
 
 
 def _is_current(connection: Connection, scripts: Path) -> bool:
