@@ -35,6 +35,7 @@ from service.storage.database.migrations import upgrade
 from service.storage.database.urls import is_shared
 from service.storage.folder import place_of
 from service.storage.opening import OPENING_ERRORS, reason
+from service.storage.reserve import Reserve
 from service.workers.engines import check_engine
 
 if TYPE_CHECKING:
@@ -130,6 +131,9 @@ def _prepare_database(settings: Settings) -> bool:
     """
     database = Database(settings.database_url)
     try:
+        # After a service has ended by itself SQLite needs room to open a database; retention takes it back.
+        if Reserve(settings.data, database).give_up():
+            log.warning("disk nearly full", folder=str(settings.data))
         upgrade(database)
         if database.shared or settings.store:
             place = place_of(settings.place)

@@ -38,13 +38,18 @@ class Reserve:
         if self._free() >= 2 * RESERVE_BYTES:
             self._fill(RESERVE_BYTES)
 
-    @contextmanager
-    def given_up(self) -> Iterator[None]:
-        """Give up the file until the block ends, if the disk is nearly full."""
+    def give_up(self) -> bool:
+        """Give up the file if the disk is nearly full, and say whether it is."""
         full = self._free() < RESERVE_BYTES
         if full:
             with self._lock, suppress(OSError):
                 self._path.unlink(missing_ok=True)
+        return full
+
+    @contextmanager
+    def given_up(self) -> Iterator[None]:
+        """Give up the file until the block ends, if the disk is nearly full."""
+        full = self.give_up()
         try:
             yield
         finally:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import IO
 
 import httpx2
 import numpy as np
@@ -24,6 +27,7 @@ from service.storage.database.migrations import upgrade
 from service.storage.database.models import LeaderRow
 from tests.service.failover import half_done
 from tests.service.support import TIMEOUT, ended, finish, image, job_of, scene, submit, until
+from tests.service.test_deployments import port
 
 pytestmark = pytest.mark.slow
 
@@ -33,15 +37,24 @@ LIMIT = 10.0
 AT_ONCE = 4
 
 
-@pytest.fixture(scope="module")
-def disk() -> Iterator[Path]:
+@contextmanager
+def mounted() -> Iterator[Path]:
+    """A small file system of its own."""
     # Not in a folder of pytest's own: another run that cleans up there must not find what it cannot remove.
     with TemporaryDirectory() as folder:
         reported = mount("-t", "tmpfs", "-o", f"size={SIZE}", "tmpfs", folder)
         if reported is not None:
             pytest.skip(f"no file system can be mounted here, which needs root: {reported}")
-        yield Path(folder)
-        subprocess.run(["umount", "--lazy", folder], check=True)
+        try:
+            yield Path(folder)
+        finally:
+            subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+@pytest.fixture(scope="module")
+def disk() -> Iterator[Path]:
+    with mounted() as folder:
+        yield folder
 
 
 def mount(*words: str) -> str | None:
@@ -147,6 +160,46 @@ def test_full_disk_is_cured_by_deleting_jobs(disk: Path, client: httpx2.Client) 
         assert (pruned.status_code, set(finished[4:]) <= set(pruned.json()["expired"])) == (200, True)
         assert not [path for job in finished for path in (disk / "jobs" / job).rglob("*")]
     finish(client, submit(client, scene()))
+
+
+def test_service_that_has_stopped_starts_on_a_full_disk(tmp_path: Path) -> None:
+    """SQLite removes its log at the end, and needs room for another one."""
+    with mounted() as disk, (tmp_path / "log").open("wb") as log:
+        settings = Settings(data=disk, port=0, workers=1, min_free_bytes=1 << 20, log_level="error")
+        with running(settings) as server, httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+            jobs = [submit(client, scene(width, 48)) for width in (80, 81)]
+            for job in jobs:
+                finish(client, job)
+        for job in jobs:
+            with full(disk), begun(disk, log) as url, httpx2.Client(base_url=url, timeout=TIMEOUT) as client:
+                assert "disk" in client.get("/readyz").json()["detail"]
+                assert client.get(f"/v1/jobs/{job}/image.png").status_code == 200
+                assert client.delete(f"/v1/jobs/{job}").status_code == 204
+                assert not (disk / "jobs" / job).exists()
+        assert (tmp_path / "log").read_text().count("disk nearly full") == len(jobs)
+
+
+@contextmanager
+def begun(data: Path, log: IO[bytes]) -> Iterator[str]:
+    """Start a service that need not become ready; it is ended as by systemd."""
+    number = port()
+    given = {"PENUMBRA_DATA": str(data), "PENUMBRA_PORT": str(number), "PENUMBRA_WORKERS": "1"}
+    process = subprocess.Popen([sys.executable, "-m", "service"], env=os.environ | given, stderr=log)
+    url = f"http://127.0.0.1:{number}"
+    try:
+        until(lambda: process.poll() is not None or lives(url))
+        assert process.poll() is None
+        yield url
+    finally:
+        process.terminate()
+        process.wait(TIMEOUT)
+
+
+def lives(url: str) -> bool:
+    try:
+        return httpx2.get(f"{url}/livez", timeout=TIMEOUT).status_code == 200
+    except httpx2.TransportError:
+        return False
 
 
 def test_connection_made_while_read_only_does_not_stay(disk: Path) -> None:
