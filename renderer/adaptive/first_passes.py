@@ -18,16 +18,15 @@ from renderer.adaptive.lattice import (
     ways_between,
 )
 from renderer.adaptive.levels import COUNTS, PREVIEWED, SAMPLED, Levels, levels_of, node_level
-from renderer.adaptive.neighbours import borders, highest, outline, spread
+from renderer.adaptive.neighbours import borders, outline, spread
 from renderer.adaptive.rays import of_labels, of_lights
 from renderer.math.arrays import Floats, Masks
 from schemas.tiles import Tile
 
 BORDERS = 0.75
-"""Share of the budget for border pixels: rays find only roughly how much of them each shape fills."""
-
-UNKNOWN = 2.0**-8
-"""Contrast of borders if pilot samples found none in the whole picture."""
+"""Share of the budget for border pixels: rays find only roughly how much of them each shape fills. With
+all of it random pictures keep their targets as well, but know their error worse where a hard shadow falls on
+a ball."""
 
 LIT = 6
 """Least number of `levels.COVERAGES` of pixels that edges of visible lights pass: 42 rays. No pilot sample
@@ -53,10 +52,6 @@ PROBES_BY_AIM = 2.0**-15
 
 PROBED, MOST_PROBED = SAMPLED + 1, 9
 """Levels of a new probe: from 8 samples to 256."""
-
-WIDE = 2
-"""Where something may be finer than a pixel, the largest expected error within so many pixels counts: the
-pixel's own pilot sample may have missed it."""
 
 BENT = np.float32(2.0**-10)
 """Share of a point look-up's squared error that a mean over the pixel leaves: means are over parallelograms,
@@ -202,7 +197,7 @@ def cover_borders(estimate: Estimate) -> None:
     height, width = estimate.have.shape
     nearby = surroundings(Tile(0, 0, 0, width, height), estimate.around).nearby(rows, columns)
     contrasts = nearby.contrasts()
-    typical = contrasts[seen[rows, columns]].mean() if seen.any() else UNKNOWN
+    typical = contrasts[seen[rows, columns]].mean() if seen.any() else 0.0
     contrasts = np.maximum(contrasts, typical * unseen[rows, columns])
     estimate.contrasts[rows, columns] = contrasts
     estimate.doubts[rows, columns] = nearby.unevenness()
@@ -234,7 +229,6 @@ def expected_errors(estimate: Estimate) -> NDArray[np.float32]:
     covered = estimate.cover > 0
     np.copyto(expected, np.maximum(estimate.doubts, HIDDEN * estimate.contrasts), where=covered)
     np.maximum(expected, estimate.doubts, out=expected, where=of_labels(plan.detailed, labels))
-    np.copyto(expected, highest(expected, WIDE), where=of_labels(plan.unaveraged, labels))
     return expected
 
 
