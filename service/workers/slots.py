@@ -155,9 +155,10 @@ class Slot:
         """Have one process run tasks, until it is lost; False if it has never started."""
         try:
             return self._listen(self._start_process())
-        finally:
-            # Whatever was in the way, its tasks are for another.
+        except Exception:
+            # Perhaps there are too many open files: the tasks that came meanwhile are for another.
             self._lost()
+            raise
 
     def _start_process(self) -> Connection:
         """Have a process forked, and give this end of its pipe."""
@@ -175,13 +176,18 @@ class Slot:
     def _listen(self, connection: Connection) -> bool:
         """Report one outcome after another, until the process is lost; False if it has never started."""
         started = False
-        with connection, suppress(EOFError, OSError):
-            self._started(connection.recv())
-            started = True
-            self._thread.note_success()
-            while True:
-                self._ended(connection.recv())
-        return started
+        with connection:
+            try:
+                self._started(connection.recv())
+                started = True
+                self._thread.note_success()
+                while True:
+                    self._ended(connection.recv())
+            except (EOFError, OSError):
+                return started
+            finally:
+                # Before it is closed: somebody may be sending a task.
+                self._lost()
 
     def _watch_or_kill(self, pulse: Connection) -> None:
         try:

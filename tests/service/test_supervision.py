@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import os
+import resource
+import signal
 import sqlite3
 from contextlib import closing
 from datetime import UTC, datetime
@@ -17,12 +19,14 @@ from service.server import running
 from service.settings import Settings
 from tests.service.conftest import Start
 from tests.service.failover import half_done
+from tests.service.processes import workers_of
 from tests.service.support import TIMEOUT, finish, image, job_of, scene, submit, until
 
 pytestmark = pytest.mark.slow
 
 MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 BEGUN = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S.%f")
+MANY_FILES = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
 ASSET = f"assets/{hashlib.sha256(MESH).hexdigest()}"
 
 
@@ -58,6 +62,19 @@ def test_service_that_cannot_delete_is_not_ready(start: Start, tmp_path: Path) -
         until(lambda: "deleted" in detail(client))
         change(tmp_path, "ALTER TABLE away RENAME TO idempotency_keys")
         until(lambda: not detail(client))
+
+
+def test_worker_is_replaced_after_too_many_open_files(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    settings = Settings(data=tmp_path / "data", port=0, workers=1, log_level="error")
+    with log.open("wb") as stderr, running(settings, stderr=stderr) as server:
+        (worker,) = workers_of(server.process.pid)
+        usual = resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (1, MANY_FILES))
+        os.kill(worker, signal.SIGKILL)
+        until(lambda: '"thread": "slot"' in log.read_text())
+        resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (usual[0], MANY_FILES))
+        with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+            finish(client, submit(client, scene(16, 16)))
 
 
 @pytest.mark.parametrize("repaired", [True, False], ids=["goes_on", "ends"])
