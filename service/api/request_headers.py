@@ -28,14 +28,15 @@ def check_preconditions(request: Request, headers: Mapping[str, str]) -> Respons
     Parameters
     ----------
     headers
-        Those of the answer: a strong ``ETag``, and ``Last-Modified`` where a date tells versions apart.
+        Those of the answer: a strong ``ETag``, and ``Last-Modified`` where a date tells versions apart; none
+        where there is no version yet.
 
     Raises
     ------
     PreconditionFailedError
-        If the client asks for another version.
+        If the client asks for another version, or is to replace one that it does not expect.
     """
-    tag, changed, sent = headers["ETag"], headers.get("Last-Modified"), request.headers
+    tag, changed, sent = headers.get("ETag"), headers.get("Last-Modified"), request.headers
     # Dates count only where no tags are sent (section 13.2.2).
     if "if-match" in sent:
         is_other = not _names(joined(request, "if-match"), tag)
@@ -47,13 +48,15 @@ def check_preconditions(request: Request, headers: Mapping[str, str]) -> Respons
         is_known = _names(joined(request, "if-none-match"), tag, weakly=True)
     else:
         is_known = _is_later(changed, sent.get("if-modified-since")) is False
+    if is_known and request.method not in ("GET", "HEAD"):
+        raise PreconditionFailedError
     return NotModifiedResponse(Headers(dict(headers))) if is_known else None
 
 
-def _names(tags: str, tag: str, *, weakly: bool = False) -> bool:
+def _names(tags: str, tag: str | None, *, weakly: bool = False) -> bool:
     """Whether a strong tag is among those of a header; weak ones are no match unless compared weakly."""
     found = ((known, weakly or not weak) for weak, known in TAG.findall(tags))
-    return tags.strip() == "*" or (tag, True) in found
+    return tag is not None and (tags.strip() == "*" or (tag, True) in found)
 
 
 def _is_later(changed: str | None, date: str | None) -> bool | None:

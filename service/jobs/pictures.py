@@ -5,11 +5,11 @@ Final ones come from their files; before that they are composed of the finished 
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import IO, Any, Literal
 
 import numpy as np
@@ -237,10 +237,11 @@ def _write_exr(name: str, *content: Any) -> None:
     try:
         image_files.write_exr(name, *content)
     except OSError as error:
-        # Its library opens the file by its name, and says without a number that the folder was deleted.
-        if not Path(name).exists():
-            raise FileNotFoundError(name) from error
-        raise
+        # Its library gives the reason in the system's words, without the number.
+        reason = next((number for number in errno.errorcode if os.strerror(number) in str(error)), None)
+        if error.errno is not None or reason is None:
+            raise
+        raise OSError(reason, str(error)) from error
 
 
 def _layer_share(finished: Finished, name: str) -> float:

@@ -101,7 +101,8 @@ def read_only(disk: Path) -> Iterator[None]:
 
 def check_reads(client: httpx2.Client, finished: str, running: str) -> None:
     """What is there is reported and shown, finished or not."""
-    assert client.get(f"/v1/jobs/{finished}/image.png").status_code == 200
+    for kind in ("png", "exr"):
+        assert client.get(f"/v1/jobs/{finished}/image.{kind}").status_code == 200
     assert image(client, running).shape == (192, 192, 3)
     assert len(client.get(f"/v1/jobs/{running}/tiles").json()["events"]) >= 3
     assert not ended(job_of(client, running))

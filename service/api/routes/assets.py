@@ -14,6 +14,7 @@ from schemas.api.jobs import Asset
 from service.access.principals import Principal
 from service.api.authentication import CurrentUser
 from service.api.bodies import chunks
+from service.api.request_headers import check_preconditions
 from service.api.routes.parameters import BINARY, CHANGED, problem
 from service.api.routes.stored import stored_response
 from service.errors import BodyTooLargeError, UnknownAssetError, UploadQuotaError
@@ -52,7 +53,8 @@ UPLOAD = {"requestBody": {"required": True, "content": {"application/octet-strea
         "upload_mismatch",
         "upload_unusable",
     )
-    | problem(507, "The disk is full.", "store_full"),
+    | problem(507, "The disk is full.", "store_full")
+    | CHANGED,
     openapi_extra=UPLOAD,
     summary="Upload a texture or a mesh",
     response_description="The asset. `name` is how a scene names it.",
@@ -62,6 +64,7 @@ async def put_asset(here: Here, request: Request, sha256: Sha256, user: CurrentU
 
     Only users who have sent a file may use it: knowing its hash is not enough.
     """
+    check_preconditions(request, await run_in_threadpool(_version, here, user, sha256))
     most, room = here.settings.max_asset_bytes, await run_in_threadpool(_room, here, user, sha256)
     content = chunks(request, min(most, room), here.settings.client_timeout_seconds)
     try:
@@ -83,6 +86,12 @@ async def put_asset(here: Here, request: Request, sha256: Sha256, user: CurrentU
         return await run_in_threadpool(_keep, here, row, user)
     except IntegrityError:  # another request has entered it meanwhile
         return await run_in_threadpool(_keep, here, row, user)
+
+
+def _version(service: Service, principal: Principal, sha256: str) -> dict[str, str]:
+    """Tag what the user has uploaded before; nothing where that is nothing."""
+    with service.database.reading() as session:
+        return {"ETag": f'"{sha256}"'} if uploads.find_upload(session, sha256, principal) else {}
 
 
 def _room(service: Service, principal: Principal, sha256: str) -> int:

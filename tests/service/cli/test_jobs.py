@@ -63,6 +63,11 @@ def test_jobs_are_listed_by_label_and_deleted(penumbra: Penumbra, scene_file: Pa
     first = penumbra("submit", scene_file, *mine, "--wait").out.strip()
     second = penumbra("submit", scene_file, *mine).out.strip()
     other = penumbra("submit", scene_file, "--label", "course:other").out.strip()
+    # Several values of a name are any of them.
+    both = penumbra("ls", "--label", "course:cs171", "--label", "course:other", "--json").document["jobs"]
+    assert [job["id"] for job in both[:3]] == [other, second, first]
+    twice = penumbra("submit", scene_file, "--label", "course:a", "--label", "course:b")
+    assert (twice.code, "--label course" in twice.err) == (2, True)
     assert [job["id"] for job in penumbra("ls", *mine, "--json").document["jobs"]] == [second, first]
     page = penumbra("ls", *mine, "--limit", 1)
     rest = penumbra("ls", *mine, "--after", page.err.strip().rpartition(" ")[2])

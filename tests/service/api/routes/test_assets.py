@@ -51,6 +51,19 @@ def test_asset_comes_back_as_it_was_sent(api: httpx2.Client) -> None:
     assert api.get(path, headers={"Range": "bytes=1-3"}).content == b"PNG"
 
 
+def test_condition_decides_whether_a_file_is_received(api: httpx2.Client) -> None:
+    data = png(3, 11)
+    path = f"/v1/assets/{name_of(data).removeprefix('sha256:')}"
+    for headers, status in (
+        ({"If-Match": "*"}, 412),
+        ({"If-None-Match": "*"}, 200),
+        ({"If-None-Match": "*"}, 412),
+        ({"If-Match": "*"}, 200),
+        ({}, 200),
+    ):
+        assert api.put(path, content=data, headers=headers).status_code == status, headers
+
+
 @pytest.mark.parametrize(
     "data", [png(), exr(dict.fromkeys("RGB", LIGHT)), OBJ, ply()], ids=["png", "exr", "obj", "ply"]
 )
