@@ -113,7 +113,8 @@ def build(texture: language.ImageTexture, assets: AssetSource) -> ImageTexture:
         If there is no such file, it is not a picture, or the encoding is not one of its numbers.
     """
     texels, bounds, notes = _read(texture, assets)
-    return ImageTexture(np.ascontiguousarray(texels[::-1]), texture.filter, texture.wrap, bounds, notes)
+    # A view: the constructor copies it, and another copy would be the most memory that reading takes.
+    return ImageTexture(texels[::-1], texture.filter, texture.wrap, bounds, notes)
 
 
 def _read(

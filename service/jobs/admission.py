@@ -82,16 +82,15 @@ def read_request(
     unusable = _unusable_assets(service, principal, scene)
     if unusable:
         raise renderer.SceneError(unusable)
-    _check_memory(service, request, scene)
+    _check_memory(service, scene)
     return request, warnings
 
 
-def _check_memory(service: Service, request: BaseModel, scene: Scene) -> None:
+def _check_memory(service: Service, scene: Scene) -> None:
     if not uploads.hashes_of(scene):
         return
-    target = isinstance(getattr(request, "quality", None), TargetQuality)
     with service.database.reading() as session:
-        problem = too_large(session, scene, service.settings.worker_memory_bytes, target=target)
+        problem = too_large(session, scene, service.settings.worker_memory_bytes)
     if problem is not None:
         raise renderer.SceneError([problem])
 

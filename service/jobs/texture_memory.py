@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -10,37 +10,30 @@ from sqlalchemy.orm import Session
 from renderer.plan.strengths import effective
 from schemas.errors import Problem
 from schemas.pointers import pointer
-from schemas.scene import Scene, used_textures
+from schemas.scene import MAPS, Scene, used_textures
 from schemas.textures import ImageTexture
 from service.storage.assets import PREFIX
 from service.storage.database.models import AssetRow
 
 WORKER_BYTES = 512 << 20
-"""Address space of a worker that has read no scene yet."""
-# Bytes of a pixel, counted from the arrays: floats of three channels with their pyramid, a third more; the
-# padded table of four channels that target quality looks up; what is beside them while one texture is read,
-# which a texture of 8192 x 8192 confirmed; and while a bump map is turned into slopes, in float64.
-HELD, TABLE, READ, SLOPES = 16, 16, 16, 88
+"""Address space of a worker beside textures: 330 MiB before it has read a scene, and what a tile takes."""
+# Bytes of a pixel, counted from the arrays and confirmed with 8000 x 8000 pixels in each format: four floats,
+# a third more with a pyramid, and what is beside them while one texture is read.
+HELD, WITH_PYRAMID, READ = 16, 64 / 3, 16
 GIB = 1 << 30
 
 
-def too_large(session: Session, scene: Scene, worker_bytes: int, *, target: bool) -> Problem | None:
-    """What is wrong with the textures that a scene uses; None if they fit.
-
-    Parameters
-    ----------
-    target
-        Whether the quality is an error: more is kept of each texture then.
-    """
-    scene = effective(scene)
-    used = _used(scene)
-    pixels = {name: count for name, count in _pixels(session, scene).items() if name in used}
+def too_large(session: Session, scene: Scene, worker_bytes: int) -> Problem | None:
+    """What is wrong with the textures that a scene uses; None if they fit."""
+    used = _used(effective(scene))
+    sizes = _sizes(session, used)
+    pixels = {texture: sizes[texture.asset] for texture in used if texture.asset in sizes}
     if not pixels:
         return None
-    bumps = {material.bump_map for material in scene.materials.values()} if target else set()
-    held = sum(pixels.values()) * (HELD + (TABLE if target else 0))
-    beside = max(count * (SLOPES if name in bumps else READ) for name, count in pixels.items())
-    needed, room = held + beside, worker_bytes - WORKER_BYTES
+    held = sum(
+        count * (WITH_PYRAMID if texture.filter == "mipmap" else HELD) for texture, count in pixels.items()
+    )
+    needed, room = held + READ * max(pixels.values()), worker_bytes - WORKER_BYTES
     if needed <= room:
         return None
     largest = max(pixels, key=pixels.__getitem__)
@@ -49,25 +42,29 @@ def too_large(session: Session, scene: Scene, worker_bytes: int, *, target: bool
         f"{max(0, room) / GIB:.1f}. Make them smaller, this one first. The service's operator can raise "
         "worker_memory_bytes."
     )
-    return Problem(pointer=pointer(["scene", "textures", largest, "asset"]), detail=detail, code="too_large")
+    return Problem(
+        pointer=pointer(["scene", "textures", used[largest], "asset"]), detail=detail, code="too_large"
+    )
 
 
-def _used(scene: Scene) -> set[str]:
-    """Names of the textures that shapes show."""
+def _used(scene: Scene) -> dict[ImageTexture, str]:
+    """The images that shapes show, as they are read, and the name of one texture of each.
+
+    Textures that differ in their name alone are read once, and a colour that is a map too is read twice.
+    """
     shown = {shape.material for shape in scene.shapes}
     materials = {name: dict(found) for name, found in scene.materials.items() if name in shown}
-    return {name for _, name in used_textures({"materials": materials}) if isinstance(name, str)}
+    used: dict[ImageTexture, str] = {}
+    for (*_, field), name in used_textures({"materials": materials}):
+        texture = scene.textures.get(name) if isinstance(name, str) else None
+        if isinstance(texture, ImageTexture):
+            as_read = texture if field not in MAPS else texture.model_copy(update={"encoding": "linear"})
+            used.setdefault(as_read, str(name))
+    return used
 
 
-def _pixels(session: Session, scene: Scene) -> Mapping[str, int]:
-    """Pixels of the scene's pictures, by the names of textures."""
-    assets = {
-        name: texture.asset.removeprefix(PREFIX)
-        for name, texture in scene.textures.items()
-        if isinstance(texture, ImageTexture)
-    }
-    query = select(AssetRow.sha256, AssetRow.width, AssetRow.height).where(
-        AssetRow.sha256.in_(set(assets.values()))
-    )
-    sizes = {sha256: width * height for sha256, width, height in session.execute(query)}
-    return {name: sizes[sha256] for name, sha256 in assets.items() if sha256 in sizes}
+def _sizes(session: Session, textures: Iterable[ImageTexture]) -> Mapping[str, int]:
+    """Pixels of the pictures of textures, by the names of the assets."""
+    hashes = {texture.asset.removeprefix(PREFIX) for texture in textures}
+    query = select(AssetRow.sha256, AssetRow.width, AssetRow.height).where(AssetRow.sha256.in_(hashes))
+    return {PREFIX + sha256: width * height for sha256, width, height in session.execute(query)}
