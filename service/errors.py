@@ -19,6 +19,7 @@ ServiceError
 ├── ReusedKeyError              an Idempotency-Key came with another request before
 ├── PictureNotReadyError
 ├── PictureGoneError
+│   └── PictureDamagedError     a file of it is not what was written
 ├── UnknownLayerError           the job was not rendered with it
 ├── UnknownAssetError
 ├── UploadError                 a texture is not kept
@@ -39,6 +40,7 @@ ServiceError
 │   ├── StoreAwayError          it cannot be reached
 │   ├── StoreMissingError       the packages for a bucket are not installed
 │   ├── StoreDamagedError       a stored file is not what was written
+│   ├── RequestDamagedError     the stored request of a job is not
 │   └── StoreTakenError         another service uses the data folder or the bucket
 ├── TraceFailedError
 ├── QuoteFailedError
@@ -204,6 +206,18 @@ class PictureGoneError(ServiceError):
     """A job ended without a picture."""
 
 
+class PictureDamagedError(PictureGoneError):
+    """A file of a finished picture is damaged."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(damaged(name))
+
+
+def damaged(name: str) -> str:
+    """Say that a file of a finished picture is damaged, and what to do."""
+    return f"The stored {name} of this picture is damaged. Submit the job again for a new one."
+
+
 class UnknownLayerError(ServiceError):
     """The job was not rendered with this layer."""
 
@@ -334,7 +348,28 @@ class StoreMissingError(StoreError):
 
 
 class StoreDamagedError(StoreError):
-    """A stored file is not what was written."""
+    """A stored file is not what was written, or not there.
+
+    Attributes
+    ----------
+    name : str
+        Its name in the store.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"The stored file {name} is damaged.")
+        self.name = name
+
+    def __reduce__(self) -> tuple[type[StoreDamagedError], tuple[str]]:
+        """Let it travel between processes."""
+        return StoreDamagedError, (self.name,)
+
+
+class RequestDamagedError(StoreError):
+    """The stored request of a job is not what was written, or not there."""
+
+    def __init__(self) -> None:
+        super().__init__("The stored request of this job is damaged. Submit the job again.")
 
 
 class StoreTakenError(StoreError):

@@ -98,7 +98,7 @@ class Failure(Message):
 
     code: str = Field(
         description="A word for programs: `render_failed`, `scene_not_usable`, `worker_died`, "
-        "`out_of_memory`, `took_too_long`, `storage_failed`, `time_limit`."
+        "`out_of_memory`, `took_too_long`, `storage_failed`, `request_damaged`, `time_limit`."
     )
     message: str = Field(description="A sentence for people.")
     retryable: bool = Field(description="Whether the same request may succeed when it is sent again.")
@@ -259,8 +259,9 @@ class Job(Message):
     links: JobLinks = Field(description="Paths of everything that belongs to it.")
     damage: str | None = Field(
         default=None,
-        description="A sentence for people where the job's record in the database is damaged: then fields "
-        "that cannot be read are 0, empty or null. Null for all other jobs.",
+        description="A sentence for people where a stored file of the job's picture is damaged, or the job's "
+        "record in the database: then fields that cannot be read are 0, empty or null. Null for all other "
+        "jobs.",
     )
 
 

@@ -17,8 +17,11 @@ from service.analyses.calls import ask_worker
 from service.errors import ComparisonFailedError, UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
+from service.jobs.damaged_files import IMAGE
 from service.jobs.limits import bounded
+from service.lifecycle import rows
 from service.storage.database.models import RenderRow
+from service.workers import layers
 from service.workers.tasks import CompareDone, ComparedPicture, CompareTask
 
 
@@ -72,8 +75,18 @@ def _compared(service: Service, principal: Principal, role: str, picture: SentPi
         content = _decoded(role, picture.content or "")
         return ComparedPicture(None, "", content, picture.encoding, ())
     render = _rendered(service, principal, role, picture.job)
-    layers = tuple(name for name in SIDECARS if name in render.layers)
-    return ComparedPicture(picture.job, render.id, b"", picture.encoding, layers, render.final_prefix)
+    names = tuple(name for name in SIDECARS if name in render.layers)
+    files = (f"{render.final_prefix}{file}" for file in (IMAGE, *map(layers.file_name, names)))
+    return ComparedPicture(
+        picture.job,
+        render.id,
+        b"",
+        picture.encoding,
+        names,
+        render.final_prefix,
+        render.spec_sha256,
+        {file: rows.expected(render, file) for file in files},
+    )
 
 
 def _decoded(role: str, content: str) -> bytes:

@@ -12,7 +12,7 @@ import typer
 
 from service.cli import output
 from service.cli.errors import CommandError, ExitCode
-from service.cli.options import ConfigOption, JsonOption
+from service.cli.options import ConfigOption, DatabaseOption, JsonOption
 from service.cli.serve import read_settings
 
 if TYPE_CHECKING:
@@ -49,10 +49,24 @@ def doctor(
             "renderer. Exit with 1 if an answer is wrong.",
         ),
     ] = False,
+    data: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Verify instead every file that a service has stored in its data folder, or in its bucket "
+            "s3://NAME/PREFIX, and name the damaged ones. Exit with 1 if there is one.",
+        ),
+    ] = None,
+    database: DatabaseOption = None,
     config: ConfigOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show what is installed, found and configured, and from where."""
+    if data is not None:
+        from service.cli.stored_files import check_stored
+
+        check_stored(data, database, config, as_json=as_json)
+        return
     if numerics:
         from service.cli.numerics import check_numerics
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from sqlalchemy import delete, insert, select
+from sqlalchemy import and_, delete, insert, or_, select
 from sqlalchemy.orm import Session
 
 from renderer import RenderPlan
@@ -22,7 +22,7 @@ from schemas.tiles import Pass, Tile
 from service.lifecycle import clock, fairness, rows
 from service.lifecycle.damage import UNREADABLE, DamagedRenderError
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
-from service.storage.tiles import StoredTile
+from service.storage.tiles import StoredTile, pass_prefix
 from service.workers.tasks import WHOLE, AdvanceDone, AdvanceTask, numbered, pass_of
 
 Step = tuple[Pass, Tile]
@@ -143,6 +143,7 @@ def advance_task(session: Session, render: RenderRow) -> AdvanceTask:
         layers=tuple(render.layers),
         recorded=tuple(recorded(session, render)) if render.layers else (),
         prices=render.merges[-1]["prices"] if render.merges else None,
+        checksums=rows.checksums_of(render),
     )
 
 
@@ -169,9 +170,38 @@ def merge(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceD
     render.merges = [*render.merges, _record(render, task, done)]
     render.compose_deaths = 0
     if done.sha256 is None:
+        render.checksums = _checksums(render, done)
         _begin_pass(session, render, task.pass_.index + 1, done)
     else:
-        rows.succeed(session, render, rows.FinalPicture(done.sha256, task.attempt, done.numerics, done.bytes))
+        picture = rows.FinalPicture(done.sha256, task.attempt, done.numerics, done.checksums)
+        rows.succeed(session, render, picture)
+
+
+def undo_merge(session: Session, render: RenderRow) -> None:
+    """Have the newest merged pass merged again, whose files are lost; the store has what that needs.
+
+    The tiles of the pass after it go: what they are follows from merging.
+    """
+    if not render.merges:
+        return
+    index = len(render.merges)
+    merged = and_(TileRow.pass_index == index - 1, TileRow.tile == WHOLE)
+    place = TileRow.render == render.number, or_(TileRow.pass_index == index, merged)
+    for step in session.scalars(select(TileRow).where(*place)).all():
+        render.total_steps -= 1
+        render.done_steps -= step.state == DONE
+        render.compose_attempt = max(render.compose_attempt, step.attempt)
+        fairness.settle(session, step, 0.0)
+        session.delete(step)
+    session.flush()
+    render.passes, render.merges = render.passes[:index], render.merges[:-1]
+
+
+def _checksums(render: RenderRow, done: AdvanceDone) -> dict[str, Any]:
+    """Return the checksums of what the two newest merged passes have left, as `undo_merge` needs them."""
+    before = pass_prefix(len(render.merges) - 2)
+    kept = {name: found for name, found in (render.checksums or {}).items() if name.startswith(before)}
+    return kept | rows.documents_of(done.checksums)
 
 
 def _enter_whole(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> None:
@@ -196,7 +226,10 @@ def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDo
     pass_ = pass_of(index)
     render.passes = [*render.passes, asdict(pass_)]
     render.total_steps += len(done.tiles)
-    session.execute(insert(TileRow), [rows.new_step(render.number, pass_, tile) for tile in done.tiles])
+    # Where `undo_merge` has deleted such steps, those in their place give no number of an attempt twice.
+    tried = render.compose_attempt if render.damage_count else 0
+    steps = (rows.new_step(render.number, pass_, tile) for tile in done.tiles)
+    session.execute(insert(TileRow), [step | {"attempt": tried} for step in steps])
     fairness.activate_all_of(session, render)
 
 

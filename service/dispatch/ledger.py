@@ -17,7 +17,15 @@ from service.lifecycle import fairness, progress, rows
 from service.lifecycle.damage import using
 from service.storage.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
 from service.storage.tiles import StoredTile
-from service.workers.tasks import ComposeDone, ComposeTask, JobTask, SampleTask, TileDone, TileTask
+from service.workers.tasks import (
+    ComposeDone,
+    ComposeTask,
+    InputDamaged,
+    JobTask,
+    SampleTask,
+    TileDone,
+    TileTask,
+)
 
 # Built once: making a statement takes longer than executing it, and these run for every tile.
 # SQLite uses the index of waiting steps only where the condition stands in the statement as in the index.
@@ -163,9 +171,15 @@ def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
     )
     if render.target_error is None:
         return TileTask(*place)
-    left = targets.tile_time_left(render) if render.merges else None
-    ray_seconds = render.merges[-1]["ray_seconds"] if render.merges else 0.0
-    return SampleTask(*place, merged=targets.merged_by(render), seconds_left=left, ray_seconds=ray_seconds)
+    if step.pass_index == 0:
+        return SampleTask(*place, merged=0, seconds_left=None)
+    return SampleTask(
+        *place,
+        merged=targets.merged_by(render),
+        seconds_left=targets.tile_time_left(render),
+        ray_seconds=render.merges[-1]["ray_seconds"],
+        checksums=rows.checksums_of(render),
+    )
 
 
 def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) -> bool:
@@ -211,6 +225,25 @@ def note_death(session: Session, render: RenderRow, task: TileTask) -> int:
     return step.deaths
 
 
+def repair(session: Session, render: RenderRow, damaged: InputDamaged, most: int) -> bool:
+    """Have what was lost with damaged files rendered again; False if that was done ``most`` times before."""
+    if render.damage_count >= most:
+        return False
+    render.damage_count += 1
+    if damaged.merged:
+        targets.undo_merge(session, render)
+    for pass_index, tile in () if damaged.merged else damaged.steps:
+        step = session.get(TileRow, (render.number, pass_index, tile))
+        if step is not None and step.state == DONE:
+            # Its event gets a new number once it is finished: watchers have read beyond the old one.
+            step.state, step.seq, step.crc32 = WAITING, None, None
+            render.done_steps -= 1
+            if render.target_error is None:
+                progress.take_back_step(render, pass_index)
+    fairness.activate_all_of(session, render)
+    return True
+
+
 def compose_claims(session: Session, composing: Collection[str]) -> Iterator[JobTask]:
     """Hand out what puts the tiles of finished renders together, except those in ``composing``."""
     for render in session.scalars(_RENDERED).all():
@@ -240,7 +273,8 @@ def _compose_task(session: Session, render: RenderRow) -> JobTask:
 def complete(session: Session, render: RenderRow, task: ComposeTask, done: ComposeDone) -> None:
     """Record a final picture, and which files it is in."""
     progress.note_errors(render, done.errors)
-    rows.succeed(session, render, rows.FinalPicture(done.sha256, task.attempt, done.numerics, done.bytes))
+    picture = rows.FinalPicture(done.sha256, task.attempt, done.numerics, done.checksums)
+    rows.succeed(session, render, picture)
 
 
 def sampled(

@@ -21,12 +21,14 @@ from service.lifecycle.damage import DamagedRenderError, using
 from service.storage.database.models import JobRow, RenderRow
 from service.workers.tasks import (
     OUT_OF_MEMORY,
+    REQUEST_DAMAGED,
     TOOK_TOO_LONG,
     AdvanceDone,
     AdvanceTask,
     Cause,
     ComposeDone,
     ComposeTask,
+    InputDamaged,
     Interrupted,
     JobTask,
     Outcome,
@@ -42,6 +44,9 @@ from service.workers.tasks import (
 _SHARING = select(JobRow.id).join(RenderRow).where(RenderRow.id.in_(bindparam("renders", expanding=True)))
 
 T = TypeVar("T")
+
+_OWN_CODES = (OUT_OF_MEMORY, TOOK_TOO_LONG, REQUEST_DAMAGED)
+"""Codes of tasks for a picture that are those of its jobs; others are details."""
 
 NOT_PUT_TOGETHER = "The picture could not be put together."
 
@@ -165,7 +170,9 @@ class Round:
             case TileDone():
                 ledger.land(session, render, task, outcome)
             case TaskFailed(code=code, message=message, passes=False):
-                _fail(session, render, code, message, retryable=False)
+                _fail(session, render, code, message, retryable=code == REQUEST_DAMAGED)
+            case InputDamaged() if ledger.take_back(session, render, task):
+                self._repair(session, render, outcome)
             case Interrupted(late=True) if not targets.is_spent(render):
                 self._hold(task, LATE_SECONDS, Interrupted())
             case WorkerDied():
@@ -202,16 +209,24 @@ class Round:
                 ledger.complete(session, render, task, outcome)
             case AdvanceDone() if isinstance(task, AdvanceTask):
                 targets.merge(session, render, task, outcome)
-            case TaskFailed(code=code, message=message) if code in (OUT_OF_MEMORY, TOOK_TOO_LONG):
-                _fail(session, render, code, message, retryable=False)
+            case TaskFailed(code=code, message=message) if code in _OWN_CODES:
+                _fail(session, render, code, message, retryable=code == REQUEST_DAMAGED)
             case TaskFailed(passes=False):
                 _fail(session, render, "storage_failed", NOT_PUT_TOGETHER, retryable=True)
+            case InputDamaged():
+                self._repair(session, render, outcome)
             case WorkerDied() if render.compose_deaths >= self.max_attempts:
                 _fail(session, render, "worker_died", NOT_PUT_TOGETHER, retryable=True)
             case WorkerDied():
                 self._hold(task, backoff(render.compose_deaths), outcome)
             case TaskFailed() | Interrupted():
                 self._count_retry(outcome)
+
+    def _repair(self, session: Session, render: RenderRow, damaged: InputDamaged) -> None:
+        if ledger.repair(session, render, damaged, self.max_attempts):
+            self._count_retry(damaged)
+        else:
+            _fail(session, render, "storage_failed", NOT_PUT_TOGETHER, retryable=True)
 
     def _count_retry(self, outcome: Outcome) -> None:
         cause = cause_of(outcome)
@@ -254,5 +269,7 @@ def log_report(task: JobTask, outcome: Outcome) -> None:
         log.warning("worker died", **details)
     elif isinstance(outcome, TaskFailed):
         log.warning("task failed", code=outcome.code, **details)
+    elif isinstance(outcome, InputDamaged):
+        log.error("stored files damaged", steps=outcome.steps, merged=outcome.merged, **details)
     else:
         log.debug("task done", outcome=type(outcome).__name__, **details)

@@ -139,7 +139,9 @@ def _known(service: Service, principal: Principal, assets: set[str]) -> dict[str
     if not wanted:
         return {}
     with service.database.reading() as session:
-        return {PREFIX + sha256: kind for sha256, kind in uploads.usable(session, wanted, principal).items()}
+        kinds = uploads.usable(session, wanted, principal)
+    # One whose file was damaged has been set aside.
+    return {PREFIX + sha256: kind for sha256, kind in kinds.items() if service.assets.find(sha256)}
 
 
 def _problem(place: str, asset: str, known: Mapping[str, str], mesh: bool) -> Problem | None:

@@ -11,8 +11,9 @@ import numpy as np
 from renderer import film
 from schemas.tiles import Tile
 from service.dispatch import adaptive_passes as targets
+from service.lifecycle import rows
 from service.storage.database.models import RenderRow
-from service.storage.tiles import Layers, Pixels, StoredTile, TileStore
+from service.storage.tiles import Layers, Pixels, StoredRows, StoredTile, TileStore
 from service.workers import layers
 
 BAND_PIXELS = 1 << 18
@@ -58,10 +59,13 @@ class Finished:
 
 def _final(store: TileStore, render: RenderRow, names: Sequence[str]) -> Iterator[Band]:
     prefix = render.final_prefix
-    picture = store.get_rows(render.id, f"{prefix}image.npy")
-    sheets = {name: store.get_rows(render.id, prefix + layers.file_name(name)) for name in names}
+
+    def opened(file: str) -> StoredRows:
+        return store.get_rows(render.id, prefix + file, rows.expected(render, prefix + file))
+
+    picture, sheets = opened("image.npy"), {name: opened(layers.file_name(name)) for name in names}
     for top, bottom in _divided(render, ()):
-        yield picture.read(top, bottom), {name: rows.read(top, bottom) for name, rows in sheets.items()}
+        yield picture.read(top, bottom), {name: sheet.read(top, bottom) for name, sheet in sheets.items()}
 
 
 def _so_far(store: TileStore, finished: Finished, names: Sequence[str]) -> Iterator[Band]:
@@ -78,7 +82,8 @@ def _ground(store: TileStore, finished: Finished) -> Callable[[int, int], Pixels
     """Return what shows where no tile is finished: the newest merged picture, the preview, or black."""
     render, coarse = finished.render, finished.coarse
     if render.merges:
-        merged = store.get_map_rows(render.id, len(render.merges) - 1, targets.merged_by(render), "picture")
+        newest = len(render.merges) - 1, targets.merged_by(render)
+        merged = store.get_map_rows(render.id, *newest, "picture", rows.checksums_of(render))
         return lambda top, bottom: merged.read(top, bottom).copy()
     if coarse is not None:
         preview, stride = store.get_tile(render.id, coarse), coarse.pass_.stride

@@ -18,11 +18,14 @@ from schemas.scene import Scene
 
 @dataclass(frozen=True)
 class Spec:
-    """What is rendered: as workers read it, its digest, and the version of the renderer."""
+    """What is rendered: as workers read it, its digest, and the version of the renderer.
+
+    One without a version is never shared.
+    """
 
     content: bytes
     sha256: str
-    version: str
+    version: str | None
 
 
 def spec_of(request: JobRequest) -> Spec:
@@ -43,6 +46,11 @@ def spec_of(request: JobRequest) -> Spec:
     )
     content = bare.model_copy(update={"scene": scene}).model_dump_json(exclude_defaults=True).encode()
     return Spec(content, hashlib.sha256(content).hexdigest(), _version())
+
+
+def private_spec(body: bytes) -> Spec:
+    """Return what a request renders that shares no picture."""
+    return Spec(body, hashlib.sha256(body).hexdigest(), None)
 
 
 def _sampled(request: JobRequest, quality: FixedQuality) -> JobRequest:

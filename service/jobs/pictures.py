@@ -10,6 +10,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import IO, Any, Literal
 
 import numpy as np
@@ -32,11 +33,13 @@ from service.errors import (
     StoreReadOnlyError,
     UnknownLayerError,
 )
+from service.jobs import damaged_files
 from service.jobs.bands import Finished
 from service.jobs.context import Service
 from service.jobs.lifecycle import find
 from service.lifecycle import progress, rows, totals
 from service.lifecycle.documents import work_of
+from service.storage.checksums import LOSSES, Checksum, checksum_of_file
 from service.storage.database.models import JobRow, RenderRow
 from service.storage.folder import stored_file, translate_errors
 from service.storage.objects import Stored
@@ -107,7 +110,7 @@ def look(service: Service, job_id: str, requested: ImageRequest) -> Look:
         return Look(None, None, 0)
     etag, found = _etag(job_id, render, requested), None
     if render.image_sha256:
-        found = service.store.find(render.id, render.final_prefix + requested.name)
+        found = damaged_files.find(service, render, requested.name)
     return Look(etag, Picture(found, etag, 1.0) if found else None, render.width * render.height)
 
 
@@ -123,10 +126,18 @@ def picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
     PictureGoneError
         If the job failed or was cancelled.
     FileNotFoundError
-        If the job has ended or was deleted meanwhile: its tiles are in the final picture, or gone.
+        If the job has ended or was deleted meanwhile, or files of it were lost: look again.
     """
     with service.database.reading() as session:
-        finished = _finished(session, _find(session, job_id, requested))
+        finished = finished_of(session, _find(session, job_id, requested))
+    try:
+        return _encoded(service, finished, requested)
+    except LOSSES as error:
+        damaged_files.note_loss(service, finished, error)
+        raise FileNotFoundError from error
+
+
+def _encoded(service: Service, finished: Finished, requested: ImageRequest) -> Picture:
     job, render = finished.job, finished.render
     etag = _etag(job, render, requested)
     if render.image_sha256 is not None:
@@ -144,7 +155,8 @@ def _find(session: Session, job_id: str, requested: ImageRequest) -> JobRow:
     return row
 
 
-def _finished(session: Session, row: JobRow) -> Finished:
+def finished_of(session: Session, row: JobRow) -> Finished:
+    """Return what is finished of a picture; PictureNotReadyError or PictureGoneError where nothing is."""
     render = row.render
     if render is None or row.state in (JobState.FAILED, JobState.CANCELLED):
         raise PictureGoneError(f"There is no picture. The job ended as {row.state.value}.")
@@ -167,37 +179,44 @@ def _etag(job: str, render: RenderRow, requested: ImageRequest) -> str:
 def _final(service: Service, finished: Finished, requested: ImageRequest) -> Stored:
     """Find a final picture in the store, or encode it and keep it there."""
     store = service.store
-    name = f"{finished.render.id}/{finished.render.final_prefix}{requested.name}"
-    found = store.objects.find(name)
+    found = damaged_files.find(service, finished.render, requested.name)
     if found is not None:
         return found
+    name = f"{finished.render.final_prefix}{requested.name}"
+    path = f"{finished.render.id}/{name}"
     try:
-        with store.objects.draft(name) as draft:
+        with store.objects.draft(path) as draft:
             _write(draft, store, finished, requested)
-            store.objects.keep(draft, name)
-        found = store.objects.find(name)
-        _count(service, finished.render, requested.name, found.size if found else 0)
+            with Path(draft.name).open("rb") as written:
+                checksum = checksum_of_file(written)
+            store.objects.keep(draft, path)
+        found = store.objects.find(path)
+        _enter(service, finished.render, requested.name, checksum)
     except (StoreFullError, StoreReadOnlyError, StoreAwayError):
         # The next request encodes it again.
         log.warning("encoded picture not kept", render=finished.render.id, name=requested.name)
     return found or _temporary(store, finished, requested)
 
 
-def _count(service: Service, encoded: RenderRow, name: str, size: int) -> None:
-    """Enter the bytes of an encoding, once however many requests have made it at the same time."""
+def _enter(service: Service, encoded: RenderRow, file: str, checksum: Checksum) -> None:
+    """Enter an encoding; its bytes count once however many requests have made it at the same time."""
     try:
         with service.database.writing() as session:
             render = session.get(RenderRow, encoded.number)
             if render is None:
                 # Deleted meanwhile: the file would be left behind.
                 service.store.drop_job(encoded.id)
-            elif name not in render.encodings:
-                render.encodings = [*render.encodings, name]
+                return
+            if render.checksums is not None:
+                documents = rows.documents_of({f"{render.final_prefix}{file}": checksum})
+                render.checksums = render.checksums | documents
+            if file not in render.encodings:
+                render.encodings = [*render.encodings, file]
                 if render.stored_bytes is not None:
-                    render.stored_bytes += size
-                    totals.add(session, totals.STORED_BYTES, size)
+                    render.stored_bytes += checksum.size
+                    totals.add(session, totals.STORED_BYTES, checksum.size)
     except SQLAlchemyError as error:
-        log.warning("bytes of an encoding not counted", render=encoded.number, error=type(error).__name__)
+        log.warning("encoding not entered", render=encoded.id, error=type(error).__name__)
 
 
 def unnamed(write: Callable[[IO[bytes]], None]) -> Stored:
@@ -287,4 +306,4 @@ def target_pixels(
 
 def _merged(service: Service, render: RenderRow) -> Pixels:
     merged = len(render.merges) - 1, targets.merged_by(render)
-    return service.store.get_map(render.id, *merged, "picture")
+    return service.store.get_map(render.id, *merged, "picture", rows.checksums_of(render))

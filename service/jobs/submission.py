@@ -20,7 +20,7 @@ from schemas.api.jobs import JobState
 from service.access.principals import Principal
 from service.dispatch import adaptive_passes as targets
 from service.errors import ReusedKeyError
-from service.jobs import canonical, uploads
+from service.jobs import canonical, damaged_files, uploads
 from service.jobs.admission import Admitted, admit
 from service.jobs.canonical import Spec
 from service.jobs.context import Service
@@ -151,8 +151,8 @@ class _Entry:
 
     Attributes
     ----------
-    spec : Spec or None
-        What identifies equal pictures; None where none is to be shared.
+    spec : Spec
+        What is rendered, and identifies equal pictures.
     kept : bool
         Whether the store has what a render of its own needs.
     """
@@ -160,13 +160,8 @@ class _Entry:
     sent: Submission
     admitted: Admitted
     job: JobRow
-    spec: Spec | None
+    spec: Spec
     kept: bool
-
-    @property
-    def content(self) -> bytes:
-        """What the store has of it before anything is rendered."""
-        return self.spec.content if self.spec else self.sent.body
 
 
 def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool = True) -> SubmittedJob:
@@ -179,13 +174,13 @@ def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool
         where there is a render to join, and if that has ended meanwhile, the job is not entered.
     """
     job = _job(sent.principal, admitted)
-    spec = None if sent.anew else canonical.spec_of(admitted.request)
+    spec = canonical.private_spec(sent.body) if sent.anew else canonical.spec_of(admitted.request)
     entry = _Entry(sent, admitted, job, spec, kept=alone or _needs_render(service, sent, job, spec))
     try:
         if entry.kept:
             # Before the transaction, which would keep others waiting for the store. Workers look for it as
             # soon as that is over.
-            service.store.put_spec(job.id, entry.content)
+            service.store.put_spec(job.id, spec.content)
         with service.database.writing() as session:
             known = _replayed(session, sent)
             submitted = SubmittedJob(known, replayed=True) if known else _enter_job(service, session, entry)
@@ -210,8 +205,8 @@ def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool
     return submitted
 
 
-def _needs_render(service: Service, sent: Submission, job: JobRow, spec: Spec | None) -> bool:
-    """Whether there is neither a job of this request nor a render of its picture.
+def _needs_render(service: Service, sent: Submission, job: JobRow, spec: Spec) -> bool:
+    """Whether there is neither a job of this request nor a render of its picture whose files are there.
 
     Raises
     ------
@@ -219,8 +214,12 @@ def _needs_render(service: Service, sent: Submission, job: JobRow, spec: Spec | 
         If there is no room for another render: nothing is written to the store for it.
     """
     with service.database.reading() as session:
-        if _sent_before(session, sent) or (spec and _render_of(session, spec)):
+        if _sent_before(session, sent):
             return False
+        found = _render_of(session, spec)
+    if found is not None and (not found.state.final or damaged_files.has_files(service, found)):
+        return False
+    with service.database.reading() as session:
         job.load = job.predicted_cpu_seconds
         check_queue(session, service.settings, sent.principal, job, service.dispatcher.throughput.rate())
         return True
@@ -228,7 +227,7 @@ def _needs_render(service: Service, sent: Submission, job: JobRow, spec: Spec | 
 
 def _enter_job(service: Service, session: Session, entry: _Entry) -> SubmittedJob:
     sent, admitted, job, spec = entry.sent, entry.admitted, entry.job, entry.spec
-    found = _render_of(session, spec) if spec else None
+    found = _render_of(session, spec)
     if found is not None:
         _share(job, found)
     elif not entry.kept:
@@ -239,7 +238,7 @@ def _enter_job(service: Service, session: Session, entry: _Entry) -> SubmittedJo
     if found is None:
         steps, course = _course(admitted, service.settings)
         job.render = _render(admitted, job.id, spec, steps, course)
-        job.render.stored_bytes = len(entry.content)
+        job.render.stored_bytes = len(spec.content)
         job.render.traceparent = service.spans.here()
     if job.render and not job.state.final:
         job.coarse_cpu_seconds = fairness.coarse_cpu_seconds(job.render)
@@ -316,15 +315,15 @@ def _share(job: JobRow, render: RenderRow) -> None:
 
 
 def _render(
-    admitted: Admitted, render_id: str, spec: Spec | None, steps: list[targets.Step], course: dict[str, Any]
+    admitted: Admitted, render_id: str, spec: Spec, steps: list[targets.Step], course: dict[str, Any]
 ) -> RenderRow:
     plan = admitted.plan
     return RenderRow(
         id=render_id,
         width=plan.width,
         height=plan.height,
-        spec_sha256=spec.sha256 if spec else secrets.token_hex(32),
-        version=spec.version if spec else None,
+        spec_sha256=spec.sha256,
+        version=spec.version,
         passes=[asdict(pass_) for pass_ in dict.fromkeys(pass_ for pass_, _ in steps)],
         display=admitted.request.scene.display.model_dump(),
         layers=list(admitted.request.layers),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import IO
@@ -16,12 +17,15 @@ from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
 from schemas.scene import Display
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
+from service.errors import PictureNotReadyError
 from service.jobs.bands import BAND_PIXELS, means
 from service.jobs.context import Service
+from service.jobs.damaged_files import IMAGE, note_loss
 from service.jobs.lifecycle import find, shown
-from service.jobs.pictures import target_pixels, unnamed, visible_events
-from service.lifecycle import damage
+from service.jobs.pictures import finished_of, target_pixels, unnamed, visible_events
+from service.lifecycle import damage, rows
 from service.lifecycle.documents import failure_of, progress_of
+from service.storage.checksums import LOSSES
 from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.storage.objects import Stored
 from service.storage.tiles import Pixels, StoredTile, TileStore
@@ -57,7 +61,8 @@ def _events_of(session: Session, row: JobRow, after: int, limit: int) -> TileBat
         progress=progress_of(row),
         events=events,
         next=following,
-        complete=row.state.final and following >= newest,
+        # The newest event is missing where its tile was to be rendered again when the job ended.
+        complete=row.state.final and (following >= newest or len(events) < limit),
         failure=failure_of(row),
     )
 
@@ -108,8 +113,12 @@ def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> Sto
     """
     try:
         return unnamed(partial(_write, service, job_id, after, encoding))
-    except FileNotFoundError:
-        # The job has ended meanwhile: its pixels are in the final picture, or deleted.
+    except LOSSES as error:
+        # The job has ended meanwhile: its pixels are in the final picture, or deleted. Or they were lost.
+        with suppress(FileNotFoundError, PictureNotReadyError):
+            with service.database.reading() as session:
+                finished = finished_of(session, find(session, job_id))
+            note_loss(service, finished, error)
         return unnamed(partial(_write, service, job_id, after, encoding))
 
 
@@ -152,7 +161,8 @@ def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
 def _pixels(service: Service, render: RenderRow, news: _News) -> Iterator[tuple[TileEvent, Pixels]]:
     events = news.events.events
     if news.state is JobState.SUCCEEDED:
-        image = service.store.get_array(render.id, f"{render.final_prefix}image.npy")
+        name = f"{render.final_prefix}{IMAGE}"
+        image = service.store.get_array(render.id, name, rows.expected(render, name))
         shown = _newest(render, events)
         return ((event, image[event.y0 : event.y1, event.x0 : event.x1]) for event in shown)
     if news.state.final:

@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from schemas.api.jobs import Failure, Job, JobCost, JobLinks, JobState, Numerics, Progress, TileAtWork
 from schemas.errors import Problem
+from service.errors import damaged
 from service.lifecycle import clock, damage, fairness, progress
 from service.lifecycle.damage import UnreadableRow
 from service.storage.database.models import JobRow, RenderRow, TileRow
@@ -83,6 +84,7 @@ def _document(
         error=work["error"],
         warnings=tuple(Problem.model_validate(warning) for warning in row.warnings),
         links=_links(row.id, work["layers"]),
+        damage=damaged(row.render.damage) if row.render and row.render.damage else None,
     )
 
 

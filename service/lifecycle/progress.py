@@ -65,6 +65,14 @@ def note_step(render: RenderRow, pass_index: int, done: TileDone) -> None:
     render.pass_costs = [*render.pass_costs[:pass_index], now, *render.pass_costs[pass_index + 1 :]]
 
 
+def take_back_step(render: RenderRow, pass_index: int) -> None:
+    """Record that a finished step of fixed quality is rendered again; what it has cost stays."""
+    if pass_index < len(render.pass_costs):
+        costs = [dict(cost) for cost in render.pass_costs]
+        costs[pass_index]["left"] += 1
+        render.pass_costs = costs
+
+
 def note_errors(render: RenderRow, errors: Mapping[int, Mapping[str, float]]) -> None:
     """Record the errors of passes, known when the picture is finished."""
     render.pass_costs = [

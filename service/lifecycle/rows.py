@@ -11,8 +11,9 @@ from sqlalchemy.orm import Session
 from schemas.api.jobs import Failure, JobState
 from schemas.tiles import Pass, Tile
 from service.lifecycle import clock, totals
+from service.storage.checksums import Checksum, Expected, restored
 from service.storage.database.models import JobRow, RenderRow, TileRow
-from service.storage.tiles import StoredTile, final_prefix
+from service.storage.tiles import Checksums, StoredTile, final_prefix
 
 FIRST_PASS = 1 / 16
 """Part of its price that the first pass of a picture of target quality takes, about."""
@@ -22,7 +23,7 @@ OPEN = (JobState.QUEUED, JobState.RUNNING)
 
 
 class FinalPicture(NamedTuple):
-    """The files of a final picture: which attempt has written them, and their bytes together.
+    """The files of a final picture: which attempt has written them, and their checksums.
 
     ``sha256`` is that of the picture, and ``numerics`` counts its bad pixels by kind.
     """
@@ -30,7 +31,7 @@ class FinalPicture(NamedTuple):
     sha256: str
     attempt: int
     numerics: dict[str, int]
-    bytes: int
+    checksums: Checksums
 
 
 def begin(session: Session, render: RenderRow) -> None:
@@ -52,11 +53,30 @@ def succeed(session: Session, render: RenderRow, picture: FinalPicture) -> None:
     """Record a final picture, which files it is in and how large they are."""
     render.image_sha256, render.final_prefix = picture.sha256, final_prefix(picture.attempt)
     render.numerics = render.numerics | picture.numerics
+    render.checksums = documents_of(picture.checksums)
     if render.stored_bytes is not None:
-        render.stored_bytes += picture.bytes
+        render.stored_bytes += sum(checksum.size for checksum in picture.checksums.values())
         totals.add(session, totals.STORED_BYTES, render.stored_bytes)
     end(session, render, JobState.SUCCEEDED)
     note_idle(session, render)
+
+
+def documents_of(checksums: Checksums) -> dict[str, Any]:
+    """Describe checksums as `checksums_of` reads them."""
+    return {name: checksum.document() for name, checksum in checksums.items()}
+
+
+def checksums_of(render: RenderRow) -> dict[str, Checksum]:
+    """Return the checksums of the files of a render, as far as they are known."""
+    return {name: restored(document) for name, document in (render.checksums or {}).items()}
+
+
+def expected(render: RenderRow, name: str) -> Expected:
+    """Return what is known of a file of a final picture."""
+    if render.checksums is None:
+        # The picture of an earlier version.
+        return render.image_sha256 if name == f"{render.final_prefix}image.npy" else None
+    return checksums_of(render).get(name)
 
 
 def note_idle(session: Session, render: RenderRow) -> None:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import hashlib
 import threading
 from collections.abc import AsyncIterator, Iterable
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import IO
 
 from anyio import to_thread
 from PIL import Image
 
-from renderer.assets import AssetError, too_many_pixels
+from renderer.assets import AssetError, NoSuchAssetError, too_many_pixels
 from renderer.images.reading import (
     FORMATS,
     FORMATS_OF_PILLOW,
@@ -24,7 +26,9 @@ from renderer.images.reading import (
 from renderer.meshes.files import announced, file_kind, needs_other_files
 from schemas.limits import Limits
 from schemas.reading.file_kinds import recognise
-from service.errors import UploadMismatchError, UploadUnusableError
+from service.errors import StoreDamagedError, UnknownAssetError, UploadMismatchError, UploadUnusableError
+from service.storage.checking import checked
+from service.storage.checksums import is_whole, read_checked
 from service.storage.objects import Objects, Stored
 
 PREFIX = "sha256:"
@@ -35,6 +39,8 @@ _MESHES = {
     "ply": "application/x-ply",
 }
 _BEGINNING = 1 << 16
+DAMAGED = ".damaged"
+"""Ends the name of an asset whose bytes have another hash than its name."""
 
 
 @dataclass(frozen=True)
@@ -63,19 +69,55 @@ class AssetStore:
         self._inspecting = threading.Lock()
         objects.begin("")
 
-    def find(self, sha256: str) -> Stored | None:
-        """Describe an asset; None if there is none."""
-        return self._objects.find(sha256)
+    def find(self, sha256: str, size: int | None = None) -> Stored | None:
+        """Find an asset, of this size if one is given; None if there is none.
+
+        Its reads raise UnknownAssetError where its bytes have another hash: then it is set aside.
+        """
+        stored = self._objects.find(sha256)
+        if stored is None:
+            return None
+        if size not in (None, stored.size):
+            self._set_aside(sha256)
+            return None
+        return replace(stored, read=partial(self._read, sha256, checked(sha256, stored, sha256)))
+
+    def _read(self, sha256: str, stored: Stored, begin: int, end: int) -> bytes:
+        try:
+            return stored.read(begin, end)
+        except StoreDamagedError as error:
+            self._set_aside(sha256)
+            raise UnknownAssetError from error
+
+    def _set_aside(self, sha256: str) -> None:
+        """Give a damaged asset another name, so that it counts as missing and is uploaded again."""
+        with suppress(OSError):
+            content = self._objects.get(sha256)
+            if is_whole(content, sha256):
+                return
+            self._objects.put(f"{sha256}{DAMAGED}", content)
+        self._objects.delete([sha256])
 
     def read(self, name: str) -> bytes:
-        """Return the bytes of the asset that a scene names ``sha256:<hex>``; KeyError if there is none."""
+        """Return the bytes of the asset that a scene names ``sha256:<hex>``.
+
+        Raises
+        ------
+        KeyError
+            If there is none, or its bytes have another hash: then it is set aside.
+        """
         sha256 = name.removeprefix(PREFIX)
         if name == sha256 or not is_sha256(sha256):
             raise KeyError(name)
         try:
-            return self._objects.get(sha256)
+            return read_checked(
+                sha256, lambda: self._objects.get(sha256), lambda content: is_whole(content, sha256)
+            )
         except FileNotFoundError:
             raise KeyError(name) from None
+        except StoreDamagedError:
+            self._set_aside(sha256)
+            raise NoSuchAssetError("The stored file is damaged. Upload it again.") from None
 
     async def receive(self, sha256: str, chunks: AsyncIterator[bytes]) -> tuple[int, Header]:
         """Keep a body as it arrives, and return its size and what kind of file it is.
@@ -97,7 +139,7 @@ class AssetStore:
                 raise UploadMismatchError("The body does not have the SHA-256 that is in the address.")
             file.flush()
             header = await to_thread.run_sync(self._inspect, file)
-            await to_thread.run_sync(self._objects.keep, file, sha256)
+            await to_thread.run_sync(partial(self._objects.keep, file, sha256, durable=True))
         return size, header
 
     def drop(self, hashes: Iterable[str], before: datetime) -> None:

@@ -17,6 +17,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import timedelta
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 from urllib.parse import urlsplit
@@ -25,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import StoreAwayError, StoreMissingError
+from service.storage.checksums import Expected, damage_reported, is_whole, read_checked
 from service.storage.folder import translate_errors
 from service.storage.objects import Found, Stored
 from service.supervision import SupervisedThread
@@ -106,7 +108,7 @@ class Bucket:
     def begin(self, prefix: str) -> None:
         """Do nothing: a bucket has no folders. What is written too late goes when the service starts."""
 
-    def put(self, name: str, data: bytes) -> None:
+    def put(self, name: str, data: bytes, *, durable: bool = False) -> None:  # noqa: ARG002  (it always is)
         """Store bytes under a name, replacing what was there."""
         self._put(name, data)
 
@@ -116,7 +118,7 @@ class Bucket:
         with translate_errors(), tempfile.NamedTemporaryFile(suffix=Path(name).suffix) as file:
             yield file
 
-    def keep(self, draft: IO[bytes], name: str) -> None:
+    def keep(self, draft: IO[bytes], name: str, *, durable: bool = False) -> None:  # noqa: ARG002
         """Send what was written to a draft."""
         with translate_errors():
             draft.flush()
@@ -133,9 +135,15 @@ class Bucket:
                 fetched = asyncio.run(self._fetched(names[first : first + AT_ONCE]))
             yield from fetched
 
-    def array(self, name: str) -> NDArray[Any]:
+    def array(self, name: str, expected: Expected = None) -> NDArray[Any]:
         """Return an array, fetched whole."""
-        return self._recent.get(name, lambda: np.load(io.BytesIO(self.get(name))))
+        return self._recent.get(name, lambda: self._array(name, expected))
+
+    def _array(self, name: str, expected: Expected) -> NDArray[Any]:
+        content = read_checked(name, partial(self.get, name), partial(is_whole, expected=expected))
+        with damage_reported(name):
+            found: NDArray[Any] = np.load(io.BytesIO(content))
+        return found
 
     def find(self, name: str) -> Stored | None:
         """Describe what is stored under a name; None if there is nothing."""

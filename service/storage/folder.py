@@ -8,14 +8,18 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
+from service.errors import StoreAwayError, StoreDamagedError, StoreFullError, StoreReadOnlyError
+from service.storage.checking import checked, pieces
+from service.storage.checksums import Expected, damage_reported
 from service.storage.objects import Found, Objects, Stored
 
 NO_ROOM = "The disk is full. Try again when there is room."
@@ -52,11 +56,11 @@ class Folder:
         with translate_errors():
             (self._folder / prefix).mkdir(parents=True, exist_ok=True)
 
-    def put(self, name: str, data: bytes) -> None:
+    def put(self, name: str, data: bytes, *, durable: bool = False) -> None:
         """Store bytes under a name, replacing what was there."""
         with self.draft(name) as draft:
             draft.write(data)
-            self.keep(draft, name)
+            self.keep(draft, name, durable=durable)
 
     @contextmanager
     def draft(self, name: str) -> Iterator[IO[bytes]]:
@@ -73,29 +77,48 @@ class Folder:
                 # Once it is kept, it has another name.
                 Path(file.name).unlink(missing_ok=True)
 
-    def keep(self, draft: IO[bytes], name: str) -> None:
+    def keep(self, draft: IO[bytes], name: str, *, durable: bool = False) -> None:
         """Move a draft into place."""
+        path = self._folder / name
         with translate_errors():
             draft.flush()
-            Path(draft.name).replace(self._folder / name)
+            if durable:
+                os.fsync(draft.fileno())
+            Path(draft.name).replace(path)
+            if durable:
+                # A new name is an entry of its folder, which may be new as well.
+                for folder in path.parents[: len(Path(name).parts) + 1]:
+                    _sync(folder)
 
     def get(self, name: str) -> bytes:
         """Return all bytes; raise FileNotFoundError if there are none."""
-        return (self._folder / name).read_bytes()
+        with _damage_noticed(name):
+            return (self._folder / name).read_bytes()
 
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
         """Return the bytes of several names in their order."""
         return map(self.get, names)
 
-    def array(self, name: str) -> NDArray[Any]:
-        """Return an array mapped from its file."""
-        found: NDArray[Any] = np.load(self._folder / name, mmap_mode="r")
+    def array(self, name: str, expected: Expected = None) -> NDArray[Any]:
+        """Return an array mapped from its file, which this process reads whole once to check it."""
+        if expected is not None:
+            self._check(name, expected)
+        with damage_reported(name):
+            found: NDArray[Any] = np.load(self._folder / name, mmap_mode="r")
         return found
+
+    # As many as a worker has in use: those of a pass of each job whose plan it keeps.
+    @lru_cache(maxsize=16)  # noqa: B019  (a process has few stores, and as long as it runs)
+    def _check(self, name: str, expected: Expected) -> None:
+        stored = self.find(name)
+        if stored is not None:
+            for _ in pieces(checked(name, stored, expected)):
+                pass
 
     def find(self, name: str) -> Stored | None:
         """Describe what is stored under a name; None if there is nothing."""
         try:
-            return stored_file(os.open(self._folder / name, os.O_RDONLY))
+            return replace(stored_file(os.open(self._folder / name, os.O_RDONLY), name), read_ahead=True)
         except FileNotFoundError:
             return None
 
@@ -130,20 +153,42 @@ class Folder:
 class _OpenFile:
     """A file that can be read although it is deleted meanwhile. It is closed when nothing refers to it."""
 
-    def __init__(self, descriptor: int) -> None:
-        self._descriptor = descriptor
+    def __init__(self, descriptor: int, name: str) -> None:
+        self._descriptor, self._name = descriptor, name
 
     def read(self, start: int, end: int) -> bytes:
-        return os.pread(self._descriptor, end - start, start)
+        with _damage_noticed(self._name):
+            return os.pread(self._descriptor, end - start, start)
 
     def __del__(self) -> None:
         os.close(self._descriptor)
 
 
-def stored_file(descriptor: int) -> Stored:
+@contextmanager
+def _damage_noticed(name: str) -> Iterator[None]:
+    """Report a part of the disk that cannot be read any more as a damaged file."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno == errno.EIO:
+            raise StoreDamagedError(name) from error
+        raise
+
+
+def stored_file(descriptor: int, name: str = "") -> Stored:
     """Describe an open file, which stays open as long as the description is kept."""
-    file, status = _OpenFile(descriptor), os.fstat(descriptor)
+    file, status = _OpenFile(descriptor, name), os.fstat(descriptor)
     return Stored(status.st_size, status.st_mtime, file.read)
+
+
+def _sync(folder: Path) -> None:
+    """Write the entries of a folder to the disk, unless it is one of others, above the data folder."""
+    with suppress(PermissionError):
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 @contextmanager

@@ -13,6 +13,8 @@ from typing import IO, Any, Protocol
 
 from numpy.typing import NDArray
 
+from service.storage.checksums import Expected
+
 
 @dataclass(frozen=True)
 class Found:
@@ -33,6 +35,9 @@ class Stored:
         Bytes.
     modified
         When it was written, seconds since the epoch; None where it is another one with each request.
+    read_ahead
+        Whether all that is asked for is read before any of it is sent, so that damage is answered with an
+        error: not from afar.
     read
         Gives the bytes from the first number up to the second. Those of a folder stay there although the file
         is deleted meanwhile; a bucket raises FileNotFoundError then.
@@ -41,6 +46,7 @@ class Stored:
     size: int
     modified: float | None
     read: Callable[[int, int], bytes]
+    read_ahead: bool = False
 
 
 class Objects(Protocol):
@@ -62,14 +68,20 @@ class Objects(Protocol):
     def begin(self, prefix: str) -> None:
         """Make room for names under this one. Once that is dropped nothing more can be kept there."""
 
-    def put(self, name: str, data: bytes) -> None:
-        """Store bytes under a name, replacing what was there."""
+    def put(self, name: str, data: bytes, *, durable: bool = False) -> None:
+        """Store bytes under a name, replacing what was there; ``durable`` as in `keep`."""
 
     def draft(self, name: str) -> AbstractContextManager[IO[bytes]]:
         """Open a file of this machine to be written and then kept under the name; else it goes."""
 
-    def keep(self, draft: IO[bytes], name: str) -> None:
-        """Store what was written to a draft under its name, replacing what was there."""
+    def keep(self, draft: IO[bytes], name: str, *, durable: bool = False) -> None:
+        """Store what was written to a draft under its name, replacing what was there.
+
+        Parameters
+        ----------
+        durable
+            Whether it is still there after a loss of power once this returns.
+        """
 
     def get(self, name: str) -> bytes:
         """Return all bytes; raise FileNotFoundError if there are none."""
@@ -77,8 +89,14 @@ class Objects(Protocol):
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
         """Return the bytes of several names in their order, as ``get`` does, however far away they are."""
 
-    def array(self, name: str) -> NDArray[Any]:
-        """Return an .npy file for reading; its contents never change."""
+    def array(self, name: str, expected: Expected = None) -> NDArray[Any]:
+        """Return an .npy file for reading; its contents never change.
+
+        Raises
+        ------
+        StoreDamagedError
+            If they are not as expected.
+        """
 
     def find(self, name: str) -> Stored | None:
         """Describe what is stored under a name; None if there is nothing."""

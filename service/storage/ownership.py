@@ -101,7 +101,7 @@ def _claim(database: Database, place: Objects, claimed: str | None) -> None:
     if claimed is None:
         _record(database, f"{CLAIMED}{name}")
     if mark is None:
-        place.put(MARK, f"{name}\n".encode())
+        place.put(MARK, f"{name}\n".encode(), durable=True)
     _record(database, name)
 
 

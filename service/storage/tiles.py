@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import math
 import re
 import time
-import zipfile
 import zlib
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import IO, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from schemas.tiles import Pass, Tile
-from service.errors import StoreAwayError, StoreDamagedError
+from service.errors import RequestDamagedError, StoreAwayError, StoreDamagedError
+from service.storage.checking import checked
+from service.storage.checksums import (
+    Checksum,
+    Expected,
+    checksum_of,
+    checksum_of_file,
+    damage_reported,
+    is_lost,
+    is_whole,
+    read_checked,
+)
 from service.storage.objects import Objects, Stored
 
 Pixels = NDArray[np.float32]
@@ -26,8 +38,14 @@ Layers = dict[str, NDArray[Any]]
 PassMap = Literal["levels", "pilots", "picture"]
 """What a pass of target quality leaves for the next one: the samples that it requests, uint8 (4, H, W), pilot
 samples, float32 (7, H, W), and the picture after it."""
-LAYERS_SUFFIX = ".npz"
-TILES = "tiles"
+Step = tuple[int, int]
+"""The index of a pass, and the number of a tile."""
+Checksums = Mapping[str, Checksum]
+"""Those of files of a job, by their names below its own."""
+UNKNOWN: Checksums = {}
+LAYERS_SUFFIX, SAMPLES_SUFFIX = ".npz", ".samples"
+"""End the names of what belongs to the pixels of a step."""
+TILES, SPEC = "tiles", "spec.json"
 NPY_HEAD_BYTES = 4096
 """More than the head of an .npy file has that was written here."""
 UNFINISHED_SECONDS = 3600.0
@@ -60,17 +78,21 @@ class StoredRows:
         Of the whole array.
     """
 
-    def __init__(self, stored: Stored) -> None:
+    def __init__(self, name: str, stored: Stored) -> None:
         head = io.BytesIO(stored.read(0, min(stored.size, NPY_HEAD_BYTES)))
-        np.lib.format.read_magic(head)
-        self.shape, _, self.dtype = np.lib.format.read_array_header_1_0(head)
+        with damage_reported(name):
+            np.lib.format.read_magic(head)
+            self.shape, _, self.dtype = np.lib.format.read_array_header_1_0(head)
         self._row_bytes = self.dtype.itemsize * math.prod(self.shape[1:])
-        self._stored, self._begin = stored, stored.size - self.shape[0] * self._row_bytes
+        self._name, self._stored = name, stored
+        self._begin = stored.size - self.shape[0] * self._row_bytes
 
     def read(self, top: int, bottom: int) -> NDArray[Any]:
         """Return the rows from the first number up to the second."""
         places = (self._begin + row * self._row_bytes for row in (top, bottom))
-        return np.frombuffer(self._stored.read(*places), self.dtype).reshape(-1, *self.shape[1:])
+        content = self._stored.read(*places)
+        with damage_reported(self._name):
+            return np.frombuffer(content, self.dtype).reshape(bottom - top, *self.shape[1:])
 
 
 class TileStore:
@@ -98,11 +120,14 @@ class TileStore:
     def put_spec(self, job: str, spec: bytes) -> None:
         """Keep what a job was asked to render."""
         self.objects.begin(f"{job}/{TILES}")
-        self.put_file(job, "spec.json", spec)
+        self.objects.put(f"{job}/{SPEC}", spec, durable=True)
 
-    def get_spec(self, job: str) -> bytes:
-        """Return what ``put_spec`` was given."""
-        return self.get_file(job, "spec.json")
+    def get_spec(self, job: str, sha256: str) -> bytes:
+        """Return what ``put_spec`` was given; RequestDamagedError if that is not there."""
+        try:
+            return self.get_file(job, SPEC, sha256)
+        except (FileNotFoundError, StoreDamagedError) as error:
+            raise RequestDamagedError from error
 
     def put_tile(self, job: str, tile: Tile, pass_: Pass, attempt: int, pixels: Pixels) -> int:
         """Keep the pixels of one step and return their CRC-32."""
@@ -116,43 +141,42 @@ class TileStore:
 
     def get_tiles(self, job: str, parts: Sequence[StoredTile]) -> Iterator[Pixels]:
         """Return the pixels of several steps in their order, as ``get_tile`` does."""
-        found = self.objects.many([_name_of(job, part) for part in parts])
-        return (_pixels(part, data) for part, data in zip(parts, found, strict=True))
+        found = self.objects.many([tile_name(job, part) for part in parts])
+        return (_pixels(job, part, data) for part, data in zip(parts, found, strict=True))
 
     def put_layers(self, job: str, tile: Tile, pass_: Pass, attempt: int, layers: Layers) -> None:
         """Keep the layers that one step recorded, before its pixels."""
-        put_arrays(self.objects, f"{_name(job, tile, pass_, attempt)}{LAYERS_SUFFIX}", layers)
+        _put_arrays(self.objects, f"{_name(job, tile, pass_, attempt)}{LAYERS_SUFFIX}", layers)
 
     def get_layers(self, job: str, parts: Sequence[StoredTile]) -> Iterator[Layers]:
         """Return the layers of several steps; raise StoreDamagedError if they are not what was written."""
-        return get_arrays(self.objects, [f"{_name_of(job, part)}{LAYERS_SUFFIX}" for part in parts])
+        return _get_arrays(self.objects, [f"{tile_name(job, part)}{LAYERS_SUFFIX}" for part in parts])
 
     def put_file(self, job: str, name: str, data: bytes) -> None:
         """Keep a result of a job under a name."""
         self.objects.put(f"{job}/{name}", data)
 
-    def put_final(self, job: str, attempt: int, name: str, data: bytes) -> int:
-        """Keep a file of the final picture that an attempt has composed, beside those of other attempts.
+    def put_final(self, job: str, attempt: int, name: str, data: bytes) -> Checksums:
+        """Keep a file of the final picture that an attempt has composed, beside those of other attempts."""
+        kept = f"{final_prefix(attempt)}{name}"
+        self.objects.put(f"{job}/{kept}", data, durable=True)
+        return {kept: checksum_of(data)}
 
-        Returns
-        -------
-        int
-            Its bytes.
-        """
-        self.put_file(job, f"{final_prefix(attempt)}{name}", data)
-        return len(data)
-
-    def get_file(self, job: str, name: str) -> bytes:
+    def get_file(self, job: str, name: str, expected: Expected = None) -> bytes:
         """Return a result of a job."""
-        return self.objects.get(f"{job}/{name}")
+        path = f"{job}/{name}"
+        return read_checked(path, lambda: self.objects.get(path), lambda found: is_whole(found, expected))
 
-    def get_array(self, job: str, name: str) -> NDArray[Any]:
+    def get_array(self, job: str, name: str, expected: Expected = None) -> NDArray[Any]:
         """Return a result of a job that is an .npy file, for reading."""
-        return self.objects.array(f"{job}/{name}")
+        return self.objects.array(f"{job}/{name}", expected)
 
-    def get_rows(self, job: str, name: str) -> StoredRows:
+    def get_rows(self, job: str, name: str, expected: Expected = None) -> StoredRows:
         """Open a result of a job that is an .npy file, to read some of its rows."""
-        return self._rows(f"{job}/{name}")
+        stored = self.objects.find(path := f"{job}/{name}")
+        if stored is None:
+            raise FileNotFoundError(errno.ENOENT, "There is no such file", path)
+        return StoredRows(path, checked(path, stored, expected))
 
     def find(self, job: str, name: str) -> Stored | None:
         """Describe a result of a job; None if there is none."""
@@ -160,41 +184,52 @@ class TileStore:
 
     def put_samples(self, job: str, pass_index: int, tile: Tile, attempt: int, samples: Layers) -> None:
         """Keep the samples that a pass of target quality has taken in a tile."""
-        put_arrays(self.objects, _samples_name(job, pass_index, tile, attempt), samples)
+        _put_arrays(self.objects, _samples_name(job, pass_index, tile, attempt), samples)
 
     def get_samples(self, job: str, pass_index: int, parts: Sequence[StoredTile]) -> Iterator[Layers]:
         """Return the samples of several tiles; raise StoreDamagedError if they are not what was written."""
         names = [_samples_name(job, pass_index, part.tile, part.attempt) for part in parts]
-        return get_arrays(self.objects, names)
+        return _get_arrays(self.objects, names)
 
-    def put_state(self, job: str, pass_index: int, attempt: int, state: Layers) -> None:
+    def put_state(self, job: str, pass_index: int, attempt: int, state: Layers) -> Checksums:
         """Keep the estimate after a pass."""
-        put_arrays(self.objects, _pass_name(job, pass_index, "state", attempt), state)
+        name = _pass_name(pass_index, "state", attempt)
+        with self.objects.draft(f"{job}/{name}") as draft:
+            _write_arrays(draft, state)
+            return self._keep(draft, job, name)
 
-    def get_state(self, job: str, pass_index: int, attempt: int) -> Layers:
+    def get_state(self, job: str, pass_index: int, attempt: int, checksums: Checksums = UNKNOWN) -> Layers:
         """Return the estimate after a pass; raise StoreDamagedError if it is not what was written."""
-        return next(get_arrays(self.objects, [_pass_name(job, pass_index, "state", attempt)]))
+        name = _pass_name(pass_index, "state", attempt)
+        return _arrays(f"{job}/{name}", self.get_file(job, name, checksums.get(name)))
 
-    def put_map(self, job: str, pass_index: int, attempt: int, kind: PassMap, array: NDArray[Any]) -> None:
+    def put_map(
+        self, job: str, pass_index: int, attempt: int, kind: PassMap, array: NDArray[Any]
+    ) -> Checksums:
         """Keep an array over the pixels that the next pass, or a reader of the picture, needs."""
-        name = _pass_name(job, pass_index, kind, attempt)
-        with self.objects.draft(name) as draft:
+        name = _pass_name(pass_index, kind, attempt)
+        with self.objects.draft(f"{job}/{name}") as draft:
             np.save(draft, array)
-            self.objects.keep(draft, name)
+            return self._keep(draft, job, name)
 
-    def get_map(self, job: str, pass_index: int, attempt: int, kind: PassMap) -> NDArray[Any]:
+    def get_map(
+        self, job: str, pass_index: int, attempt: int, kind: PassMap, checksums: Checksums = UNKNOWN
+    ) -> NDArray[Any]:
         """Return what ``put_map`` was given, read-only."""
-        return self.objects.array(_pass_name(job, pass_index, kind, attempt))
+        name = _pass_name(pass_index, kind, attempt)
+        return self.get_array(job, name, checksums.get(name))
 
-    def get_map_rows(self, job: str, pass_index: int, attempt: int, kind: PassMap) -> StoredRows:
+    def get_map_rows(
+        self, job: str, pass_index: int, attempt: int, kind: PassMap, checksums: Checksums = UNKNOWN
+    ) -> StoredRows:
         """Open what ``put_map`` was given, to read some of its rows."""
-        return self._rows(_pass_name(job, pass_index, kind, attempt))
+        name = _pass_name(pass_index, kind, attempt)
+        return self.get_rows(job, name, checksums.get(name))
 
-    def _rows(self, name: str) -> StoredRows:
-        stored = self.objects.find(name)
-        if stored is None:
-            raise FileNotFoundError(name)
-        return StoredRows(stored)
+    def _keep(self, draft: IO[bytes], job: str, name: str) -> Checksums:
+        checksum = checksum_of_file(draft)
+        self.objects.keep(draft, f"{job}/{name}")
+        return {name: checksum}
 
     def drop_passes_before(self, job: str, pass_index: int) -> None:
         """Delete the files of all earlier passes with the pixels of their tiles, but not their layers."""
@@ -256,39 +291,46 @@ def final_prefix(attempt: int) -> str:
     return f"{attempt}-"
 
 
-def put_arrays(objects: Objects, name: str, arrays: Layers) -> None:
+def damaged_steps(parts: Iterable[StoredTile], read: Callable[[StoredTile], object]) -> list[Step]:
+    """Return the steps whose files are damaged or missing, by reading each of them."""
+    return [(part.pass_.index, part.tile.index) for part in parts if is_lost(partial(read, part))]
+
+
+def _put_arrays(objects: Objects, name: str, arrays: Layers) -> None:
     """Keep arrays as one .npz file."""
-    members: dict[str, Any] = dict(arrays)
     with objects.draft(name) as draft:
-        np.savez(draft, **members)
+        _write_arrays(draft, arrays)
         objects.keep(draft, name)
 
 
-def get_arrays(objects: Objects, names: Sequence[str]) -> Iterator[Layers]:
+def _write_arrays(file: IO[bytes], arrays: Layers) -> None:
+    members: dict[str, Any] = dict(arrays)
+    np.savez(file, **members)
+
+
+def _get_arrays(objects: Objects, names: Sequence[str]) -> Iterator[Layers]:
     """Return the arrays of several .npz files; raise StoreDamagedError if one is not what was written."""
-    return (_arrays(name, io.BytesIO(data)) for name, data in zip(names, objects.many(names), strict=True))
+    return (_arrays(name, data) for name, data in zip(names, objects.many(names), strict=True))
 
 
-def _arrays(name: str, file: IO[bytes]) -> Layers:
-    try:
-        # Every member of the archive has a CRC-32 of its own, which is checked.
-        with np.load(file, allow_pickle=False) as found:
-            return dict(found)
-    except (ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise StoreDamagedError(f"{name.rpartition('/')[2]} is damaged.") from error
+def _arrays(name: str, data: bytes) -> Layers:
+    # Every member of the archive has a CRC-32 of its own, which is checked.
+    with damage_reported(name), np.load(io.BytesIO(data), allow_pickle=False) as found:
+        return dict(found)
 
 
 def _name(job: str, tile: Tile, pass_: Pass, attempt: int) -> str:
-    return f"{job}/{TILES}/{pass_.index}-{tile.index}.{attempt}"
+    return f"{job}/{pass_prefix(pass_.index)}{tile.index}.{attempt}"
 
 
-def _name_of(job: str, part: StoredTile) -> str:
+def tile_name(job: str, part: StoredTile) -> str:
+    """Return the name of the pixels of a step."""
     return _name(job, part.tile, part.pass_, part.attempt)
 
 
-def _pixels(part: StoredTile, data: bytes) -> Pixels:
+def _pixels(job: str, part: StoredTile, data: bytes) -> Pixels:
     if zlib.crc32(data) != part.crc32:
-        raise StoreDamagedError(f"Tile {part.tile.index} of pass {part.pass_.index} is damaged.")
+        raise StoreDamagedError(tile_name(job, part))
     return np.frombuffer(data, dtype="<f4").reshape(part.shape)
 
 
@@ -298,11 +340,16 @@ def _shape(tile: Tile, pass_: Pass) -> tuple[int, int, int]:
 
 
 def _samples_name(job: str, pass_index: int, tile: Tile, attempt: int) -> str:
-    return f"{job}/{TILES}/{pass_index}-{tile.index}.{attempt}.samples"
+    return f"{job}/{pass_prefix(pass_index)}{tile.index}.{attempt}{SAMPLES_SUFFIX}"
 
 
-def _pass_name(job: str, pass_index: int, kind: str, attempt: int) -> str:
-    return f"{job}/{TILES}/{pass_index}-{kind}.{attempt}"
+def pass_prefix(pass_index: int) -> str:
+    """Return what the names of all files of a pass begin with."""
+    return f"{TILES}/{pass_index}-"
+
+
+def _pass_name(pass_index: int, kind: str, attempt: int) -> str:
+    return f"{pass_prefix(pass_index)}{kind}.{attempt}"
 
 
 def _is_before(name: str, pass_index: int) -> bool:

@@ -11,6 +11,7 @@ from accuracy.comparison.shown import names_of, shapes_shown
 from schemas.api.comparisons import ComparisonAnswer, ComparisonPictures, ComparisonRequest
 from schemas.api.jobs import JobRequest
 from schemas.errors import Problem
+from service.errors import StoreDamagedError
 from service.storage.tiles import TileStore
 from service.workers import layers
 from service.workers.tasks import CompareDone, ComparedPicture, CompareRefused, CompareTask
@@ -38,9 +39,15 @@ def compared(
 def _picture(asked: ComparedPicture, role: str, store: TileStore) -> Picture:
     if asked.job is None:
         return picture_of(asked.content, role, asked.encoding)
-    content = store.get_file(asked.render, f"{asked.prefix}image.npy")
-    names = {name: f"{asked.prefix}{layers.file_name(name)}" for name in asked.layers}
-    sheets = {name: store.get_array(asked.render, file) for name, file in names.items()}
+    name = f"{asked.prefix}image.npy"
+    names = {layer: f"{asked.prefix}{layers.file_name(layer)}" for layer in asked.layers}
+    try:
+        content = store.get_file(asked.render, name, asked.expected[name])
+        sheets = {
+            layer: store.get_array(asked.render, file, asked.expected[file]) for layer, file in names.items()
+        }
+    except (FileNotFoundError, StoreDamagedError) as error:
+        raise NotComparableError("The stored picture is damaged. Submit the job again.") from error
     return picture_of(content, f"job:{asked.job}", asked.encoding, sheets)
 
 
@@ -51,7 +58,9 @@ def _compared(
     policy = Policy(tolerance=asked.tolerance, most_bias=asked.max_bias, limit=asked.limit)
     if task.reference.job is None or image.linear.shape != reference.linear.shape:
         return compare(image, reference, policy=policy, with_flip=asked.flip)
-    spec = JobRequest.model_validate(json.loads(store.get_spec(task.reference.render)))
+    spec = JobRequest.model_validate(
+        json.loads(store.get_spec(task.reference.render, task.reference.spec_sha256))
+    )
     scene = renderer.load_scene(spec.scene, assets=assets)
     return compare(
         image,

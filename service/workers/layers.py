@@ -1,13 +1,16 @@
-"""The layers of a job, assembled from its tiles."""
+"""The layers of a job, assembled from its tiles, and the files of its final picture."""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 
+from renderer.images import files as image_files
 from renderer.layers import LAYERS, LayerBuffers
 from schemas.tiles import Pass
-from service.storage.tiles import Layers, StoredTile, TileStore
+from service.storage.checksums import Checksum
+from service.storage.tiles import Layers, Pixels, Step, StoredTile, TileStore, damaged_steps
 
 
 def recorded(parts: Iterable[StoredTile], names: Sequence[str]) -> list[StoredTile]:
@@ -47,6 +50,23 @@ def composed(
             buffers.take(part.tile, arrays)
         buffers.settle()
     return buffers.finished()
+
+
+def damaged(store: TileStore, job: str, names: Sequence[str], parts: Iterable[StoredTile]) -> list[Step]:
+    """Return the steps whose layers are damaged or missing, where `composed` could not put them together."""
+    return damaged_steps(recorded(parts, names), lambda part: next(store.get_layers(job, [part])))
+
+
+def put_final(
+    store: TileStore, job: str, attempt: int, picture: Pixels, sheets: Layers
+) -> tuple[str, dict[str, Checksum]]:
+    """Keep a final picture and its layers; return the picture's SHA-256, and the checksums of all files."""
+    checksums = dict[str, Checksum]()
+    for name, sheet in sheets.items():
+        checksums |= store.put_final(job, attempt, file_name(name), image_files.encode_layer(sheet))
+    data = image_files.encode_npy(picture)
+    checksums |= store.put_final(job, attempt, "image.npy", data)
+    return hashlib.sha256(data).hexdigest(), checksums
 
 
 def file_name(name: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
@@ -10,6 +9,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer import film
 from renderer.adaptive import Estimate, Samples
@@ -22,10 +22,18 @@ from renderer.adaptive.samples import preview
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
-from renderer.images import files as image_files
-from service.storage.tiles import Pixels, TileStore
+from service.storage.checksums import Checksum, is_lost
+from service.storage.tiles import PassMap, Pixels, StoredTile, TileStore, damaged_steps
 from service.workers import layers
-from service.workers.tasks import AdvanceDone, AdvanceTask, Interrupted, SampleTask, TileDone, numbered
+from service.workers.tasks import (
+    AdvanceDone,
+    AdvanceTask,
+    InputDamaged,
+    Interrupted,
+    SampleTask,
+    TileDone,
+    numbered,
+)
 
 
 @dataclass(frozen=True)
@@ -72,24 +80,27 @@ class PassWorker:
         if not task.merged:
             want = first_levels(plan, task.tile)
             return LevelRequest.first(want), np.zeros((*want.shape, 3), np.float32)
-        before = task.job, task.pass_.index - 1, task.merged
-        levels = LevelRequest(*np.array(self.store.get_map(*before, "levels")[:, *part]))
-        return levels, np.array(self.store.get_map(*before, "picture")[part])
+        levels = LevelRequest(*np.array(self._map(task, "levels")[:, *part]))
+        return levels, np.array(self._map(task, "picture")[part])
 
     def _around(self, task: SampleTask) -> Surroundings:
         """Pilot samples around a tile."""
-        return unpacked(task.tile, self.store.get_map(task.job, task.pass_.index - 1, task.merged, "pilots"))
+        return unpacked(task.tile, self._map(task, "pilots"))
+
+    def _map(self, task: SampleTask, kind: PassMap) -> NDArray[Any]:
+        """Open what merging the pass before has left."""
+        return self.store.get_map(task.job, task.pass_.index - 1, task.merged, kind, task.checksums)
 
     def advance(self, plan: TargetPlan, task: AdvanceTask) -> AdvanceDone:
         """Merge a pass, and leave for the next one what it needs, or the final picture."""
         begun = time.process_time()
         driver = self._driver(plan, task)
         estimate, continues = driver.estimate, driver.end_pass(last=task.last)
-        image, sha256, written = estimate.image(), None, 0
+        image, sha256 = estimate.image(), None
         if continues:
-            self._keep(estimate, task, image)
+            checksums = self._keep(estimate, task, image)
         else:
-            sha256, written = self._keep_final(estimate, task, image)
+            sha256, checksums = self._keep_final(estimate, task, image)
         self.store.drop_passes_before(task.job, task.pass_.index - 1)
         expected = driver.forecast() if continues else Forecast(next=0.0, later=0.0)
         return AdvanceDone(
@@ -103,13 +114,13 @@ class PassWorker:
             numerics={"non_finite": film.non_finite(image), "clamped": film.clamped([(task.pass_, image)])},
             cpu_seconds=time.process_time() - begun,
             sha256=sha256,
-            bytes=written,
+            checksums=checksums,
         )
 
     def _driver(self, plan: TargetPlan, task: AdvanceTask) -> Driver:
         """Return the driver of the picture as the pass before left it, with the tiles of this one."""
         if task.merged:
-            arrays = self.store.get_state(task.job, task.pass_.index - 1, task.merged)
+            arrays = self._state(task)
             estimate, prices = Estimate.restored(plan, arrays), task.prices or usual_prices(plan)
             driver = Driver(estimate, prices, self.workers, task.tile_size)
         else:
@@ -119,25 +130,39 @@ class PassWorker:
             driver.take(part.tile, _samples_of(arrays))
         return driver
 
-    def _keep(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> None:
-        place = task.job, task.pass_.index, task.attempt
-        self.store.put_state(*place, estimate.arrays())
-        self.store.put_map(*place, "levels", estimate.requested.stacked())
-        self.store.put_map(*place, "picture", picture)
-        if estimate.needs_pilots():
-            self.store.put_map(*place, "pilots", packed(estimate.around))
+    def _state(self, task: AdvanceTask) -> dict[str, Any]:
+        """Read the estimate after the pass before."""
+        return self.store.get_state(task.job, task.pass_.index - 1, task.merged, task.checksums)
 
-    def _keep_final(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> tuple[str, int]:
-        """Keep the final picture and its layers; return the picture's SHA-256, and the bytes of all."""
+    def _keep(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> dict[str, Checksum]:
+        """Keep what the next pass needs; return the checksums of its files."""
+        place = task.job, task.pass_.index, task.attempt
+        maps: dict[PassMap, NDArray[Any]] = {"levels": estimate.requested.stacked(), "picture": picture}
+        if estimate.needs_pilots():
+            maps["pilots"] = packed(estimate.around)
+        checksums = {**self.store.put_state(*place, estimate.arrays())}
+        for kind, array in maps.items():
+            checksums |= self.store.put_map(*place, kind, array)
+        return checksums
+
+    def _keep_final(
+        self, estimate: Estimate, task: AdvanceTask, picture: Pixels
+    ) -> tuple[str, dict[str, Checksum]]:
+        """Keep the final picture and its layers; return the picture's SHA-256, and the checksums of all."""
         size = picture.shape[0], picture.shape[1]
         buffers = layers.composed(self.store, task.job, size, task.layers, task.recorded)
-        written = 0
-        for name, sheet in (buffers | sample_layers(estimate, task.layers)).items():
-            content = image_files.encode_layer(sheet)
-            written += self.store.put_final(task.job, task.attempt, layers.file_name(name), content)
-        data = image_files.encode_npy(picture)
-        written += self.store.put_final(task.job, task.attempt, "image.npy", data)
-        return hashlib.sha256(data).hexdigest(), written
+        sheets = buffers | sample_layers(estimate, task.layers)
+        return layers.put_final(self.store, task.job, task.attempt, picture, sheets)
+
+    def damage(self, task: AdvanceTask) -> InputDamaged:
+        """Find the files that merging could not read."""
+
+        def samples(part: StoredTile) -> object:
+            return next(self.store.get_samples(task.job, task.pass_.index, [part]))
+
+        steps = damaged_steps(task.parts, samples)
+        steps += layers.damaged(self.store, task.job, task.layers, task.recorded)
+        return InputDamaged(tuple(steps), merged=bool(task.merged) and is_lost(partial(self._state, task)))
 
 
 def _samples_of(arrays: dict[str, Any]) -> Samples:

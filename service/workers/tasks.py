@@ -16,10 +16,11 @@ from schemas.api.plans import Quote, QuoteRequest
 from schemas.errors import Problem
 from schemas.scene import Scene
 from schemas.tiles import Pass, Tile
-from service.storage.tiles import StoredTile
+from service.storage.checksums import Expected
+from service.storage.tiles import Checksums, Step, StoredTile
 
 STORAGE_FULL, STORAGE_READ_ONLY, STORAGE_AWAY = "storage_full", "storage_read_only", "storage_away"
-OUT_OF_MEMORY, TOOK_TOO_LONG = "out_of_memory", "took_too_long"
+OUT_OF_MEMORY, TOOK_TOO_LONG, REQUEST_DAMAGED = "out_of_memory", "took_too_long", "request_damaged"
 
 
 # Two tasks are the same only if they are the same object: a tile that is tried again is a new task.
@@ -39,23 +40,25 @@ class SampleTask(TileTask):
     """Bring the pixels of a tile to the levels that a pass wants, and keep the samples in the store.
 
     ``merged`` is the attempt that has merged the pass before and said what this one wants; 0 where there
-    was none. What is not finished when the ``seconds_left`` are over is given up. They count from when the
-    task was handed out: clocks of two machines are never compared. A camera ray is expected to take
-    ``ray_seconds``.
+    was none. ``checksums`` are those of its files, as far as they are known. What is not finished when the
+    ``seconds_left`` are over is given up. They count from when the task was handed out: clocks of two
+    machines are never compared. A camera ray is expected to take ``ray_seconds``.
     """
 
     merged: int
     seconds_left: float | None
     ray_seconds: float = 0.0
+    checksums: Checksums = field(default_factory=dict, repr=False)
 
 
 @dataclass(frozen=True, eq=False)
 class AdvanceTask:
     """Merge the tiles of a pass into a picture of target quality, and decide what the next pass wants.
 
-    ``merged`` is as in `SampleTask`, ``recorded`` are the tiles that have recorded ``layers``. ``last`` says
-    that no pass follows, whatever the error is: then not all tiles of the pass need be there. ``prices`` are
-    CPU seconds of camera rays by kind, as measured before this pass; None before any was.
+    ``merged`` and ``checksums`` are as in `SampleTask`, ``recorded`` are the tiles that have recorded
+    ``layers``. ``last`` says that no pass follows, whatever the error is: then not all tiles of the pass need
+    be there. ``prices`` are CPU seconds of camera rays by kind, as measured before this pass; None before any
+    was.
     """
 
     job: str
@@ -69,6 +72,7 @@ class AdvanceTask:
     layers: tuple[str, ...]
     recorded: tuple[StoredTile, ...]
     prices: dict[str, float] | None = None
+    checksums: Checksums = field(default_factory=dict, repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +119,8 @@ class PreviewTask:
 class ComparedPicture:
     """A picture of a job, with these of its layers, or the content of a file where there is no job.
 
-    It lies in the store under the name of its ``render``, in files whose names begin with ``prefix``.
+    It lies in the store under the name of its ``render``, in files whose names begin with ``prefix``; what is
+    known of each is in ``expected``, and ``spec_sha256`` is the digest of its request.
     """
 
     job: str | None
@@ -124,6 +129,8 @@ class ComparedPicture:
     encoding: Encoding | None
     layers: tuple[str, ...]
     prefix: str = ""
+    spec_sha256: str = ""
+    expected: dict[str, Expected] = field(default_factory=dict, repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,8 +181,8 @@ class AdvanceDone:
     ``tiles`` are those in which the next pass has ``samples`` to take. It is predicted to last
     ``next_seconds``, all passes after it ``later_seconds``, and one of its camera rays ``ray_seconds``. Where
     none follows, the final picture lies in the store, and ``sha256`` is that of its file; ``numerics`` and
-    ``bytes`` are as in `ComposeDone`. ``error`` is the estimate with its interval, once known. ``prices`` are
-    as in `AdvanceTask`.
+    ``checksums`` are as in `ComposeDone`. ``error`` is the estimate with its interval, once known. ``prices``
+    are as in `AdvanceTask`.
     """
 
     tiles: tuple[Tile, ...]
@@ -188,21 +195,21 @@ class AdvanceDone:
     numerics: dict[str, int]
     cpu_seconds: float
     sha256: str | None
-    bytes: int = 0
+    checksums: Checksums = field(default_factory=dict, repr=False)
 
 
 @dataclass(frozen=True)
 class ComposeDone:
     """The final picture is in the store; ``numerics`` counts its bad pixels by kind.
 
-    ``errors`` are those after the passes of which they are known, by the pass's index; ``bytes`` are those of
-    all files that were written.
+    ``errors`` are those after the passes of which they are known, by the pass's index, and ``checksums``
+    those of all files that were written.
     """
 
     sha256: str
     numerics: dict[str, int]
     errors: dict[int, dict[str, float]] = field(default_factory=dict)
-    bytes: int = 0
+    checksums: Checksums = field(default_factory=dict, repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,6 +268,18 @@ class TaskFailed:
 
 
 @dataclass(frozen=True)
+class InputDamaged:
+    """Stored files that the task reads are damaged or missing.
+
+    They are those of ``steps``, or what merging the pass before has left, where ``merged`` says so. There are
+    none where a second read was good.
+    """
+
+    steps: tuple[Step, ...] = ()
+    merged: bool = False
+
+
+@dataclass(frozen=True)
 class WorkerDied:
     """The worker died while it ran the task; the task may be the reason."""
 
@@ -304,7 +323,17 @@ def memory_limit(worker_bytes: int) -> str:
 
 
 CallDone = TraceDone | QuoteDone | PreviewDone | CompareDone | CompareRefused | InspectDone
-Outcome = TileDone | AdvanceDone | ComposeDone | CallDone | TaskFailed | WorkerDied | Interrupted | Released
+Outcome = (
+    TileDone
+    | AdvanceDone
+    | ComposeDone
+    | CallDone
+    | TaskFailed
+    | InputDamaged
+    | WorkerDied
+    | Interrupted
+    | Released
+)
 
 
 class Report(Protocol):
@@ -322,6 +351,7 @@ class Cause(StrEnum):
     STORAGE_FULL = STORAGE_FULL
     STORAGE_READ_ONLY = STORAGE_READ_ONLY
     STORAGE_AWAY = STORAGE_AWAY
+    STORAGE_DAMAGED = "storage_damaged"
     SERVER_LOST = "server_lost"
     DATABASE_LOST = "database_lost"
 
@@ -343,6 +373,8 @@ def cause_of(outcome: Outcome) -> Cause | None:
             return None
         case TaskFailed(code=code):
             return Cause(code)
+        case InputDamaged():
+            return Cause.STORAGE_DAMAGED
         case _:
             raise ValueError(outcome)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import resource
@@ -11,7 +10,7 @@ import threading
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import singledispatchmethod
+from functools import partial, singledispatchmethod
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -27,10 +26,16 @@ from schemas.api.jobs import JobRequest
 from schemas.api.previews import PREVIEW_QUALITY
 from schemas.limits import Limits
 from service import logs
-from service.errors import StoreAwayError, StoreFullError, StoreReadOnlyError
+from service.errors import (
+    RequestDamagedError,
+    StoreAwayError,
+    StoreFullError,
+    StoreReadOnlyError,
+)
 from service.storage.assets import AssetStore
+from service.storage.checksums import LOSSES
 from service.storage.folder import ASSETS, JOBS, place_of
-from service.storage.tiles import Layers, TileStore
+from service.storage.tiles import Layers, TileStore, damaged_steps
 from service.workers import layers
 from service.workers.comparing import compared
 from service.workers.heartbeats import Lease, beat
@@ -38,6 +43,7 @@ from service.workers.kept_plans import KeptPlans
 from service.workers.passes import PassWorker
 from service.workers.tasks import (
     OUT_OF_MEMORY,
+    REQUEST_DAMAGED,
     STORAGE_AWAY,
     STORAGE_FULL,
     STORAGE_READ_ONLY,
@@ -48,9 +54,11 @@ from service.workers.tasks import (
     CompareTask,
     ComposeDone,
     ComposeTask,
+    InputDamaged,
     InspectDone,
     InspectTask,
     Interrupted,
+    JobTask,
     Outcome,
     PreviewDone,
     PreviewTask,
@@ -70,7 +78,8 @@ from service.workers.tasks import (
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
-PASSING: dict[type[Exception], str] = {
+KNOWN: dict[type[Exception], str] = {
+    RequestDamagedError: REQUEST_DAMAGED,
     StoreFullError: STORAGE_FULL,
     StoreReadOnlyError: STORAGE_READ_ONLY,
     StoreAwayError: STORAGE_AWAY,
@@ -145,16 +154,12 @@ class Worker:
             clamped += film.clamped(pixels)
             if task.compared:
                 squares.append(progressive.squares_of(pixels))
-        written = 0
-        for name, sheet in self._layers(task).items():
-            content = image_files.encode_layer(sheet)
-            written += self._store.put_final(task.job, task.attempt, layers.file_name(name), content)
-        data = image_files.encode_npy(image)
-        written += self._store.put_final(task.job, task.attempt, "image.npy", data)
+        sheets = self._layers(task)
+        sha256, checksums = layers.put_final(self._store, task.job, task.attempt, image, sheets)
         numerics = {"non_finite": film.non_finite(image), "clamped": clamped}
         errors = progressive.errors_of(squares, task.width * task.height)
         documents = {index: error.document() for index, error in errors.items()}
-        return ComposeDone(hashlib.sha256(data).hexdigest(), numerics, documents, written)
+        return ComposeDone(sha256, numerics, documents, checksums)
 
     @execute.register
     def _(self, task: TraceTask) -> TraceDone:
@@ -190,6 +195,19 @@ class Worker:
         plan = self.plans.get(f"inspected {task.spec_sha256}", lambda: self._inspection_plan(task))
         return InspectDone(inspect(plan, task.x, task.y))
 
+    def damage(self, task: JobTask) -> InputDamaged:
+        """Find the stored files that a task could not read."""
+        match task:
+            case ComposeTask():
+                steps = damaged_steps(task.parts, partial(self._store.get_tile, task.job))
+                steps += layers.damaged(self._store, task.job, task.layers, task.parts)
+                return InputDamaged(tuple(dict.fromkeys(steps)))
+            case AdvanceTask():
+                return self._passes.damage(task)
+            case SampleTask(merged=merged):
+                return InputDamaged(merged=merged > 0)
+        return InputDamaged()
+
     def _layers(self, task: ComposeTask) -> Layers:
         return layers.composed(self._store, task.job, (task.height, task.width), task.layers, task.parts)
 
@@ -197,16 +215,17 @@ class Worker:
         return self.plans.get(task.spec_sha256, lambda: self._compiled(task))
 
     def _compiled(self, task: TileTask | AdvanceTask) -> renderer.RenderPlan:
-        request, scene = self._spec(task.job)
+        request, scene = self._spec(task)
         return renderer.compile_scene(scene, request.quality, layers=request.layers)
 
     def _inspection_plan(self, task: InspectTask) -> renderer.RenderPlan:
-        request, scene = self._spec(task.job)
+        request, scene = self._spec(task)
         return inspection_plan(scene, request.quality)
 
-    def _spec(self, job: str) -> tuple[JobRequest, renderer.LoadedScene]:
+    def _spec(self, task: TileTask | AdvanceTask | InspectTask) -> tuple[JobRequest, renderer.LoadedScene]:
+        content = self._store.get_spec(task.job, task.spec_sha256)
         # It was accepted before: no limit applies any more.
-        request = JobRequest.model_validate(json.loads(self._store.get_spec(job)))
+        request = JobRequest.model_validate(json.loads(content))
         return request, renderer.load_scene(request.scene, assets=self._assets)
 
 
@@ -251,11 +270,21 @@ def _outcome(worker: Worker, task: Task, setup: WorkerSetup) -> Outcome:
 
 def _tried(worker: Worker, task: Task) -> Outcome:
     try:
-        return worker.execute(task)
+        return _executed(worker, task)
     except MemoryError:
         raise
     except Exception as error:  # noqa: BLE001  (whatever a task raises is its outcome)
         return _failure(task, error)
+
+
+def _executed(worker: Worker, task: Task) -> Outcome:
+    """Execute a task, or find out which of the files that it reads are damaged."""
+    try:
+        return worker.execute(task)
+    except LOSSES:
+        if not isinstance(task, JobTask):
+            raise
+        return worker.damage(task)
 
 
 def _too_large(setup: WorkerSetup) -> str:
@@ -266,7 +295,7 @@ def _too_large(setup: WorkerSetup) -> str:
 
 
 def _failure(task: Task, error: Exception) -> TaskFailed:
-    for kind, code in PASSING.items():
+    for kind, code in KNOWN.items():
         if isinstance(error, kind):
             return TaskFailed(code, str(error))
     import structlog  # noqa: PLC0415 - workers start without it, and few ever log

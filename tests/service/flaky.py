@@ -28,7 +28,14 @@ class Say:
     answer: bytes
 
 
-Fault = Cut | Say | None
+@dataclass(frozen=True)
+class Change:
+    """Change the byte after so many bytes of answers."""
+
+    after: int
+
+
+Fault = Cut | Say | Change | None
 
 
 def busy(status: int, retry_after: str) -> Say:
@@ -105,9 +112,13 @@ class Flaky:
                 server.sendall(data)
             server.shutdown(socket.SHUT_RDWR)
 
-    def _answer(self, server: socket.socket, client: socket.socket, fault: Cut | None) -> None:
-        left = None if fault is None else fault.after
+    def _answer(self, server: socket.socket, client: socket.socket, fault: Cut | Change | None) -> None:
+        left = fault.after if isinstance(fault, Cut) else None
+        place = fault.after if isinstance(fault, Change) else -1
         while data := _received(server):
+            if 0 <= place < len(data):
+                data = data[:place] + bytes([data[place] ^ 1]) + data[place + 1 :]
+            place -= len(data)
             try:
                 client.sendall(data[:left])
             except OSError:

@@ -32,7 +32,7 @@ def rendered(bench: Bench) -> list[StoredTile]:
     steps = [(tile, pass_) for pass_ in passes for tile in tiling.tiles(bench.plan, pass_, 32)]
     parts = []
     for tile, pass_ in sorted(steps, key=lambda step: (step[0].index, step[1].index)):
-        done = bench.run(TileTask("job", "hash", tile, pass_, attempt=1))
+        done = bench.run(TileTask("job", bench.spec_sha256, tile, pass_, attempt=1))
         assert isinstance(done, TileDone)
         parts.append(StoredTile(tile, pass_, 1, done.crc32))
     return parts

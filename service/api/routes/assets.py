@@ -146,7 +146,7 @@ def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -
             uploads.note(session, sha256)
     etag = f'"{sha256}"'
     headers = {"ETag": etag, "Content-Disposition": "attachment", "X-Content-Type-Options": "nosniff"}
-    stored = here.assets.find(sha256)
+    stored = here.assets.find(sha256, row.bytes)
     if stored is None:
         raise UnknownAssetError
     try:

@@ -78,7 +78,12 @@ def _responses(kind: pictures.Kind) -> dict[int | str, dict[str, Any]]:
         }
         | NO_JOB
         | CHANGED
-        | problem(410, "The job failed, was cancelled or has expired.", "picture_gone")
+        | problem(
+            410,
+            "The job failed, was cancelled or has expired, or the stored file is damaged: submit it again.",
+            "picture_gone",
+            "picture_damaged",
+        )
         | problem(416, "The range is outside the file.", "range")
     )
 
@@ -146,7 +151,7 @@ async def _answer(service: Service, request: Request, job_id: str, requested: Im
     try:
         return await _look(service, request, job_id, requested)
     except FileNotFoundError:
-        # The job has ended or was deleted meanwhile: a second look finds the final picture, or says so.
+        # The job has ended or was deleted meanwhile, or files were lost: a second look finds what there is.
         return await _look(service, request, job_id, requested)
 
 

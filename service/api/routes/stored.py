@@ -87,7 +87,10 @@ def _holds(if_range: str | None, fields: Mapping[str, str]) -> bool:
 def streamed(status: int, stored: Stored, span: Span, media_type: str, headers: dict[str, str]) -> Response:
     """Answer with some bytes of a file, of which few are in memory at once."""
     begin, end = span
-    pieces = (stored.read(*ends) for ends in pairwise([*range(begin, end, PIECE), end]))
+    spans = [*pairwise([*range(begin, end, PIECE), end])]
+    pieces = (stored.read(*ends) for ends in spans)
+    for ends in spans[1:] if stored.read_ahead else ():
+        stored.read(*ends)
     # Fetch the first piece before the answer begins, so that an unreachable bucket gives a problem document.
     first = next(pieces, b"")
     if end - begin <= PIECE:

@@ -43,6 +43,7 @@ TILES: dict[int | str, dict[str, Any]] = {
 BATCH_WEIGHT = 4
 """A pixel of a batch takes up to 4 times the memory of one of a PNG file while it is encoded."""
 BATCH_FORM = (batches.__doc__ or "").partition("\n\n")[2].partition("\n\n>>>")[0]
+DAMAGED = problem(410, "The stored picture is damaged: submit the job again.", "picture_damaged")
 UNKNOWN = problem(404, "There is no such job.", "unknown_job")
 EVENT = {name: {"type": "string"} for name in ("event", "id", "data")}
 EVENTS: dict[int | str, dict[str, Any]] = {
@@ -56,7 +57,7 @@ CROWDED = problem(429, "You watch as many jobs at once as you may.", "busy")
 @router.get(
     "/tiles",
     response_model=None,
-    responses=TILES | UNKNOWN | CROWDED,
+    responses=TILES | UNKNOWN | DAMAGED | CROWDED,
     summary="List tile events",
     description="List the events of finished tiles after a number. With `wait` the response comes as soon as "
     "there is one.\n`complete` is true when the job has ended and no event follows.\n\n"

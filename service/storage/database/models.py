@@ -86,6 +86,12 @@ class RenderRow(Base):
     made of the picture so far, by their names; None where an earlier version has counted nothing. A picture
     of which no job is pinned has ``idle_since``, when the last of its jobs has ended: the oldest go first
     where there are too many bytes.
+
+    ``checksums`` are those of the files whose bytes count now, by their names in the store: of the final
+    picture, its layers and encodings, and before that of what the newest merged passes have left. Pictures of
+    version 0.1 have none. Where a file of the final picture was found to be damaged, ``damage`` is its name;
+    such a picture has lost its version, and is not shared. ``damage_count`` counts how often files of a
+    running render were.
     """
 
     __tablename__ = "renders"
@@ -144,6 +150,9 @@ class RenderRow(Base):
     stored_bytes: Mapped[int | None] = mapped_column(COUNT)
     encodings: Mapped[list[str]] = mapped_column(JSON, default=list, server_default="[]")
     idle_since: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    checksums: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    damage: Mapped[str | None] = mapped_column(Text)
+    damage_count: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
     focus: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
     started_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     paused_at: Mapped[datetime | None] = mapped_column(UtcDateTime)

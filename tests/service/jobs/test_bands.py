@@ -11,6 +11,7 @@ from renderer.images.files import encode_layer
 from schemas.tiles import Pass, Tile
 from service.errors import StoreDamagedError
 from service.jobs.bands import Finished
+from service.lifecycle.rows import documents_of
 from service.storage.database.models import RenderRow
 from service.storage.folder import Folder
 from service.storage.tiles import StoredTile, TileStore
@@ -47,8 +48,9 @@ def test_bands_have_every_tile_in_its_place(tmp_path: Path, merges: list[dict[st
     render = RenderRow(id="job", width=WIDE, height=HIGH, merges=merges)
     render.target_error = 0.01 if merges else None
     partial = rows_of(Finished("job", render, preview, tuple(parts), tuple(parts)), store)
+    render.checksums = {}
     for name, values in (("image", expected), ("layer-depth", depths)):
-        store.put_final("job", 1, f"{name}.npy", encode_layer(values))
+        render.checksums |= documents_of(store.put_final("job", 1, f"{name}.npy", encode_layer(values)))
     render.image_sha256, render.final_prefix = "0" * 64, "1-"
     for pixels, sheet, bands in (partial, rows_of(Finished("job", render), store)):
         np.testing.assert_array_equal(pixels, expected)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 import subprocess
 import sys
+import zlib
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -28,7 +30,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import SCRIPTS, upgrade
 from service.storage.database.migrations.versions.tables_0001 import METADATA
-from service.storage.database.models import AssetRow, Base, JobRow, LabelRow, RenderRow
+from service.storage.database.models import AssetRow, Base, JobRow, LabelRow, RenderRow, RequestRow
 from service.storage.folder import Folder
 from service.storage.objects import Found
 from tests.service.conftest import Start
@@ -141,6 +143,12 @@ def test_later_columns_are_filled_for_earlier_rows(old: Database) -> None:
             if job.number in waiting:
                 assert job.render is not None
                 assert job.coarse_cpu_seconds == pytest.approx(fairness.coarse_cpu_seconds(job.render))
+        private = select(RenderRow.spec_sha256, RequestRow.body).where(RenderRow.version.is_(None))
+        private = private.join(JobRow, JobRow.id == RenderRow.id).join(
+            RequestRow, RequestRow.job == JobRow.number
+        )
+        for digest, body in session.execute(private).all():
+            assert digest == hashlib.sha256(zlib.decompress(body)).hexdigest()
     assert waiting
     idle = "SELECT number FROM renders WHERE idle_since = ({}) ORDER BY number"
     latest = "SELECT max(finished_at) FROM jobs WHERE render_number = renders.number"

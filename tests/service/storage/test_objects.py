@@ -8,20 +8,27 @@ import io
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from renderer.images.files import encode_layer
 from schemas.limits import Limits
-from service.errors import StoreAwayError, UploadMismatchError
+from service.errors import StoreAwayError, StoreDamagedError, UploadMismatchError
 from service.storage.assets import AssetStore
 from service.storage.bucket import CALL_SECONDS, PART_BYTES
+from service.storage.checksums import Checksum
 from service.storage.folder import Folder, place_of
 from service.storage.objects import Objects
+from service.storage.tiles import TileStore
 from tests.s3_server import BUCKET, S3Server
+from tests.service.flaky import Change, Flaky
 from tests.service.support import until
 
+GARBLED = f"s3://{BUCKET}/garbled"
 LATER = timedelta(hours=1)
 
 
@@ -123,6 +130,47 @@ def test_missing_bucket_is_reported() -> None:
         place_of("s3://penumbra-nowhere").check()
     with pytest.raises(StoreAwayError):
         place_of("s3://penumbra-nowhere").put("a", b"")
+
+
+def test_file_that_the_disk_does_not_read_is_damaged(tmp_path: Path) -> None:
+    """Nothing is mapped at the beginning of this process's memory: reading there is EIO."""
+    (tmp_path / "a").symlink_to("/proc/self/mem")
+    place = Folder(tmp_path)
+    stored = place.find("a")
+    assert stored is not None
+    for read in (lambda: place.get("a"), lambda: stored.read(0, 9)):
+        with pytest.raises(StoreDamagedError):
+            read()
+
+
+READERS: dict[str, Callable[[TileStore, str, Checksum], bytes]] = {
+    "whole": lambda store, name, checksum: store.get_file("job", name, checksum),
+    "array": lambda store, name, checksum: store.get_array("job", name, checksum).tobytes(),
+    "rows": lambda store, name, checksum: store.get_rows("job", name, checksum).read(0, 40_000).tobytes(),
+}
+
+
+@pytest.mark.parametrize("read", READERS.values(), ids=READERS)
+def test_garbled_answer_of_a_bucket_is_asked_for_again(
+    object_store: S3Server,
+    monkeypatch: pytest.MonkeyPatch,
+    read: Callable[[TileStore, str, Checksum], bytes],
+) -> None:
+    parts = urlsplit(object_store.url)
+    way = Flaky((str(parts.hostname), parts.port or 0))
+    monkeypatch.setenv("AWS_ENDPOINT_URL", way.url)
+    values = np.random.default_rng(1).integers(0, 256, 40_000, np.uint8)
+    [(name, checksum)] = (
+        TileStore(place_of(GARBLED)).put_final("job", 1, "x.npy", encode_layer(values)).items()
+    )
+    # Another store has connections of its own, of which the first one garbles its answers.
+    way.faults.append(Change(after=20_000))
+    try:
+        found = read(TileStore(place_of(GARBLED)), name, checksum)
+    finally:
+        way.close()
+    assert found.endswith(values.tobytes())
+    assert not way.faults
 
 
 CALLS: dict[str, Callable[[Objects], object]] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import queue
 import resource
 from collections.abc import Callable, Sequence
@@ -55,7 +56,9 @@ class Bench:
         document = document or scene(128, 64, samples=256, light_samples=64)
         request = JobRequest.model_validate({"scene": document, "layers": list(layers)})
         self.plan = renderer.compile_scene(request.scene, layers=layers)
-        self.store.put_spec("job", request.model_dump_json(exclude_none=True).encode())
+        spec = request.model_dump_json(exclude_none=True).encode()
+        self.spec_sha256 = hashlib.sha256(spec).hexdigest()
+        self.store.put_spec("job", spec)
         # Servers of other tests, whose workers are not those of this engine.
         self._others = set(psutil.Process().children())
         self.engine.start(lambda task, outcome: self.reports.put((task, outcome)))
@@ -63,7 +66,7 @@ class Bench:
 
     def tile(self, number: int = 0) -> TileTask:
         pass_ = self.plan.passes[-1]
-        return TileTask("job", "hash", tiling.tiles(self.plan, pass_, 64)[number], pass_, attempt=1)
+        return TileTask("job", self.spec_sha256, tiling.tiles(self.plan, pass_, 64)[number], pass_, attempt=1)
 
     def submit(self, *tasks: Task) -> None:
         for task in tasks:

@@ -94,7 +94,7 @@ def test_stopped_worker_is_found_behind_a_full_pipe(make: Make) -> None:
 
 def test_task_that_needs_too_much_memory_fails_alone(make: Make) -> None:
     bench = make(scene(16384, 16384, samples=1), memory_bytes=2 << 30)
-    huge = TileTask("job", "hash", Tile(0, 0, 0, 16384, 16384), bench.plan.passes[-1], attempt=1)
+    huge = TileTask("job", bench.spec_sha256, Tile(0, 0, 0, 16384, 16384), bench.plan.passes[-1], attempt=1)
     small = bench.tile()
     bench.submit(huge, small)
     outcomes = bench.collect(2)

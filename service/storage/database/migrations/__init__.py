@@ -1,6 +1,6 @@
 """Bring a database to the tables of this version, from those of any release.
 
-A change of ``models.py`` needs a migration: the next is ``tables_0004.py``, with ``tables_0003`` as
+A change of ``models.py`` needs a migration: the next is ``tables_0005.py``, with ``tables_0004`` as
 its ``down_revision``. On SQLite a table that others refer to cannot be rebuilt in place: dropping it deletes
 the rows that refer to it. Copy those first. Nothing leads back but a backup.
 """
@@ -36,14 +36,14 @@ def upgrade(database: Database, scripts: Path = SCRIPTS, wait_seconds: float = W
         still uses them after the wait.
     """
     with database.engine.connect() as connection:
-        if _is_current(connection, scripts):
+        if is_current(connection, scripts):
             return
     from service.storage.database.migrations import running  # noqa: PLC0415  (few starts need it, and it is slow)
 
     running.run(database, scripts, wait_seconds)
 
 
-def _is_current(connection: Connection, scripts: Path) -> bool:
+def is_current(connection: Connection, scripts: Path) -> bool:
     """Whether the last migration, which has the name of its file, has been run."""
     if not inspect(connection).has_table("alembic_version"):
         return False
