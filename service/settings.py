@@ -51,6 +51,8 @@ MOST_BYTES = 2**50
 Bytes = Annotated[int, Field(ge=0, le=MOST_BYTES)]
 CpuSeconds = Annotated[float, Field(ge=1, le=1e12)]
 """Fewer than one admits no job; headers write the number out."""
+LONGEST_SILENCE = 20
+"""Clients give up an answer after 30 seconds of silence; a cancelled job has 5 seconds beyond its grace."""
 Pause = Annotated[float, Field(ge=1, le=3600)]
 """How long a request waits: at 0 clients would ask without a pause."""
 Age = Annotated[float, Field(ge=1, le=1e10)]
@@ -236,7 +238,7 @@ class Settings(BaseSettings):
     max_wait_seconds: Pause = Field(default=60.0, description="Longest that a request may wait for events.")
     max_events: Count = Field(default=1000, description="Most tile events in one answer.")
     heartbeat_seconds: float = Field(
-        default=10.0, ge=0.01, le=3600, description="Silence before a comment is sent to watchers."
+        default=10.0, ge=0.01, le=LONGEST_SILENCE, description="Silence before a comment is sent to watchers."
     )
 
     keep_seconds: Age | None = Field(
@@ -278,7 +280,7 @@ class Settings(BaseSettings):
     cancel_grace_seconds: float = Field(
         default=0.2,
         ge=0,
-        le=600,
+        le=LONGEST_SILENCE,
         description="How long the running tile of a cancelled job may take to finish by itself.",
     )
     min_free_bytes: Bytes = Field(

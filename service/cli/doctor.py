@@ -249,7 +249,7 @@ def _traces() -> Check:
 
 def _settings(config: Path | None) -> Iterator[dict[str, str]]:
     """Every setting with its value and origin; none if they are invalid."""
-    from service.settings import source_of
+    from service.settings import UNLIMITED, WITHOUT_LIMIT, source_of
 
     try:
         settings = read_settings({}, config=config)
@@ -262,7 +262,12 @@ def _settings(config: Path | None) -> Iterator[dict[str, str]]:
                 yield {"name": f"{name}.{inner}", "value": str(number), "source": source_of((name, inner))}
         else:
             shown = _without_password(value) if name == "database" else value
-            yield {"name": name, "value": str(shown), "source": source_of((name,))}
+            is_unlimited = value is None and name in WITHOUT_LIMIT
+            yield {
+                "name": name,
+                "value": UNLIMITED if is_unlimited else str(shown),
+                "source": source_of((name,)),
+            }
 
 
 def _without_password(url: str | None) -> str | None:
