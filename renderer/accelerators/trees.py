@@ -56,6 +56,11 @@ class Kept(Generic[Value]):
         with self._lock:
             return self._alive.setdefault(family, value)
 
+    def forget(self) -> None:
+        """Keep what is in use alone."""
+        with self._lock:
+            self._values.clear()
+
     def _by_content(self, family: Triangles) -> Value:
         key = hashlib.sha256(np.ascontiguousarray(family.vertices).data)
         key.update(np.ascontiguousarray(family.numbers).data)
@@ -89,6 +94,11 @@ def build(family: Triangles) -> Tree:
 
 
 _trees = Kept(build)
+
+
+def forget_trees() -> None:
+    """Give back the memory of the trees that no plan uses any more."""
+    _trees.forget()
 
 
 def tree_of(family: Triangles) -> Tree:

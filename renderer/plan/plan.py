@@ -54,8 +54,8 @@ class RenderPlan:
     culling : bool
         Whether conservative tests leave out work; images are the same without them.
     numerics : dict
-        `degenerate_dropped`: triangles without area, which are left out. `retried`: triangles so thin that
-        exact arithmetic had to decide if they have one.
+        `degenerate_dropped`: triangles without area, and copies, which are left out. `retried`: triangles so
+        thin that exact arithmetic had to decide if they have one.
     entries, left_out
         The plan as people read it.
     """

@@ -253,11 +253,13 @@ def triangles_of(numbers: Integers, vertices: Floats, surface: Surface, *, smoot
     """The triangles of meshes whose vertices have been placed: of each the shape's number and its shading.
 
     Those without area stay as points, so that primitive numbers are those of the file; nothing hits them.
+    So do copies of an earlier one of their mesh, which rays would hit first: a place where thousands lie on
+    one another would take as many tests of each ray.
     """
     meshes, corners = surface.meshes, surface.corners(vertices)
     thin = needs_exact_area(corners)
     # Off their line by a rounding they would be slivers that rays hit; no ray hits a point.
-    corners = np.where(_without_area(corners, surface, thin), corners[0], corners)
+    corners = np.where(_without_area(corners, surface, thin) | _copies(corners, meshes), corners[0], corners)
     normals = unit_normals(corners)
     return Triangles(
         kind="mesh",
@@ -285,6 +287,22 @@ def _without_area(corners: Floats, surface: Surface, thin: Masks) -> Masks:
         own = surface.vertices[:, surface.triangles[:, number]].T
         flat[number] = any(on_one_line(*three.tolist()) for three in (corners[:, :, number], own))
     return flat
+
+
+def _copies(corners: Floats, meshes: Integers) -> Masks:
+    """Triangles (T,) with the corners of an earlier one of their mesh, in the same order."""
+    bits = corners.reshape(9, -1).view(np.uint64)
+    weights = np.random.default_rng(0).integers(1, 1 << 63, (10, 1), dtype=np.uint64)
+    sums = (bits * weights[:9]).sum(axis=0) + meshes.astype(np.uint64) * weights[9]
+    _, first, groups = np.unique(sums, return_index=True, return_inverse=True)
+    owners = first[groups.reshape(-1)]
+    copies = np.flatnonzero(owners != np.arange(owners.size))
+    originals = owners[copies]
+    # Other triangles may have the same sum: then none of theirs are found.
+    same = (bits[:, copies] == bits[:, originals]).all(axis=0) & (meshes[copies] == meshes[originals])
+    found = np.zeros(owners.size, dtype=bool)
+    found[copies[same]] = True
+    return found
 
 
 def _vertex_normals(vertices: Floats, surface: Surface, normals: Floats, smooth: Masks) -> Floats:

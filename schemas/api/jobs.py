@@ -150,7 +150,7 @@ class Numerics(Message):
 
     non_finite: int = Field(ge=0, description="Pixels that are NaN or infinite.")
     clamped: int = Field(ge=0, description="Pixels clamped to the largest float32 in some pass.")
-    degenerate_dropped: int = Field(ge=0, description="Triangles without area, left out.")
+    degenerate_dropped: int = Field(ge=0, description="Triangles without area, and copies, left out.")
     retried: int = Field(
         ge=0, description="Triangles so thin that exact arithmetic had to decide whether they have an area."
     )

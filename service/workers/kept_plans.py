@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from renderer import RenderPlan
+from renderer.accelerators.trees import forget_trees
 
 # The jobs whose tiles a worker usually gets in turns.
 MAX_PLANS = 4
@@ -42,7 +43,7 @@ class KeptPlans:
         """Keep no plan any more; False if there was none."""
         kept = bool(self._plans)
         self._plans.clear()
-        gc.collect()
+        _collect()
         return kept
 
     def _make_room(self) -> None:
@@ -50,7 +51,13 @@ class KeptPlans:
             len(self._plans) >= MAX_PLANS or address_space() > KEPT_SHARE * self._memory_bytes
         ):
             self._plans.popitem(last=False)
-            gc.collect()
+            _collect()
+
+
+def _collect() -> None:
+    """Give back the memory of plans that are not kept any more."""
+    forget_trees()
+    gc.collect()
 
 
 def address_space() -> int:

@@ -42,6 +42,17 @@ def test_mesh_triangles_keep_their_numbers() -> None:
         assert hits.primitive.tolist() == [1, 2]
 
 
+def test_copies_of_a_triangle_change_nothing() -> None:
+    vertices, (line, front, side) = ROOF["vertices"], ROOF["triangles"]
+    copied = mesh(vertices, [line, front, front, side, side, front, line])
+    result, bare = (renderer.render(drawn(FLOOR, shape)) for shape in (copied, ROOF))
+    assert result.image.tobytes() == bare.image.tobytes()
+    assert result.report["rays"] == bare.report["rays"]
+    assert [r.report["numerics"]["degenerate_dropped"] for r in (result, bare)] == [5, 1]
+    hits = renderer.trace(drawn(FLOOR, copied), [[0, 1.5, 5], [0, 5, 0.5]], [[0, 0, -1], [0, -1, 0]])
+    assert hits.primitive.tolist() == [1, 3]
+
+
 def test_displaced_mesh_without_its_file_is_a_problem() -> None:
     document = scene(
         {"type": "mesh", "asset": "lost.obj", "material": "moved"},

@@ -1,8 +1,9 @@
-"""Textures that are admitted fit into the memory of a worker, whatever their files are."""
+"""Textures and meshes that are admitted fit into the memory of a worker, whatever their files are."""
 
 from __future__ import annotations
 
 import io
+import struct
 from collections.abc import Callable, Iterator
 
 import httpx2
@@ -13,7 +14,7 @@ from PIL import Image
 from renderer.images.deep_png import write_deep_png
 from service.server import running
 from service.settings import Settings
-from tests.service.sending import hollow_png, put, textured
+from tests.service.sending import hollow_png, put, textured, with_mesh
 from tests.service.support import TIMEOUT, finish, submit
 
 pytestmark = pytest.mark.slow
@@ -78,6 +79,16 @@ FILES: dict[str, Callable[[int], bytes]] = {
 }
 
 
+def ply_of(copies: int) -> bytes:
+    """So many copies of one triangle."""
+    head = (
+        "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        f"property float z\nelement face {copies}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    corners = np.array([[-1, 0, 0], [1, 0, 0], [0, 1.5, 0]], "<f4")
+    return head.encode() + corners.tobytes() + struct.pack("<B3i", 3, 0, 1, 2) * copies
+
+
 TARGET = {"mode": "target", "error": 0.02}
 
 
@@ -95,3 +106,9 @@ def test_largest_texture_without_a_pyramid_renders_in_both_qualities(
 ) -> None:
     name = put(client, FILES["png"](largest(client, "bilinear"))).json()["name"]
     finish(client, submit(client, filtered(name, "bilinear"), **request_fields))
+
+
+def test_mesh_of_triangles_in_one_place_renders(client: httpx2.Client) -> None:
+    data = ply_of(200_000)
+    put(client, data)
+    finish(client, submit(client, with_mesh(data)))
