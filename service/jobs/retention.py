@@ -229,8 +229,8 @@ class RetentionThread:
 
     def start(self) -> None:
         """Remove what an earlier service left behind, and begin."""
-        self._clock.start()
         with self._reserve.given_up():
+            self._clock.start()
             with self._database.reading() as session:
                 known = set(session.scalars(select(AssetRow.sha256)))
             age = UNFINISHED_SECONDS if self._database.shared else 0.0

@@ -50,9 +50,11 @@ class SweepClock:
 
     def start(self) -> None:
         """Remember what the database saw last, before a clock that is wrong writes to it."""
-        with self._database.writing() as session:
-            seen = totals.read(session, totals.SWEPT_AT) or _newest(session)
-            if seen:
+        with self._database.reading() as session:
+            swept = totals.read(session, totals.SWEPT_AT)
+            seen = swept or _newest(session)
+        if seen and not swept:
+            with self._database.writing() as session:
                 totals.put(session, totals.SWEPT_AT, seen)
         before = datetime.fromtimestamp(seen, UTC) + DOWNTIME if seen else self._wall()
         self._trusted = before, self._steady()
