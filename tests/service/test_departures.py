@@ -66,7 +66,8 @@ def test_file_that_goes_away_is_whole_or_a_problem(
                 remove(client, job)
             for one in reading:
                 one.result()
-    assert {answer.status_code for answer in answers} == {200, 404 if remove is delete else 410}
+    # Those that came first have been answered 200, if there are some.
+    assert {200} | {answer.status_code for answer in answers} == {200, 404 if remove is delete else 410}
     problems = [answer for answer in answers if answer.status_code != 200]
     assert {answer.headers["Content-Type"] for answer in problems} == {"application/problem+json"}
 
@@ -82,7 +83,7 @@ def test_asset_that_goes_away_is_whole_or_a_problem(start: Start) -> None:
                 pruned = pool.submit(client.post, "/v1/prune", json=rules)
                 statuses |= {client.get(path).status_code for _ in range(8)}
             assert pruned.result().status_code == 200
-    assert statuses == {200, 404}
+    assert {200} | statuses == {200, 404}
 
 
 def events(client: httpx2.Client, job: str, begun: Barrier) -> list[tuple[str, str]]:
@@ -123,6 +124,7 @@ def test_clients_that_leave_are_no_failures(tmp_path: Path) -> None:
     ):
         many = finish(client, submit(client, scene(384, 384, samples=1, light_samples=1)))["id"]
         paused = submit(client, long_scene())
+        wait(client, paused, lambda found: found["last_seq"] > 0)
         client.post(f"/v1/jobs/{paused}/pause").raise_for_status()
         for _ in range(3 * WATCHERS):
             for path in (f"{many}/events", f"{paused}/events", f"{many}/image.npy"):
