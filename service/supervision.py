@@ -40,6 +40,8 @@ class SupervisedThread:
     ----------
     stopping : threading.Event
         Whether the work is to end.
+    failures : int
+        Errors in a row.
     """
 
     def __init__(
@@ -78,7 +80,7 @@ class SupervisedThread:
 
     def note_success(self) -> None:
         """Record that the work does what it should."""
-        self._failures, self._wait_seconds, self._failing_since = 0, FIRST_WAIT_SECONDS, None
+        self.failures, self._wait_seconds, self._failing_since = 0, FIRST_WAIT_SECONDS, None
 
     def note_failure(self) -> None:
         """Record an error that the work itself deals with."""
@@ -91,7 +93,7 @@ class SupervisedThread:
                 self._work()
             except Exception as error:  # noqa: BLE001  (whatever it is, the thread goes on)
                 self.note_failure()
-                self._failures += 1
+                self.failures += 1
                 self._report(error)
                 self.stopping.wait(self._wait_seconds)
                 self._wait_seconds = min(2.0 * self._wait_seconds, LONGEST_WAIT_SECONDS)
@@ -100,7 +102,7 @@ class SupervisedThread:
 
     def _report(self, error: Exception) -> None:
         """Log an error; end the process where it was one too many."""
-        final = self._most_failures is not None and self._failures >= self._most_failures
+        final = self._most_failures is not None and self.failures >= self._most_failures
         # Where logs go to a full disk, that is no reason to stop.
         with suppress(OSError):
             if isinstance(error, self._expected):

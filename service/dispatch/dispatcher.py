@@ -29,7 +29,7 @@ from service.dispatch.outages import Outages
 from service.dispatch.rounds import Round, log_report
 from service.dispatch.throughput import Throughput
 from service.errors import UnavailableError
-from service.lifecycle import sharing
+from service.lifecycle import damage, sharing
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.tiles import TileStore
@@ -109,15 +109,10 @@ class Dispatcher:
         self._in_doubt = False
 
     def start(self) -> None:
-        """Take back what an earlier service left unfinished, and begin."""
-        with self._database.writing() as session:
-            term = self._leadership.stand(session)
-            recovered = 0 if term is None else ledger.recover(session)
-            if term is not None:
-                sharing.add_outage(session, term.silent_seconds)
-        self.metrics.note_retries({Cause.SERVER_LOST: recovered})
-        self._lead(term.number if term else None)
-        remove_orphans(self._database, self._store)
+        """Begin; the first round takes back what an earlier service left unfinished."""
+        if not self._database.shared:
+            # Later, requests that write their files would lose them.
+            remove_orphans(self._database, self._store)
         self._engine.start(self._report)
         self._thread.start()
         self.wake()
@@ -176,7 +171,7 @@ class Dispatcher:
         except Exception:
             # How far the round came is unknown: what was handed out is taken back, as from another server.
             self._forget_tasks()
-            self._term, self._next_stand = None, 0.0
+            self._term, self._next_stand, self._in_doubt = None, 0.0, True
             self.wake()
             raise
 
@@ -268,7 +263,6 @@ class Dispatcher:
             self._job_events.publish_all()
         if term != self._term:
             self._lead(term)
-            # A server alone has no other's files to remove, and its own requests write theirs now.
             if term is not None and self._database.shared:
                 SupervisedThread("tidy", partial(remove_orphans, self._database, self._store)).start()
         if result is not None:
@@ -293,6 +287,9 @@ class Dispatcher:
         """Write the results of all events; also look for renders that other servers cancelled."""
         taken_back = Counter[Cause]()
         follows = term.number != self._term
+        if follows and self._thread.failures:
+            # Perhaps there is a row that cannot be read: its job fails, and the others continue.
+            damage.fail_unreadable(session)
         sharing.add_outage(session, self._outages.seconds(term, was_away=follows or self._in_doubt))
         if follows:
             taken_back[Cause.SERVER_LOST] = ledger.recover(session)

@@ -12,11 +12,12 @@ from typing import Any
 
 import structlog
 from pydantic import ValidationError
-from sqlalchemy import Select, select
+from sqlalchemy import Select, exists, select, update
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
-from schemas.api.jobs import Job, JobCost, JobLinks, JobState, Progress
+from schemas.api.jobs import Failure, Job, JobCost, JobLinks, JobState, Progress
 from service.errors import DamagedJobError
+from service.lifecycle import totals
 from service.storage.database.models import JobRow, RenderRow
 
 UNREADABLE = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
@@ -90,6 +91,26 @@ def note(job_id: str, error: BaseException | None) -> None:
     """Log why the rows of a job cannot be read: once, however often it is asked for."""
     at = traceback.extract_tb(error.__traceback__)[-1] if error is not None else None
     _report(job_id, _reason(error), at and f"{at.name}, line {at.lineno}")
+
+
+def fail_unreadable(session: Session) -> None:
+    """Fail the open jobs that cannot be loaded, and each of their renders that no other job waits for."""
+    for row in load(session, select(JobRow).where(JobRow.finished_at.is_(None))):
+        if isinstance(row, UnreadableRow):
+            _fail(session, row)
+
+
+def _fail(session: Session, row: UnreadableRow) -> None:
+    job = JobRow.number == row.number
+    job_id, render = session.execute(select(JobRow.id, JobRow.render_number).where(job)).one()
+    note(job_id, row.error)
+    failure = Failure(code="job_damaged", message=MESSAGE, retryable=True)
+    ended = {"state": JobState.FAILED, "failure": failure.model_dump(), "finished_at": datetime.now(UTC)}
+    session.execute(update(JobRow).where(job).values(ended))
+    totals.add_failed(session, failure.code, 1)
+    waits = exists().where(JobRow.render_number == render, JobRow.finished_at.is_(None))
+    unwanted = update(RenderRow).where(RenderRow.number == render, ~waits)
+    session.execute(unwanted.values(state=JobState.FAILED))
 
 
 def describe(session: Session, number: int, error: Exception, links_of: Callable[[str], JobLinks]) -> Job:

@@ -77,6 +77,22 @@ def test_worker_is_replaced_after_too_many_open_files(tmp_path: Path) -> None:
             finish(client, submit(client, scene(16, 16)))
 
 
+@pytest.mark.parametrize("killed", [False, True], ids=["at_work", "at_the_start"])
+def test_job_that_cannot_be_read_ends_no_other(start: Start, tmp_path: Path, killed: bool) -> None:
+    server = start(workers=1, tile_size=48)
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+        job, other = half_done(client), submit(client, scene(16, 16))
+    if killed:
+        server.process.kill()
+        server.process.wait()
+    change(tmp_path, f"UPDATE renders SET started_at = 'yesterday' WHERE id = '{job}'")  # noqa: S608
+    server = start(workers=1, tile_size=48) if killed else server
+    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+        finish(client, other)
+        until(lambda: job_of(client, job)["state"] == "failed")
+        assert job_of(client, job)["damage"]
+
+
 @pytest.mark.parametrize("repaired", [True, False], ids=["goes_on", "ends"])
 def test_dispatcher_after_an_error_it_does_not_know(
     tmp_path: Path, undisturbed: np.ndarray, repaired: bool
@@ -85,7 +101,7 @@ def test_dispatcher_after_an_error_it_does_not_know(
     settings = Settings(data=data, port=0, workers=1, tile_size=48, log_level="error")
 
     def enter(begun: str) -> None:
-        change(data, f"UPDATE renders SET started_at = '{begun}'")  # noqa: S608  (our own)
+        change(data, f"UPDATE leader SET expires_at = '{begun}'")  # noqa: S608  (our own)
 
     def check(client: httpx2.Client, job: str) -> None:
         finish(client, job)
