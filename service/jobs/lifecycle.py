@@ -34,9 +34,11 @@ _STATUS = (
 )
 
 
-# A list shows neither passes nor what is needed to encode the picture.
+# A list shows neither passes nor what is needed to encode the picture or to check its files.
 _LISTED = select(JobRow).options(
-    joinedload(JobRow.render).options(defer(RenderRow.passes), defer(RenderRow.display))
+    joinedload(JobRow.render).options(
+        defer(RenderRow.passes), defer(RenderRow.display), defer(RenderRow.checksums)
+    )
 )
 _LABELLED = select(LabelRow.job).join(JobRow, JobRow.number == LabelRow.job)
 _Other = aliased(LabelRow)

@@ -53,8 +53,12 @@ class Folder:
 
     def begin(self, prefix: str) -> None:
         """Make a folder and its parents; files are written only to existing folders."""
+        folder = self._folder / prefix
         with translate_errors():
-            (self._folder / prefix).mkdir(parents=True, exist_ok=True)
+            missing = [above for above in (folder, *folder.parents) if not above.exists()]
+            folder.mkdir(parents=True, exist_ok=True)
+            for made in missing:
+                _sync(made.parent)
 
     def put(self, name: str, data: bytes, *, durable: bool = False) -> None:
         """Store bytes under a name, replacing what was there."""
@@ -86,9 +90,8 @@ class Folder:
                 os.fsync(draft.fileno())
             Path(draft.name).replace(path)
             if durable:
-                # A new name is an entry of its folder, which may be new as well.
-                for folder in path.parents[: len(Path(name).parts) + 1]:
-                    _sync(folder)
+                # A new name is an entry of its folder.
+                _sync(path.parent)
 
     def get(self, name: str) -> bytes:
         """Return all bytes; raise FileNotFoundError if there are none."""

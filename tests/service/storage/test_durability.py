@@ -46,8 +46,13 @@ def test_file_is_on_the_disk_with_its_folders(tmp_path: Path, monkeypatch: pytes
     files = [path for path in paths if path.suffix == ".tmp"]
     # Under its temporary name, so that there is never another file under the final one.
     assert [path.parent for path in files] == [jobs / "job"] * 2
-    assert {jobs / "job", jobs, tmp_path / "data"} <= {*paths[1 : paths.index(files[1])]}
-    assert jobs / "job" in paths[paths.index(files[1]) :]
+    assert {jobs, tmp_path / "data"} <= {*paths}
+    assert [path for path in paths if path in (*files, jobs / "job")][-4:] == [
+        files[0],
+        jobs / "job",
+        files[1],
+        jobs / "job",
+    ]
 
 
 @API_ON_BOTH
