@@ -48,6 +48,8 @@ LAYERS_SUFFIX, SAMPLES_SUFFIX = ".npz", ".samples"
 TILES, SPEC = "tiles", "spec.json"
 NPY_HEAD_BYTES = 4096
 """More than the head of an .npy file has that was written here."""
+MEMBERS = slice(-12, -10)
+"""Where an .npz file has the number of its members."""
 UNFINISHED_SECONDS = 3600.0
 """What is younger may be a file that another server is writing."""
 _FINAL = re.compile(r"((?:\d+-)?)(?:image[.-]|layer-)")
@@ -314,8 +316,10 @@ def _get_arrays(objects: Objects, names: Sequence[str]) -> Iterator[Layers]:
 
 
 def _arrays(name: str, data: bytes) -> Layers:
-    # Every member of the archive has a CRC-32 of its own, which is checked.
     with damage_reported(name), np.load(io.BytesIO(data), allow_pickle=False) as found:
+        # Every member has a CRC-32, which is checked, and their list has none: the end has their number.
+        if len(found.files) != int.from_bytes(data[MEMBERS], "little"):
+            raise ValueError("a member is missing")
         return dict(found)
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from schemas.tiles import Pass, Tile
 from service.errors import StoreDamagedError
+from service.storage.folder import Folder
 from service.storage.objects import Objects
 from service.storage.tiles import StoredTile, TileStore
 from tests.service.support import until
@@ -97,3 +100,24 @@ def test_merged_passes_go_and_their_layers_stay(store: TileStore, place: Objects
     assert samples["colors"].tolist() == [10] * 5
     assert store.get_state("job", 10, 1)["have"].tolist() == [10] * 5
     assert float(store.get_map("job", 10, 1, "picture").mean()) == 10
+
+
+def test_changed_byte_changes_no_layer(tmp_path: Path) -> None:
+    """Wherever it is in the file, in an array, in its head or in the list of members."""
+    store, part = TileStore(Folder(tmp_path)), StoredTile(TILE, PASS, 1, 0)
+    store.put_spec("job", b"{}")
+    layers = {"depth": np.ones((3, 4), np.float32), "normal": np.full((3, 4, 3), 0.5, np.float32)}
+    store.put_layers("job", TILE, PASS, 1, layers)
+    file = tmp_path / "job" / "tiles" / "1-0.1.npz"
+    whole = file.read_bytes()
+    noticed = 0
+    for place, bit in itertools.product(range(len(whole)), (1, 128)):
+        file.write_bytes(whole[:place] + bytes([whole[place] ^ bit]) + whole[place + 1 :])
+        try:
+            [found] = store.get_layers("job", [part])
+        except StoreDamagedError:
+            noticed += 1
+            continue
+        assert found.keys() == layers.keys(), place
+        assert all(found[name].tobytes() == layers[name].tobytes() for name in layers), place
+    assert noticed > len(whole)
