@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -19,14 +20,13 @@ WAIT_SECONDS, SOON_SECONDS = 50, 20
 @pytest.mark.slow
 def test_silent_loss_is_noticed_by_those_who_wait(postgres: PostgresServer, tmp_path: Path) -> None:
     url = postgres.database()
-    between = Between(str(postgres.folder / ".s.PGSQL.5432"))
-    through = f"postgresql+psycopg://postgres@127.0.0.1:{between.port}/{make_url(url).database}"
-    with pair(tmp_path, through, first_url=url) as two, client_of(two.second) as client:
-        assert leads(two.first)
-        between.deafen()
-        headers = {"Prefer": f"wait={WAIT_SECONDS}"}
-        for width in (24, 25):
-            begun = time.monotonic()
-            job = client.post("/v1/jobs", json={"scene": scene(width, 24)}, headers=headers).json()
-            assert (job["state"], time.monotonic() - begun < SOON_SECONDS) == ("succeeded", True)
-    between.close()
+    with closing(Between(str(postgres.folder / ".s.PGSQL.5432"))) as between:
+        through = f"postgresql+psycopg://postgres@127.0.0.1:{between.port}/{make_url(url).database}"
+        with pair(tmp_path, through, first_url=url) as two, client_of(two.second) as client:
+            assert leads(two.first)
+            between.deafen()
+            headers = {"Prefer": f"wait={WAIT_SECONDS}"}
+            for width in (24, 25):
+                begun = time.monotonic()
+                job = client.post("/v1/jobs", json={"scene": scene(width, 24)}, headers=headers).json()
+                assert (job["state"], time.monotonic() - begun < SOON_SECONDS) == ("succeeded", True)
