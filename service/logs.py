@@ -63,13 +63,17 @@ bursts = Bursts()
 
 
 class _Handler(logging.StreamHandler):  # type: ignore[type-arg]
-    """Writes the records of libraries; of those without a traceback one of each kind a second."""
+    """Writes the records of libraries; of those without a traceback one of each kind a second.
+
+    The lines of code that write are the kinds: texts may have parts of requests. Python itself shows a
+    warning once.
+    """
 
     def emit(self, record: logging.LogRecord) -> None:
-        if record.exc_info:
+        if record.exc_info or record.name == "py.warnings":
             super().emit(record)
         else:
-            bursts.write((record.name, record.msg), lambda more: self._emit(record, more))
+            bursts.write((record.pathname, record.lineno), lambda more: self._emit(record, more))
 
     def _emit(self, record: logging.LogRecord, more: dict[str, int]) -> None:
         vars(record).update(more)

@@ -25,6 +25,8 @@ import asyncio, logging, threading, warnings
 from service import logs
 logs.configure("info")
 warnings.warn("deprecated\nthing")
+warnings.warn("another thing")
+logging.getLogger("library").warning(["no text"])
 logging.getLogger("library").error("lost", exc_info=ValueError("of a library"))
 def fail(what):
     raise ValueError(what)
@@ -68,8 +70,9 @@ def test_everything_reported_is_json_with_its_traceback() -> None:
     ran = subprocess.run(
         [sys.executable, "-c", REPORTED], check=False, capture_output=True, text=True, timeout=TIMEOUT
     )
-    warning, *errors = lines_of(ran.stderr)
-    assert "deprecated" in warning["event"]
+    first, second, third, *errors = lines_of(ran.stderr)
+    assert ["deprecated" in first["event"], "another" in second["event"]] == [True, True]
+    assert "no text" in str(third["event"])
     said = [message for line in errors for message in messages(line)]
     assert said == ["of a library", "in a thread", "in a finalizer", "on the loop", "at the end"]
     assert (ran.returncode, ran.stdout) == (1, "")
