@@ -13,7 +13,10 @@ import pytest
 
 import renderer
 from schemas.quality import TargetQuality
+from service.jobs.verification import verify
 from service.settings import Settings
+from service.storage.database.connection import Database
+from service.storage.folder import Folder
 from tests.service.in_process import in_process
 from tests.service.support import TIMEOUT, finish, image, job_of, scene, steps, submit, until, work
 from tests.service.test_damaged_files import HARMS, change
@@ -123,3 +126,20 @@ def test_what_a_pass_has_left_is_made_again(
     for kind in kinds:
         harm(min(tiles.glob(names.get(kind, f"{merged}-{kind}.*"))))
     asked(tmp_path, lambda client: check_finished(client, tiles.parent.name, adaptive))
+
+
+def test_files_of_an_unfinished_picture_are_verified(tmp_path: Path) -> None:
+    quality = {"mode": "target", "error": ERROR}
+    interrupted(
+        tmp_path, scene(128, 96), lambda: 0 in done(tmp_path, 1) and bool(done(tmp_path, 2)), quality=quality
+    )
+    database, place = Database(Settings(data=tmp_path).database_url), Folder(tmp_path)
+    files = {file.name: file.is_whole for file in verify(database, place)}
+    assert all(files.values())
+    kinds = {name.rpartition("/")[2].partition("-")[2].partition(".")[0] for name in files}
+    assert {"state", "levels", "picture"} <= kinds
+    assert {name.rpartition(".")[2] for name in files} >= {"npz", "samples", "json"}
+    for name in files:
+        change(tmp_path / name)
+    assert {file.name: file.is_whole for file in verify(database, place)} == dict.fromkeys(files, False)
+    database.close()
