@@ -47,9 +47,10 @@ class KeptPlans:
         return kept
 
     def _make_room(self) -> None:
-        while self._plans and (
-            len(self._plans) >= MAX_PLANS or address_space() > KEPT_SHARE * self._memory_bytes
-        ):
+        while len(self._plans) >= MAX_PLANS:
+            self._plans.popitem(last=False)
+        # Collecting takes longer than the smallest job, and is of use where memory is short alone.
+        while self._plans and address_space() > KEPT_SHARE * self._memory_bytes:
             self._plans.popitem(last=False)
             _collect()
 

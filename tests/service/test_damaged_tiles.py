@@ -111,7 +111,7 @@ def adaptive() -> renderer.RenderResult:
         (["samples", "layers"], change),
         (["samples", "layers"], Path.unlink),
     ],
-    ids=str,
+    ids=["state", "all", "levels", "picture", "samples", "no samples"],
 )
 def test_what_a_pass_has_left_is_made_again(
     tmp_path: Path, adaptive: renderer.RenderResult, kinds: list[str], harm: Callable[[Path], object]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 from dataclasses import replace
 from pathlib import Path
@@ -28,8 +29,9 @@ def with_texture(bench: Bench, folder: Path, side: int, grey: int) -> TileTask:
     document["textures"]["a/b"]["encoding"] = "linear"
     job = f"{side}-{grey}"
     request = JobRequest.model_validate({"scene": document})
-    bench.store.put_spec(job, request.model_dump_json(exclude_none=True).encode())
-    return replace(bench.tile(), job=job, spec_sha256=job)
+    spec = request.model_dump_json(exclude_none=True).encode()
+    bench.store.put_spec(job, spec)
+    return replace(bench.tile(), job=job, spec_sha256=hashlib.sha256(spec).hexdigest())
 
 
 def test_each_job_has_the_memory_for_itself(tmp_path: Path) -> None:
