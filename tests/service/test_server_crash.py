@@ -19,7 +19,6 @@ from service.storage.database.models import DONE, TileRow
 from tests.service.conftest import Start
 from tests.service.processes import is_alive, workers_of
 from tests.service.support import (
-    KINDS,
     TIMEOUT,
     finish,
     image,
@@ -43,7 +42,7 @@ def finished(settings: Settings) -> dict[tuple[int, int], tuple[Any, ...]]:
     return found  # type: ignore[return-value]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ["sqlite", pytest.param("postgresql", marks=pytest.mark.slow)])
 def test_no_finished_tile_is_rendered_again(
     kind: str, start: Start, tmp_path: Path, request: pytest.FixtureRequest, undisturbed: np.ndarray
 ) -> None:

@@ -130,6 +130,7 @@ def test_fine_texture_keeps_the_target(name: str) -> None:
         assert root_of_product(image - first, image - second) <= 1.25 * ERROR
 
 
+@pytest.mark.slow
 def test_fine_texture_in_a_mirror_keeps_the_target() -> None:
     """Rays to what it shows begin at many places, not at the camera."""
     side = {**rectangle([0.9, 0, 0], [0, 0, 1.5], [0, 3, 0]), "material": "glossy"}

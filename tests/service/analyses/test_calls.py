@@ -149,7 +149,7 @@ def sent(server: RunningServer, path: str, body: Any) -> socket.socket:
     return connection
 
 
-@pytest.mark.parametrize("path", ["/v1/quotes", "/v1/previews"])
+@pytest.mark.parametrize("path", ["/v1/quotes", pytest.param("/v1/previews", marks=pytest.mark.slow)])
 def test_call_ends_when_its_client_disconnects(start: Start, path: str) -> None:
     """It would not end by itself, as its worker is stopped, nor be found silent within the test."""
     server = start(workers=1, worker_silence_seconds=3600)

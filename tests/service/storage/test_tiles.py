@@ -102,6 +102,7 @@ def test_merged_passes_go_and_their_layers_stay(store: TileStore, place: Objects
     assert float(store.get_map("job", 10, 1, "picture").mean()) == 10
 
 
+@pytest.mark.slow
 def test_changed_byte_changes_no_layer(tmp_path: Path) -> None:
     """Wherever it is in the file, in an array, in its head or in the list of members."""
     store, part = TileStore(Folder(tmp_path)), StoredTile(TILE, PASS, 1, 0)
