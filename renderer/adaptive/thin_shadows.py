@@ -110,7 +110,10 @@ def _outline_edges(family: Triangles, light: Emitter) -> _Edges:
     chosen = np.unique(thin_places(_sight(family.vertices, light), outline, WITHIN).edges)
     starts, ends, inner = (taken(part, chosen) for part in (outline.starts, outline.ends, outline.inner))
     along = ends - starts
-    return _Edges(starts, ends, lengths(cross(along, inner - starts)) / lengths(along))
+    long = lengths(along)
+    # Triangles without area stay as points, and cast no shadow.
+    heights = lengths(cross(along, inner - starts)) / np.where(long > 0, long, 1)
+    return _Edges(starts, ends, heights).part(long > 0)
 
 
 def _sight(vertices: Floats, light: Emitter) -> Pinhole:
@@ -130,7 +133,8 @@ def _edges_of(hulls: Hulls) -> _Edges:
         first, second = corners[1] - corners[0], corners[2] - corners[0]
         longest = np.maximum(lengths(first), np.maximum(lengths(second), lengths(second - first)))
         starts, ends = (np.hstack([corners[pair[end]] for pair in hulls.edges]) for end in (0, 1))
-        return _Edges(starts, ends, np.tile(lengths(cross(first, second)) / longest, len(hulls.edges)))
+        widths, sides = lengths(cross(first, second)) / np.where(longest > 0, longest, 1), len(hulls.edges)
+        return _Edges(starts, ends, np.tile(widths, sides)).part(np.tile(longest > 0, sides))
     centre = corners.mean(axis=0)
     axes = np.stack([corners[-1] - corners[-1 - (1 << bit)] for bit in range(3)]) / 2
     sizes = np.sqrt((axes**2).sum(axis=1))

@@ -53,6 +53,15 @@ def test_copies_of_a_triangle_change_nothing() -> None:
     assert hits.primitive.tolist() == [1, 3]
 
 
+@pytest.mark.parametrize("times", [2, 20], ids=["few", "in a tree"])
+def test_copies_of_a_triangle_keep_the_target(times: int) -> None:
+    copied = drawn(FLOOR, mesh(ROOF["vertices"], times * ROOF["triangles"]))
+    samples = {"pattern": "sobol", "samples": 256}
+    true = renderer.render(copied, {"mode": "fixed", "antialiasing": samples}).image
+    result = renderer.render(copied, {"mode": "target", "error": 2 / 255})
+    assert np.sqrt(np.mean((np.clip(result.image, 0, 1) - np.clip(true, 0, 1)) ** 2)) <= 3 / 255
+
+
 def test_displaced_mesh_without_its_file_is_a_problem() -> None:
     document = scene(
         {"type": "mesh", "asset": "lost.obj", "material": "moved"},

@@ -18,6 +18,7 @@ from sqlalchemy import update
 
 from renderer.images import files as image_files
 from schemas.scene import Display
+from service.lifecycle.rows import documents_of
 from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
@@ -59,17 +60,21 @@ def jobs(server: RunningServer, client: httpx2.Client) -> list[str]:
     store = TileStore(Folder(server.data / "jobs"))
     width, height = SIZE
     ramp = np.linspace(0, 1, width, dtype=np.float32)
+    checksums = {}
     for number, job in enumerate(found):
         picture = np.empty((height, width, 3), np.float32)
         picture[:] = (ramp * (number + 1) / len(found))[:, None]
         picture += np.linspace(0, 0.1, height, dtype=np.float32)[:, None, None]
         layers = {"depth": picture[..., 0], "normal": picture}
+        kept = store.put_final(job, 1, "image.npy", image_files.encode_npy(picture))
         for name, sheet in layers.items():
-            store.put_final(job, 1, file_name(name), image_files.encode_layer(sheet))
-        store.put_final(job, 1, "image.npy", image_files.encode_npy(picture))
+            kept |= store.put_final(job, 1, file_name(name), image_files.encode_layer(sheet))
+        checksums[job] = documents_of(kept)
     database = Database(f"sqlite:///{server.data / 'penumbra.sqlite'}")
     with database.writing() as session:
-        session.execute(update(RenderRow).values(width=width, height=height))
+        for job, kept in checksums.items():
+            large = update(RenderRow).where(RenderRow.id == job)
+            session.execute(large.values(width=width, height=height, checksums=kept))
     database.close()
     return found
 

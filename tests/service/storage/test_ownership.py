@@ -103,11 +103,11 @@ def test_server_that_waits_for_its_bucket_locks_no_other(
     place = place_of(f"s3://{BUCKET}/started-{database.shared}")
     reached, keep = threading.Event(), place.put
 
-    def put(name: str, data: bytes) -> None:
+    def put(name: str, data: bytes, *, durable: bool) -> None:
         """Let the bucket stall when the place is about to be marked."""
         object_store.stall()
         reached.set()
-        keep(name, data)
+        keep(name, data, durable=durable)
 
     with monkeypatch.context() as patch, ThreadPoolExecutor(1) as pool:
         patch.setattr(place, "put", put)
