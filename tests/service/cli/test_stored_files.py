@@ -5,15 +5,16 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
+import httpx2
 import pytest
 
+from service.server import running
 from service.settings import Settings
 from service.storage.folder import place_of
 from service.storage.objects import Objects
 from tests.s3_server import BUCKET
 from tests.service.cli.conftest import Penumbra
-from tests.service.in_process import in_process
-from tests.service.support import finish, scene, submit
+from tests.service.support import TIMEOUT, finish, scene, submit
 
 MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 ASSET = hashlib.sha256(MESH).hexdigest()
@@ -33,21 +34,20 @@ def test_damaged_files_are_named(
     kind: str,
     request: pytest.FixtureRequest,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
 ) -> None:
     store = None
     if kind == "bucket":
         request.getfixturevalue("object_store")
         store = f"s3://{BUCKET}/doctor"
     data = tmp_path / "data"
-    with in_process(Settings(data=data, store=store, workers=1)) as local, local.client() as client:
+    # A process of its own: workers inherit the address of the bucket.
+    settings = Settings(data=data, store=store, port=0, workers=1)
+    with running(settings) as server, httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         client.put(f"/v1/assets/{ASSET}", content=MESH).raise_for_status()
         job = submit(client, scene(32, 24, samples=1), layers=["depth"])
         finish(client, job)
         client.get(f"/v1/jobs/{job}/image.png").raise_for_status()
     monkeypatch.setenv("PENUMBRA_DATA", str(data))
-    # What the service has logged.
-    capsys.readouterr()
     asked = ["doctor", "--data", store or data, "--json"]
     files = [f"{job}/{name}" for name in ("spec.json", "1-image.npy", "1-image.png", "1-layer-depth.npy")]
     names = sorted([f"assets/{ASSET}", *(f"jobs/{file}" for file in files)])
