@@ -16,7 +16,7 @@ import pytest
 from service.server import RunningServer
 from tests.service.conftest import Start
 from tests.service.processes import fork_servers_of, workers_of
-from tests.service.support import KINDS, TIMEOUT, finish, submit, wait, work
+from tests.service.support import TIMEOUT, finish, submit, wait, work
 
 pytestmark = pytest.mark.slow
 
@@ -69,8 +69,7 @@ def check_both(client: httpx2.Client, fixed: str, target: str) -> None:
     assert finish(client, target)["error"]["estimate"] <= ERROR
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("kill", [True, False], ids=["killed", "terminated"])
+@pytest.mark.parametrize(("kind", "kill"), [("postgresql", True), ("sqlite", False)])
 def test_time_limit_does_not_count_a_restart(
     start: Start, request: pytest.FixtureRequest, kind: str, kill: bool
 ) -> None:
