@@ -118,7 +118,16 @@ def configure(level: str) -> None:
     logging.captureWarnings(capture=True)
     sys.excepthook = _report
     threading.excepthook = lambda died: _report(died.exc_type, died.exc_value, died.exc_traceback)
-    sys.unraisablehook = lambda lost: _report(lost.exc_type, lost.exc_value, lost.exc_traceback)
+    dropped = sys.unraisablehook
+
+    def report_dropped(lost: sys.UnraisableHookArgs) -> None:
+        # A command raises these again: they are signals that came in a finalizer.
+        if issubclass(lost.exc_type, KeyboardInterrupt | SystemExit):
+            dropped(lost)
+        else:
+            _report(lost.exc_type, lost.exc_value, lost.exc_traceback)
+
+    sys.unraisablehook = report_dropped
 
 
 def _report(kind: type[BaseException], error: BaseException | None, traceback: TracebackType | None) -> None:

@@ -58,7 +58,7 @@ Pause = Annotated[float, Field(ge=1, le=3600)]
 Age = Annotated[float, Field(ge=1, le=1e10)]
 """Three centuries at most: dates have four digits, and a job is kept twice as long as its picture."""
 UNLIMITED, WITHOUT_LIMIT = "none", ("keep_seconds", "max_stored_bytes", "keep_asset_seconds")
-"""What is written for no limit, and the settings that may be without one."""
+"""The word for no limit, and the settings that may be without one."""
 
 _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?")
 

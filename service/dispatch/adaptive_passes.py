@@ -226,7 +226,7 @@ def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDo
     pass_ = pass_of(index)
     render.passes = [*render.passes, asdict(pass_)]
     render.total_steps += len(done.tiles)
-    # Where `undo_merge` has deleted such steps, those in their place give no number of an attempt twice.
+    # After `undo_merge` the steps in place of deleted ones must not use an attempt number again.
     tried = render.compose_attempt if render.damage_count else 0
     steps = (rows.new_step(render.number, pass_, tile) for tile in done.tiles)
     session.execute(insert(TileRow), [step | {"attempt": tried} for step in steps])

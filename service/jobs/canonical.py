@@ -18,7 +18,7 @@ from schemas.scene import Scene
 
 @dataclass(frozen=True)
 class Spec:
-    """What is rendered: as workers read it, its digest, and the version of the renderer.
+    """A request as workers read it, its digest, and the version of the renderer.
 
     One without a version is never shared.
     """

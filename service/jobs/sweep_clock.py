@@ -10,7 +10,7 @@ from datetime import UTC, datetime, timedelta
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from service.lifecycle import damage, totals
+from service.lifecycle import clock, damage, totals
 from service.storage.database.connection import Database
 from service.storage.database.models import AssetRow, JobRow
 
@@ -20,10 +20,6 @@ DOWNTIME = timedelta(days=1)
 """A service may be off for so long that its clock is believed when it starts again."""
 # Linux counts the time that a machine sleeps on this clock alone.
 STEADY = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
-
-
-def _wall() -> datetime:
-    return datetime.now(UTC)
 
 
 def _steady() -> float:
@@ -42,7 +38,7 @@ class SweepClock:
     def __init__(
         self,
         database: Database,
-        wall: Callable[[], datetime] = _wall,
+        wall: Callable[[], datetime] = clock.wall,
         steady: Callable[[], float] = _steady,
     ) -> None:
         self._database, self._wall, self._steady = database, wall, steady

@@ -24,7 +24,7 @@ GIB = 1 << 30
 
 
 def too_large(session: Session, scene: Scene, worker_bytes: int) -> Problem | None:
-    """What is wrong with the textures that a scene uses; None if they fit."""
+    """Return the problem of textures that do not fit into a worker; None if they fit."""
     used = _used(effective(scene))
     sizes = _sizes(session, used)
     pixels = {texture: sizes[texture.asset] for texture in used if texture.asset in sizes}

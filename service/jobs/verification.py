@@ -36,7 +36,7 @@ class Verified:
 
 
 Reads = dict[str, Callable[[], object]]
-"""What reads each file of a render and raises an error where it is damaged, by the file's name."""
+"""Readers of the files of a render by name; each raises an error where its file is damaged."""
 
 
 def verify(database: Database, place: Objects) -> Iterator[Verified]:

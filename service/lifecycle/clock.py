@@ -17,7 +17,8 @@ from datetime import UTC, datetime
 MANY = 65_536
 
 
-def _wall() -> datetime:
+def wall() -> datetime:
+    """Return the time of the wall clock."""
     return datetime.now(UTC)
 
 
@@ -31,7 +32,7 @@ class Clock:
     """
 
     def __init__(
-        self, wall: Callable[[], datetime] = _wall, steady: Callable[[], float] = time.monotonic
+        self, wall: Callable[[], datetime] = wall, steady: Callable[[], float] = time.monotonic
     ) -> None:
         self._wall, self._steady = wall, steady
         self._lock = threading.Lock()

@@ -72,7 +72,7 @@ def checksums_of(render: RenderRow) -> dict[str, Checksum]:
 
 
 def expected(render: RenderRow, name: str) -> Expected:
-    """Return what is known of a file of a final picture."""
+    """Return the checksum or the SHA-256 of a file of a final picture."""
     if render.checksums is None:
         # The picture of an earlier version.
         return render.image_sha256 if name == f"{render.final_prefix}image.npy" else None

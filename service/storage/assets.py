@@ -91,7 +91,8 @@ class AssetStore:
 
     def _set_aside(self, sha256: str) -> None:
         """Give a damaged asset another name, so that it counts as missing and is uploaded again."""
-        with suppress(OSError):
+        # Of what the disk cannot read nothing is kept; any other error may pass, and the asset stays.
+        with suppress(StoreDamagedError, FileNotFoundError):
             content = self._objects.get(sha256)
             if is_whole(content, sha256):
                 return
@@ -153,6 +154,8 @@ class AssetStore:
     def sweep(self, known: set[str], before: datetime, age_seconds: float) -> None:
         """Remove what a killed process left behind: parts of files, and files without a row.
 
+        Damaged assets that were set aside go, too.
+
         Parameters
         ----------
         known : set of str
@@ -166,7 +169,9 @@ class AssetStore:
         self._objects.delete(
             found.name
             for found in self._objects.found()
-            if is_sha256(found.name) and found.name not in known and found.modified < before.timestamp()
+            if is_sha256(found.name.removesuffix(DAMAGED))
+            and found.name not in known
+            and found.modified < before.timestamp()
         )
 
     def _inspect(self, file: IO[bytes]) -> Header:

@@ -44,7 +44,7 @@ class _Banded:
     stored: Stored
     expected: Checksum
     known: set[int] = field(default_factory=set)
-    """Where bands begin that have been checked: what is read ahead is checked once."""
+    """First bytes of the bands checked so far: bytes that are read ahead are checked once."""
 
     def read(self, begin: int, end: int) -> bytes:
         first = begin - begin % BAND_BYTES

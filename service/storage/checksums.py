@@ -20,10 +20,10 @@ BAND_BYTES = 1 << 20
 READS = 2
 """How often a file is read before it counts as damaged: a network or memory may garble one read."""
 UNREADABLE = (ValueError, EOFError, LookupError, NotImplementedError, RuntimeError, zipfile.BadZipFile)
-"""What readers of .npy and .npz files raise where these are not what was written."""
+"""Exceptions of readers of .npy and .npz files that are not as they were written."""
 
 LOSSES = (FileNotFoundError, StoreDamagedError)
-"""What is raised where a file is damaged or missing."""
+"""Exceptions of a file that is damaged or missing."""
 
 Content = TypeVar("Content")
 
@@ -46,7 +46,7 @@ class Checksum:
 
 
 Expected = Checksum | str | None
-"""What is known of a file: its checksum, the SHA-256 of the whole, or nothing."""
+"""The checksum of a file, the SHA-256 of the whole, or None where neither is known."""
 
 
 def restored(document: dict[str, Any]) -> Checksum:

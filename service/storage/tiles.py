@@ -41,7 +41,7 @@ samples, float32 (7, H, W), and the picture after it."""
 Step = tuple[int, int]
 """The index of a pass, and the number of a tile."""
 Checksums = Mapping[str, Checksum]
-"""Those of files of a job, by their names below its own."""
+"""Checksums of the files of a job, by their names below its own."""
 UNKNOWN: Checksums = {}
 LAYERS_SUFFIX, SAMPLES_SUFFIX = ".npz", ".samples"
 """End the names of what belongs to the pixels of a step."""
@@ -49,7 +49,7 @@ TILES, SPEC = "tiles", "spec.json"
 NPY_HEAD_BYTES = 4096
 """More than the head of an .npy file has that was written here."""
 MEMBERS = slice(-12, -10)
-"""Where an .npz file has the number of its members."""
+"""Offset of the number of members from the end of an .npz file."""
 UNFINISHED_SECONDS = 3600.0
 """What is younger may be a file that another server is writing."""
 _FINAL = re.compile(r"((?:\d+-)?)(?:image[.-]|layer-)")

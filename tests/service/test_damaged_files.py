@@ -80,7 +80,7 @@ HARMS: dict[str, Callable[[Path], object]] = {
     "empty": lambda path: path.write_bytes(b""),
     "gone": Path.unlink,
 }
-"""What happens to files."""
+"""Ways to damage a file."""
 harms = pytest.mark.parametrize("harm", HARMS.values(), ids=HARMS)
 
 

@@ -34,7 +34,7 @@ TRIED = {
 }
 LOWEST, LARGEST, HUGE = "lowest", "largest", "huge"
 UNTRIED = {"workers": "a thousand processes", "limits": "a service with the least of each takes no scene"}
-"""What no service is started with."""
+"""Values with which no service is started."""
 
 
 def numbers(schema: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:

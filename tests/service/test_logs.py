@@ -50,7 +50,7 @@ MANY = 300
 
 
 class Unreadable:
-    """What a process cannot unpack."""
+    """An object that a process cannot unpack."""
 
     def __reduce__(self) -> Any:
         return int, ("no number",)
@@ -61,7 +61,7 @@ def lines_of(text: str) -> list[dict[str, Any]]:
 
 
 def messages(line: dict[str, Any]) -> list[str]:
-    """What the exceptions of a line said, each of which has its traceback."""
+    """Messages of the exceptions of a line, each of which has its traceback."""
     assert all(found["frames"] or found["exc_value"] == "of a library" for found in line["exception"])
     return [found["exc_value"] for found in line["exception"]]
 

@@ -37,7 +37,7 @@ def change(data: Path, statement: str) -> None:
 
 
 def detail(client: httpx2.Client) -> str:
-    """What is wrong with a service that is not ready."""
+    """Reasons why a service is not ready."""
     answer = client.get("/readyz")
     return "" if answer.status_code == 200 else answer.json()["detail"]
 

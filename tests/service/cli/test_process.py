@@ -183,6 +183,7 @@ def test_killed_render_leaves_no_process(tmp_path: Path) -> None:
 
 DROPPED = """
 import signal, sys, time
+from service import logs
 from service.cli.process import Signals
 
 class Finalized:
@@ -190,6 +191,7 @@ class Finalized:
         signal.raise_signal(int(sys.argv[1]))
 
 Signals(as_json=False).raise_exceptions()
+logs.configure("error")
 try:
     Finalized()
     time.sleep(60)

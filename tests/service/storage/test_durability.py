@@ -1,4 +1,4 @@
-"""What a row refers to is on the disk before the row is there."""
+"""Files are on the disk before a row refers to them."""
 
 from __future__ import annotations
 

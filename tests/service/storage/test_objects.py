@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import io
+import os
+import resource
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
@@ -122,6 +124,37 @@ def test_asset_is_kept_under_its_hash(place: Objects) -> None:
     assert names(place) == {sha256}
     store.sweep(set(), now + LATER, 3600.0)
     assert names(place) == set()
+
+
+def test_damaged_asset_is_set_aside_and_swept(place: Objects) -> None:
+    data = b"v 0 0 0"
+    sha256, store = hashlib.sha256(data).hexdigest(), AssetStore(place, Limits())
+    place.put(sha256, b"changed")
+    with pytest.raises(KeyError):
+        store.read(f"sha256:{sha256}")
+    assert names(place) == {f"{sha256}.damaged"}
+    now = datetime.now(UTC)
+    store.sweep({sha256}, now - LATER, 3600.0)
+    assert names(place) == {f"{sha256}.damaged"}
+    store.sweep({sha256}, now + LATER, 3600.0)
+    assert names(place) == set()
+
+
+def test_damaged_asset_stays_where_no_file_can_be_opened(tmp_path: Path) -> None:
+    """An error that passes deletes nothing."""
+    store, sha256 = AssetStore(Folder(tmp_path), Limits()), "0" * 64
+    (tmp_path / sha256).write_bytes(b"changed")
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    following = os.dup(0)
+    os.close(following)
+    # One file more: the one that is found to have another size.
+    resource.setrlimit(resource.RLIMIT_NOFILE, (following + 1, limits[1]))
+    try:
+        with pytest.raises(OSError, match="Too many open files"):
+            store.find(sha256, 99)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+    assert (tmp_path / sha256).read_bytes() == b"changed"
 
 
 @pytest.mark.usefixtures("object_store")
