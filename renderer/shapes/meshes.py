@@ -20,6 +20,7 @@ from renderer.math.arrays import (
     taken,
     unit,
 )
+from renderer.math.streams import keys
 from renderer.meshes.files import read_mesh
 from renderer.meshes.triangulation import CORNERS
 from renderer.shapes.triangles import Triangles, needs_exact_area, unit_normals
@@ -292,16 +293,11 @@ def _without_area(corners: Floats, surface: Surface, thin: Masks) -> Masks:
 def _copies(corners: Floats, meshes: Integers) -> Masks:
     """Triangles (T,) with the corners of an earlier one of their mesh, in the same order."""
     bits = corners.reshape(9, -1).view(np.uint64)
-    weights = np.random.default_rng(0).integers(1, 1 << 63, (10, 1), dtype=np.uint64)
-    sums = (bits * weights[:9]).sum(axis=0) + meshes.astype(np.uint64) * weights[9]
-    _, first, groups = np.unique(sums, return_index=True, return_inverse=True)
-    owners = first[groups.reshape(-1)]
-    copies = np.flatnonzero(owners != np.arange(owners.size))
-    originals = owners[copies]
-    # Other triangles may have the same sum: then none of theirs are found.
-    same = (bits[:, copies] == bits[:, originals]).all(axis=0) & (meshes[copies] == meshes[originals])
-    found = np.zeros(owners.size, dtype=bool)
-    found[copies[same]] = True
+    # Other triangles with the same key, if there are any, may only hide a copy.
+    order = np.argsort(keys(0, *bits), kind="stable")
+    bits, meshes = bits[:, order], meshes[order]
+    found = np.zeros(order.size, dtype=bool)
+    found[order[1:]] = (bits[:, 1:] == bits[:, :-1]).all(axis=0) & (meshes[1:] == meshes[:-1])
     return found
 
 

@@ -21,7 +21,9 @@ def test_report_counts_rays_and_seconds() -> None:
     assert report["rays"]["camera"] == 24 * 16 * 4
     assert 0 < report["rays"]["shadow"] <= 24 * 16 * 4 * 9
     assert report["seconds"] >= 0
-    assert report["cpu_seconds"] >= 0
+    spent = [0, *(found["cpu_seconds"] for found in report["passes"]), report["cpu_seconds"]]
+    assert sorted(set(spent)) == list(dict.fromkeys(spent))
+    assert spent[-2] > 0
     assert report["error"] is None
     assert report["numerics"] == {"non_finite": 0, "clamped": 0, "degenerate_dropped": 0, "retried": 0}
     assert report["plan"] == plan_of(SMALL).describe().model_dump(mode="json")

@@ -1,8 +1,8 @@
 """A process between a server and its peer: it forwards everything, drops everything, or all for listeners.
 
-``python -m tests.service.between TARGET`` listens on a port of loopback, which it prints. A process that
-is stopped closes no connection, and takes what is sent until its buffers are full: so a network looks that
-is cut in two.
+``python -m tests.service.between TARGET [pools]`` listens on a port of loopback, which it prints. A process
+that is stopped closes no connection, and takes what is sent until its buffers are full: so a network looks
+that is cut in two.
 """
 
 from __future__ import annotations
@@ -24,10 +24,14 @@ class Between:
     ----------
     target : str
         Path of a socket.
+    pools : bool
+        Whether PostgreSQL gets SELECT in place of LISTEN: a pool of transactions gives the next one another
+        connection, which has not listened.
     """
 
-    def __init__(self, target: str) -> None:
-        self._process = subprocess.Popen([sys.executable, "-m", __name__, target], stdout=subprocess.PIPE)
+    def __init__(self, target: str, *, pools: bool = False) -> None:
+        command = [sys.executable, "-m", __name__, target, *(["pools"] * pools)]
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE)
         assert self._process.stdout is not None
         self.port = int(self._process.stdout.readline())
 
@@ -53,22 +57,28 @@ class _Passage:
 
     listens = deaf = False
 
+    def __init__(self, *, pools: bool) -> None:
+        self._pools = pools
+
     async def pass_on(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Pass on until one side ends, and then end the other."""
         with suppress(OSError):
             while data := await reader.read(SIZE):
                 self.listens |= b"LISTEN" in data
+                if self._pools:
+                    # Of the same length; what follows becomes the name of the column.
+                    data = data.replace(b"LISTEN penumbra", b"SELECT 1       ")
                 if not self.deaf:
                     writer.write(data)
                     await writer.drain()
         writer.close()
 
 
-async def _run(target: str) -> None:
+async def _run(target: str, *, pools: bool) -> None:
     passages: list[_Passage] = []
 
     async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        passages.append(passage := _Passage())
+        passages.append(passage := _Passage(pools=pools))
         there_reader, there_writer = await asyncio.open_unix_connection(target)
         await asyncio.gather(passage.pass_on(reader, there_writer), passage.pass_on(there_reader, writer))
 
@@ -84,4 +94,4 @@ async def _run(target: str) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(_run(sys.argv[1]))
+    asyncio.run(_run(sys.argv[1], pools="pools" in sys.argv[2:]))

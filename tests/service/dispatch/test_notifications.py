@@ -18,13 +18,17 @@ WAIT_SECONDS, SOON_SECONDS = 50, 20
 
 
 @pytest.mark.slow
-def test_silent_loss_is_noticed_by_those_who_wait(postgres: PostgresServer, tmp_path: Path) -> None:
+@pytest.mark.parametrize("pools", [False, True], ids=["lost", "pooled"])
+def test_silent_loss_is_noticed_by_those_who_wait(
+    postgres: PostgresServer, tmp_path: Path, pools: bool
+) -> None:
     url = postgres.database()
-    with closing(Between(str(postgres.folder / ".s.PGSQL.5432"))) as between:
+    with closing(Between(str(postgres.folder / ".s.PGSQL.5432"), pools=pools)) as between:
         through = f"postgresql+psycopg://postgres@127.0.0.1:{between.port}/{make_url(url).database}"
         with pair(tmp_path, through, first_url=url) as two, client_of(two.second) as client:
             assert leads(two.first)
-            between.deafen()
+            if not pools:
+                between.deafen()
             headers = {"Prefer": f"wait={WAIT_SECONDS}"}
             for width in (24, 25):
                 begun = time.monotonic()

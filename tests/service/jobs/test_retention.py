@@ -231,6 +231,25 @@ def test_client_pins_and_prunes(keeping: tuple[RunningServer, dict[str, str]], u
             ann.prune()
 
 
+def pictured(render: str, **more: Any) -> RenderRow:
+    """A finished render of one pixel."""
+    return RenderRow(
+        id=render,
+        state=JobState.SUCCEEDED,
+        width=1,
+        height=1,
+        spec_sha256="",
+        passes=[{"index": 0, "stride": 1, "first": 0, "last": 1}],
+        display={},
+        total_steps=0,
+        total_work=1,
+        predicted_cpu_seconds=1.0,
+        numerics={},
+        pass_costs=[],
+        **more,
+    )
+
+
 @pytest.mark.slow
 @BOTH
 def test_many_jobs_go_though_some_are_damaged(database: Database, tmp_path: Path) -> None:
@@ -241,22 +260,7 @@ def test_many_jobs_go_though_some_are_damaged(database: Database, tmp_path: Path
     with database.writing() as session:
         for number, age in enumerate(days):
             ended = datetime.now(UTC) - timedelta(days=age, seconds=number)
-            render = RenderRow(
-                id=f"job-{number}",
-                state=JobState.SUCCEEDED,
-                width=1,
-                height=1,
-                spec_sha256="",
-                passes=[{"index": 0, "stride": 1, "first": 0, "last": 1}],
-                display={},
-                total_steps=0,
-                total_work=1,
-                predicted_cpu_seconds=1.0,
-                numerics={},
-                pass_costs=[],
-                stored_bytes=1,
-                idle_since=ended,
-            )
+            render = pictured(f"job-{number}", stored_bytes=1, idle_since=ended)
             session.add(job_with(render.id, render, state=JobState.SUCCEEDED, finished_at=ended))
         for number in range(assets):
             session.add(AssetRow(sha256=f"{number:064x}", bytes=2, created_at=ended, used_at=ended, **size))
@@ -279,20 +283,7 @@ def test_many_jobs_go_though_some_are_damaged(database: Database, tmp_path: Path
 def test_asset_stays_that_an_earlier_server_has_not_counted(database: Database, tmp_path: Path) -> None:
     """Version 0.1 enters what a render needs, and no count of it."""
     ended = datetime.now(UTC) - timedelta(days=9)
-    render = RenderRow(
-        id="job",
-        state=JobState.SUCCEEDED,
-        width=1,
-        height=1,
-        spec_sha256="",
-        passes=[{"index": 0, "stride": 1, "first": 0, "last": 1}],
-        display={},
-        total_steps=0,
-        total_work=1,
-        predicted_cpu_seconds=1.0,
-        numerics={},
-        pass_costs=[],
-    )
+    render = pictured("job")
     used, unused = "a" * 64, "b" * 64
     with database.writing() as session:
         session.add(job_with("job", render, state=JobState.SUCCEEDED, finished_at=ended))
