@@ -14,19 +14,20 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from schemas.api.administration import PruneRequest
+from schemas.api.administration import KeyRequest, PruneRequest
 from schemas.api.comparisons import ComparisonRequest
 from schemas.api.inspections import InspectionRequest, TraceRequest
 from schemas.api.jobs import JobRequest, Region
 from schemas.api.plans import QuoteRequest
 from schemas.api.previews import PreviewRequest
 from schemas.errors import ProblemDocument
-from service.access.keys import CredentialCache
+from service.access.credentials import CredentialCache
 from service.api import problems
 from service.api.authentication import authenticate
 from service.api.routes import (
     assets,
     jobs,
+    keys,
     operations,
     page,
     pictures,
@@ -75,6 +76,7 @@ PUBLIC = (operations.router, page.router)
 
 ROUTERS = (
     session.router,
+    keys.router,
     jobs.router,
     tiles.router,
     pictures.router,
@@ -143,6 +145,7 @@ def _document_bodies(app: FastAPI) -> None:
             ComparisonRequest,
             InspectionRequest,
             PruneRequest,
+            KeyRequest,
             Region,
             ProblemDocument,
         )
@@ -165,6 +168,7 @@ def started(settings: Settings, job_events: JobEvents, telemetry: Telemetry) -> 
     service.dispatcher.start()
     service.retention_thread.start()
     service.notifications.start()
+    service.credentials.start()
     return service
 
 
@@ -172,6 +176,7 @@ def stop(service: Service) -> None:
     """Stop all that was started, and close the database."""
     service.retention_thread.stop()
     service.notifications.stop()
+    service.credentials.stop()
     service.dispatcher.stop()
     service.database.close()
 

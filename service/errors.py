@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 
 from schemas.errors import Problem
@@ -99,6 +100,28 @@ class UnauthenticatedError(ServiceError):
         super().__init__(
             f"{found} Send yours as 'Authorization: Bearer pnm_...'. The service's operator makes keys."
         )
+
+
+class KeyExpiredError(ServiceError):
+    """A key was valid once.
+
+    Parameters
+    ----------
+    expired_at : datetime
+        Its end, in UTC.
+    """
+
+    def __init__(self, expired_at: datetime) -> None:
+        super().__init__(
+            f"This key expired on {expired_at:%Y-%m-%d at %H:%M} UTC. Ask the service's operator for another."
+        )
+
+
+class UnknownKeyError(ServiceError):
+    """No key has this id."""
+
+    def __init__(self) -> None:
+        super().__init__("There is no key with this id.")
 
 
 class ForbiddenError(ServiceError):

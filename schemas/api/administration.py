@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from enum import StrEnum
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed, Message
 from schemas.quantities import WHOLE
@@ -28,6 +30,98 @@ class WhoAmI(Message):
     user: str = Field(description="Name of the user; `local` without authentication.")
     role: Role = Field(description="What the user may do.")
     keys_required: bool = Field(description="Whether a request needs a key, or the cookie of a session.")
+
+
+def _printable(name: str) -> str:
+    if not name.isprintable():
+        raise PydanticCustomError("not_printable", "The name of a user has printable characters only.")
+    return name
+
+
+def _expiry(value: object) -> datetime:
+    """Read a future date or time; one without a zone is in UTC."""
+    try:
+        at = datetime.fromisoformat(value)  # type: ignore[arg-type]
+        at = at.astimezone(UTC) if at.tzinfo else at.replace(tzinfo=UTC)
+    except (TypeError, ValueError, OverflowError):
+        message = "Write a date, such as 2030-01-31 (0:00 UTC), or a time, such as 2030-01-31T18:00+01:00."
+        raise PydanticCustomError("not_a_date", message) from None
+    if at <= datetime.now(UTC):
+        raise PydanticCustomError("out_of_range", "A key cannot expire in the past.")
+    return at
+
+
+UserName = Annotated[str, Field(min_length=1, max_length=64), AfterValidator(_printable)]
+# The range of the database's column, and that of the setting which a key replaces.
+Jobs = Annotated[int, Field(strict=True, ge=1, le=2**31 - 1), WHOLE]
+CpuSeconds = Annotated[float, Field(strict=True, ge=0.001, le=1e12, allow_inf_nan=False)]
+
+
+class KeyRequest(Closed):
+    """The body of ``POST /v1/keys``, and a row of a roster."""
+
+    user: UserName = Field(description="Name of the user.")
+    role: Role = Field(default=Role.SUBMIT, description="What the user may do.")
+    max_jobs: Jobs | None = Field(
+        default=None, description="Jobs of the user that may wait or run; by default as the service says."
+    )
+    max_cpu_seconds: CpuSeconds | None = Field(
+        default=None, description="Predicted CPU seconds of these jobs; by default as the service says."
+    )
+    expires_at: Annotated[datetime, BeforeValidator(_expiry)] | None = Field(
+        default=None, description="When the key ends, a date or a time; by default never."
+    )
+
+
+class KeyInfo(Message):
+    """A key without its secret."""
+
+    id: str = Field(description="Public part of the key.")
+    user: str = Field(description="Name of the user.")
+    role: Role = Field(description="What the user may do.")
+    max_jobs: int | None = Field(
+        description="Jobs of the user that may wait or run; null: as the service says."
+    )
+    max_cpu_seconds: float | None = Field(
+        description="Predicted CPU seconds of these jobs; null: as the service says."
+    )
+    created_at: datetime = Field(description="When the key was created.")
+    expires_at: datetime | None = Field(description="When the key ends; null is never.")
+    last_used_at: datetime | None = Field(description="When the key was last used, a minute late at most.")
+    revoked_at: datetime | None = Field(description="When the key was revoked.")
+
+
+class NewKey(KeyInfo):
+    """A key with its secret, which is shown once."""
+
+    key: str = Field(description="The key itself. It cannot be shown again: only its hash is stored.")
+
+
+class KeyList(Message):
+    """A page of keys, in the order of their users."""
+
+    keys: tuple[KeyInfo, ...] = Field(description="The keys, revoked and expired ones included.")
+    next: str | None = Field(default=None, description="`cursor` of the next page, if there is one.")
+
+
+class UserUse(Message):
+    """A user, and what they use of the service."""
+
+    user: str = Field(description="Name of the user.")
+    open_jobs: int = Field(ge=0, description="Jobs that wait or run.")
+    stored_bytes: int = Field(
+        ge=0,
+        description="Bytes of the user's pictures, textures and meshes; shared ones count for each user.",
+    )
+    cpu_seconds: float = Field(description="CPU seconds that were charged to the user.")
+    last_used_at: datetime | None = Field(description="When a key of the user was last used.")
+
+
+class UserList(Message):
+    """A page of users, in the order of their names."""
+
+    users: tuple[UserUse, ...] = Field(description="The users.")
+    next: str | None = Field(default=None, description="`cursor` of the next page, if there is one.")
 
 
 Seconds = Annotated[float, Field(ge=0, le=1e10, allow_inf_nan=False)]

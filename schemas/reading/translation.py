@@ -54,6 +54,7 @@ SENTENCES: dict[str, tuple[str, str]] = {
         "wrong_length",
         "This text is too long: it may have {max_length} characters at most.",
     ),
+    "enum": ("not_a_choice", "This must be {expected}."),
     "literal_error": ("not_a_choice", "This must be {expected}."),
     "greater_than": ("out_of_range", "This must be more than {gt}."),
     "greater_than_equal": ("out_of_range", "This must be at least {ge}."),

@@ -1,4 +1,4 @@
-"""API keys and browser sessions: secrets, their rows in the database, and a short-lived cache of both.
+"""API keys and browser sessions: secrets, and their rows in the database.
 
 Keys and tokens are 256 random bits. A fast hash is right for them: slow ones are for words that people
 choose, which can be guessed; these cannot.
@@ -10,17 +10,15 @@ import hashlib
 import hmac
 import re
 import secrets
-import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
-from sqlalchemy import delete, exists, select
+from sqlalchemy import and_, delete, exists, or_, select
 from sqlalchemy.orm import Session
 
 from schemas.api.administration import Role
 from service.access.principals import Principal
-from service.storage.database.connection import Database
 from service.storage.database.models import KeyRow, SessionRow
 
 BYTES = 32
@@ -28,12 +26,6 @@ KEY = re.compile(r"pnm_([0-9a-f]{12})_([A-Za-z0-9_-]{43})", re.ASCII)
 UNMATCHED = "0" * 64
 """A digest that no secret has."""
 SESSION_LIFE = timedelta(hours=12)
-# A revoked key is accepted for at most this long, seconds.
-CACHE_SECONDS = 1.0
-# Most cached answers, so that guessed keys do not fill the memory.
-MOST_CACHED = 4096
-
-Answer = TypeVar("Answer")
 
 
 class Key(NamedTuple):
@@ -74,6 +66,7 @@ def add(
     *,
     max_jobs: int | None = None,
     max_cpu_seconds: float | None = None,
+    expires_at: datetime | None = None,
 ) -> Key:
     """Create a key for a user and return it: its secret cannot be read again."""
     key = Key(secrets.token_hex(6), new_token())
@@ -85,6 +78,7 @@ def add(
         max_jobs=max_jobs,
         max_cpu_seconds=max_cpu_seconds,
         created_at=datetime.now(UTC),
+        expires_at=expires_at,
     )
     session.add(row)
     return key
@@ -93,6 +87,21 @@ def add(
 def listing(session: Session) -> list[KeyRow]:
     """List all keys, revoked ones included, in the order of their users."""
     return list(session.scalars(select(KeyRow).order_by(KeyRow.user, KeyRow.created_at)))
+
+
+def page(session: Session, limit: int, after: str | None) -> Sequence[KeyRow]:
+    """Return the keys after the one with this id, at most ``limit``, in the order of their users."""
+    query = select(KeyRow).order_by(KeyRow.user, KeyRow.id).limit(limit)
+    last = session.get(KeyRow, after) if after else None
+    if last is not None:
+        query = query.where(or_(KeyRow.user > last.user, and_(KeyRow.user == last.user, KeyRow.id > last.id)))
+    return session.scalars(query).all()
+
+
+def valid(session: Session) -> Sequence[KeyRow]:
+    """Return the keys that are neither revoked nor expired."""
+    lasting = or_(KeyRow.expires_at.is_(None), KeyRow.expires_at > datetime.now(UTC))
+    return session.scalars(select(KeyRow).where(KeyRow.revoked_at.is_(None), lasting)).all()
 
 
 def revoke(session: Session, key_id: str) -> bool:
@@ -146,45 +155,11 @@ def end_session(session: Session, token: str) -> None:
 def _principal(row: KeyRow) -> Principal | None:
     if row.revoked_at is not None:
         return None
-    return Principal(row.user, Role(row.role), row.max_jobs, row.max_cpu_seconds)
-
-
-class CredentialCache:
-    """Remembers for a second what the database says about keys and sessions. Used by many threads."""
-
-    def __init__(self, database: Database) -> None:
-        self._database = database
-        self._answers: dict[tuple[str, str], tuple[float, object]] = {}
-
-    def cached_keys_made(self) -> bool | None:
-        """Whether a key was ever made, without asking the database; None if that is not cached."""
-        at, answer = self._answers.get(("any", ""), (-CACHE_SECONDS, None))
-        return bool(answer) if time.monotonic() - at < CACHE_SECONDS else None
-
-    def keys_made(self) -> bool:
-        """Whether a key was ever made."""
-        return self._cached("any", "", any_made)
-
-    def of_key(self, text: str) -> Principal | None:
-        """Return the user of a key."""
-        return self._cached("key", digest(text), lambda session: principal_of_key(session, text))
-
-    def of_session(self, token: str) -> Principal | None:
-        """Return the user of a session."""
-        return self._cached("session", digest(token), lambda session: principal_of_session(session, token))
-
-    def clear(self) -> None:
-        """Forget all answers."""
-        self._answers = {}
-
-    def _cached(self, kind: str, name: str, ask: Callable[[Session], Answer]) -> Answer:
-        now = time.monotonic()
-        at, answer = self._answers.get((kind, name), (-CACHE_SECONDS, None))
-        if now - at < CACHE_SECONDS:
-            return answer  # type: ignore[return-value]
-        with self._database.reading() as session:
-            found = ask(session)
-        if len(self._answers) >= MOST_CACHED:
-            self._answers = {}
-        self._answers[kind, name] = now, found
-        return found
+    return Principal(
+        row.user,
+        Role(row.role),
+        row.max_jobs,
+        row.max_cpu_seconds,
+        key=row.id,
+        expires_at=row.expires_at,
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import datetime
 
 from schemas.api.administration import Role
 
@@ -19,6 +20,8 @@ class Principal:
         How much of theirs may wait or run at once; None leaves it to the settings of the service.
     is_everyone
         Whether this is no single user, but all who reach the service.
+    key, expires_at
+        The id of the key that named the user, and its end; None if the user came without one.
     """
 
     name: str
@@ -26,6 +29,8 @@ class Principal:
     max_jobs: int | None = None
     max_cpu_seconds: float | None = None
     is_everyone: bool = False
+    key: str | None = None
+    expires_at: datetime | None = None
 
     @property
     def sees_all(self) -> bool:

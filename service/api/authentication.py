@@ -30,6 +30,8 @@ async def authenticate(request: Request, here: Here) -> Principal:
     ------
     UnauthenticatedError
         If a key is needed, and none or a wrong one was sent.
+    KeyExpiredError
+        If the key is expired.
     UnknownHostError
         If it was sent to another host name.
     CrossSiteError
@@ -104,6 +106,16 @@ def _check_origin(request: Request) -> None:
 
 
 CurrentUser = Annotated[Principal, Depends(authenticate)]
+
+
+async def _admin(user: CurrentUser) -> Principal:
+    if not user.changes_all:
+        raise ForbiddenError("Only an admin may do this.")
+    return user
+
+
+Admin = Annotated[Principal, Depends(_admin)]
+"""A user who is an admin; 403 for all others."""
 
 
 JOB_PATH = Path(max_length=64, description="The job's id.")

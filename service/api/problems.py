@@ -75,6 +75,8 @@ KINDS: dict[type[Exception], Kind] = {
     errors.PreconditionFailedError: Kind(412, "precondition_failed"),
     errors.RangeError: Kind(416, "range"),
     errors.UnauthenticatedError: Kind(401, "unauthenticated"),
+    errors.KeyExpiredError: Kind(401, "key_expired"),
+    errors.UnknownKeyError: Kind(404, "unknown_key"),
     errors.ForbiddenError: Kind(403, "forbidden"),
     errors.CrossSiteError: Kind(403, "cross_site"),
     errors.UnknownJobError: Kind(404, "unknown_job"),
@@ -203,7 +205,7 @@ def _known(request: Request, error: Exception) -> Response:
         trace = None if kind.retry else error
         names = {"path": request.url.path, "error": type(error).__name__, "status": kind.status}
         log.error("request failed", exc_info=trace, **names)
-    if isinstance(error, errors.UnauthenticatedError):
+    if kind.status == HTTPStatus.UNAUTHORIZED:
         headers["WWW-Authenticate"] = "Bearer"
     if isinstance(error, errors.QueueFullError):
         headers |= error.headers

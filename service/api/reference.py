@@ -20,7 +20,7 @@ TITLES = {
 }
 """Headings of the calls, by their tags."""
 METHODS = ("get", "head", "put", "post", "delete")
-SHARED_CODES = frozenset({"unauthenticated", "cross_site", "unknown_host", "parameters"})
+SHARED_CODES = frozenset({"unauthenticated", "key_expired", "cross_site", "unknown_host", "parameters"})
 """Codes with which every call may refuse a request: they are described once."""
 PROBLEM = "application/problem+json"
 LEAF = "Scene"

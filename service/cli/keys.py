@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from service.cli import output
-from service.cli.errors import CommandError, ExitCode
+from service.cli.errors import CommandError, ExitCode, UnusableSceneError
 from service.cli.help_pages import Command, Group
 from service.cli.options import DatabaseOption, DataOption, JsonOption
 from service.cli.serve import read_settings
@@ -18,15 +18,14 @@ from service.cli.serve import read_settings
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
+    from schemas.api.administration import KeyRequest
     from service.settings import Settings
     from service.storage.database.models import KeyRow
 
 # Repeated so that `penumbra --help` need not load the schemas; the database takes no other.
 RoleName = Literal["submit", "staff", "admin"]
-# The length of the database column, and the range of another.
-LONGEST_NAME, MOST_JOBS = 64, 2**31 - 1
-# As of the settings that a key replaces.
-MOST_CPU_SECONDS = 1e12
+# As in the schemas.
+MOST_JOBS, MOST_CPU_SECONDS = 2**31 - 1, 1e12
 
 app = typer.Typer(
     cls=Group,
@@ -43,7 +42,7 @@ def _without_a_command(context: typer.Context) -> None:
 
 
 @app.command(cls=Command)
-def add(
+def add(  # noqa: PLR0913, PLR0917 - one argument for each option
     user: Annotated[str, typer.Argument(metavar="USER", help="Name of the user.", show_default=False)],
     role: Annotated[
         RoleName,
@@ -63,6 +62,13 @@ def add(
             help="Most predicted CPU seconds of the user's queued and running jobs.",
         ),
     ] = None,
+    expires: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DATE",
+            help="When the key ends: 2030-01-31 (0:00 UTC), or 2030-01-31T18:00+01:00; by default never.",
+        ),
+    ] = None,
     first: Annotated[
         bool,
         typer.Option(
@@ -74,23 +80,62 @@ def add(
     as_json: JsonOption = False,
 ) -> None:
     """Create a key for a user and print it. It cannot be shown again."""
-    from schemas.api.administration import Role
     from service.access import keys
 
-    if not 0 < len(user) <= LONGEST_NAME or not user.isprintable():
-        raise CommandError(f"The name of a user has 1 to {LONGEST_NAME} printable characters.")
+    asked = _request(
+        user=user, role=role, max_jobs=max_jobs, max_cpu_seconds=max_cpu_seconds, expires_at=expires
+    )
     settings = _settings(data, database)
     with _writing(settings) as session:
         if first and keys.any_made(session):
             output.say("There is a key already: none was created.")
             return
-        key = keys.add(session, user, Role(role), max_jobs=max_jobs, max_cpu_seconds=max_cpu_seconds)
+        key = keys.add(session, **dict(asked))
     if as_json:
         output.document({"id": key.id, "user": user, "role": role, "key": str(key)})
         return
     output.result(str(key))
     place = "the configured database" if settings.database else f"the data folder {settings.data}"
     output.say(f"Key {key.id} of {user} is in {place}. It cannot be shown again: only its hash is stored.")
+
+
+@app.command(cls=Command)
+def roster(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE.csv",
+            help="Its first line names the columns: user, and if needed role, max_jobs, max_cpu_seconds and "
+            "expires_at.",
+            exists=True,
+            dir_okay=False,
+            show_default=False,
+        ),
+    ],
+    data: DataOption = None,
+    database: DatabaseOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Create a key for each user of a roster who has no valid one, and print all as CSV.
+
+    New keys cannot be shown again; of users who had a key the column `key` is empty.
+    """
+    from schemas.errors import SceneError
+    from service.access import roster as rosters
+
+    content = file.read_bytes()
+    try:
+        asked = rosters.read(content)
+    except SceneError as error:
+        raise UnusableSceneError(str(file), content, error.errors, error.more) from error
+    with _writing(_settings(data, database)) as session:
+        enrolments = rosters.enrol(session, asked)
+    if as_json:
+        output.document({"keys": [each._asdict() for each in enrolments]})
+        return
+    output.result(rosters.write(enrolments).rstrip())
+    made = sum(bool(each.key) for each in enrolments)
+    output.say(f"{made} of {len(enrolments)} keys are new. They cannot be shown again.")
 
 
 @app.command(cls=Command)
@@ -122,6 +167,18 @@ def revoke(
         if not keys.revoke(session, key_id):
             raise CommandError(f"There is no key {output.harmless(key_id)!r}. `penumbra keys ls` lists them.")
     output.say(f"Key {key_id} is revoked.")
+
+
+def _request(**fields: object) -> KeyRequest:
+    from schemas.api.administration import KeyRequest
+    from schemas.errors import SceneError
+    from schemas.reading import read_document
+
+    try:
+        return read_document(fields, KeyRequest)[0]
+    except SceneError as error:
+        wrong = (f"{problem.pointer.removeprefix('/')}: {problem.detail}" for problem in error.errors)
+        raise CommandError(" ".join(wrong)) from error
 
 
 def _settings(data: Path | None, database: str | None) -> Settings:
@@ -160,12 +217,12 @@ def _writing(settings: Settings) -> Iterator[Session]:
 
 
 def _document(row: KeyRow) -> dict[str, object]:
-    return {
+    shown = {
         "id": row.id,
         "user": row.user,
         "role": row.role,
         "max_jobs": row.max_jobs,
         "max_cpu_seconds": row.max_cpu_seconds,
-        "created_at": row.created_at.isoformat(timespec="seconds"),
-        "revoked_at": row.revoked_at.isoformat(timespec="seconds") if row.revoked_at else None,
     }
+    times = {name: getattr(row, name) for name in ("created_at", "expires_at", "last_used_at", "revoked_at")}
+    return shown | {name: at and at.isoformat(timespec="seconds") for name, at in times.items()}

@@ -11,7 +11,7 @@ from typing import Annotated, ParamSpec, TypeVar
 from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, Request
 
-from service.access.keys import CredentialCache
+from service.access.credentials import CredentialCache
 from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener

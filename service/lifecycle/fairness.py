@@ -63,6 +63,7 @@ def charge(share: ShareRow, step: TileRow, cpu_seconds: float) -> None:
     """Charge a user with what a step is expected to cost."""
     share.turn = share.served
     share.served += cpu_seconds
+    share.charged += cpu_seconds
     step.payer, step.charge = share.owner, cpu_seconds
 
 
@@ -71,6 +72,7 @@ def settle(session: Session, step: TileRow, cpu_seconds: float) -> None:
     share = session.get(ShareRow, step.payer) if step.payer else None
     if share is not None:
         share.served += cpu_seconds - step.charge
+        share.charged += cpu_seconds - step.charge
     step.payer, step.charge = None, 0.0
 
 

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import shutil
 from importlib.metadata import version as installed
-from typing import Any
+from typing import Annotated, Any
 
 from anyio import to_thread
-from fastapi import APIRouter
+from fastapi import APIRouter, Query
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 from prometheus_client import CONTENT_TYPE_LATEST
 from pydantic import BaseModel, Field
 from sqlalchemy.exc import SQLAlchemyError
 
-from schemas.api.administration import Pruned, PruneRequest
+from schemas.api.administration import Pruned, PruneRequest, UserList
 from schemas.api.jobs import Version
 from schemas.reading import read_document
-from service.api.authentication import CurrentUser
+from service.api.authentication import Admin, CurrentUser
 from service.api.bodies import JsonBody
 from service.api.routes.jobs import BODY
 from service.api.routes.parameters import json_request, problem
 from service.errors import ForbiddenError, StoreError, UnavailableError
+from service.jobs import usage
 from service.jobs.context import Here, Service
 from service.jobs.retention import Rules
 
@@ -133,6 +134,24 @@ def metrics(here: Here, user: CurrentUser) -> Response:
     return Response(here.dispatcher.metrics.text(here.database), media_type=CONTENT_TYPE_LATEST)
 
 
+@staff_router.get(
+    "/v1/users",
+    responses=problem(403, "Only an admin may do this.", "forbidden"),
+    summary="List users",
+    response_description="One page of users, in the order of their names.",
+)
+def list_users(
+    here: Here,
+    user: Admin,  # noqa: ARG001  (checked)
+    limit: Annotated[int, Query(ge=1, le=1000, description="Users on a page.")] = 100,
+    cursor: Annotated[str | None, Query(max_length=64, description="`next` of the previous page.")] = None,
+) -> UserList:
+    """List the users of the service and what each uses of it."""
+    with here.database.reading() as session:
+        found = usage.page(session, limit + 1, cursor)
+    return UserList(users=tuple(found[:limit]), next=found[limit - 1].user if len(found) > limit else None)
+
+
 DRY_RUN: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
 
 
@@ -145,13 +164,11 @@ DRY_RUN: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}
     summary="Prune",
     response_description="What was deleted, or would be.",
 )
-async def prune(here: Here, user: CurrentUser, body: JsonBody) -> Pruned:
+async def prune(here: Here, user: Admin, body: JsonBody) -> Pruned:  # noqa: ARG001  (checked)
     """Delete expired pictures, jobs and assets by these rules, or with `dry_run` only list them.
 
     Rules that are not given come from the settings of the service. Pinned jobs stay.
     """
-    if not user.changes_all:
-        raise ForbiddenError("Only an admin may delete what others keep.")
     asked, _ = read_document(body, PruneRequest)
     return await run_in_threadpool(_prune, here, asked)
 

@@ -15,7 +15,12 @@ from service.jobs.context import Here, Service
 router = APIRouter(prefix="/v1/session", tags=["access"])
 
 REFUSED = (
-    problem(401, "A key is needed, and none or a wrong one was sent.", "unauthenticated")
+    problem(
+        401,
+        "A key is needed, and none, a wrong or an expired one was sent.",
+        "unauthenticated",
+        "key_expired",
+    )
     | problem(403, "A page of another site sent the request.", "cross_site")
     | problem(421, "The request was sent to a host name that is not one of the service.", "unknown_host")
 )

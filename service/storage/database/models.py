@@ -242,6 +242,7 @@ class ShareRow(Base):
     """What was rendered for a user, in CPU seconds as ``fairness.py`` counts them.
 
     ``turn`` is what it was when the user was served last; ``active`` says that steps of the user may wait.
+    ``served`` is a clock, which jumps forward after a pause; ``charged`` is the sum without the jumps.
     """
 
     __tablename__ = "shares"
@@ -254,6 +255,7 @@ class ShareRow(Base):
     served: Mapped[float] = mapped_column(Float)
     turn: Mapped[float] = mapped_column(Float)
     active: Mapped[bool] = mapped_column()
+    charged: Mapped[float] = mapped_column(Float, default=0.0, server_default="0")
 
 
 class IdempotencyRow(Base):
@@ -335,6 +337,8 @@ class KeyRow(Base):
     max_cpu_seconds: Mapped[float | None] = mapped_column(Float)
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     revoked_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    expires_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    last_used_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
 class SessionRow(Base):

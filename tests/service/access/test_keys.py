@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +14,16 @@ import httpx2
 import pytest
 from sqlalchemy import select
 
-from schemas.api.administration import Role
+from schemas.api.administration import KeyRequest, Role
 from service.access import keys
+from service.access.roster import enrol
 from service.cli.process import outcome
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.models import KeyRow, SessionRow
 from tests.service.in_process import InProcess, in_process
-from tests.service.sending import SMALL, bearer, make_keys, problem_of
-from tests.service.support import TIMEOUT, until
+from tests.service.sending import SMALL, bearer, make_keys, mistakes, problem_of
+from tests.service.support import BOTH, TIMEOUT, until
 
 EVERYWHERE = "0.0.0.0"  # noqa: S104  (it is refused)
 ROLES = {"ann": Role.SUBMIT, "bob": Role.SUBMIT, "staff": Role.STAFF, "admin": Role.ADMIN}
@@ -110,6 +113,79 @@ def test_revoked_key_is_refused_and_its_session_ends(guarded: InProcess) -> None
         until(lambda: browser.get("/v1/session").status_code == 401)
 
 
+def test_admin_creates_lists_and_revokes_keys_over_http(guarded: InProcess, ask: Ask) -> None:
+    calls = ("GET", "/v1/keys"), ("POST", "/v1/keys"), ("DELETE", "/v1/keys/x"), ("POST", "/v1/rosters")
+    for method, path in calls:
+        assert problem_of(ask("staff", method, path), 403)["code"] == "forbidden"
+    made = ask("admin", "POST", "/v1/keys", json={"user": "zoe", "max_jobs": 7, "expires_at": "2999-01-31"})
+    key = made.json()["key"]
+    assert (made.status_code, made.json()["expires_at"]) == (201, "2999-01-31T00:00:00Z")
+
+    def listed() -> dict[str, Any]:
+        pages, cursor = [], {}
+        while not pages or cursor["cursor"]:
+            page = ask("admin", "GET", "/v1/keys", params={"limit": 2} | cursor)
+            assert key not in page.text
+            pages += page.json()["keys"]
+            cursor = {"cursor": page.json()["next"]}
+        return {one["user"]: one for one in pages}
+
+    with guarded.client(headers=bearer(key)) as zoe:
+        assert zoe.get("/v1/session").json()["user"] == "zoe"
+        assert [listed()[user]["last_used_at"] for user in ("zoe", "staff")] == [None, None]
+        guarded.service.credentials.write_uses()
+        assert listed()["zoe"]["last_used_at"] >= listed()["zoe"]["created_at"]
+        assert ask("admin", "DELETE", f"/v1/keys/{made.json()['id']}").status_code == 204
+        assert zoe.get("/v1/session").status_code == 401
+    assert listed()["zoe"]["revoked_at"]
+    assert problem_of(ask("admin", "DELETE", "/v1/keys/missing"), 404)["code"] == "unknown_key"
+
+
+def test_expired_key_and_its_session_are_refused_with_the_date(guarded: InProcess, ask: Ask) -> None:
+    end = datetime.now(UTC) + timedelta(seconds=1)
+    key = ask("admin", "POST", "/v1/keys", json={"user": "max", "expires_at": end.isoformat()}).json()["key"]
+    with guarded.client(headers=bearer(key)) as owner, guarded.client() as browser:
+        browser.cookies = owner.post("/v1/session").cookies
+        for client in (owner, browser):
+            until(lambda client=client: client.get("/v1/session").status_code == 401)
+            found = problem_of(client.get("/v1/session"), 401)
+            assert found["code"] == "key_expired"
+            assert f"{end:%Y-%m-%d}" in found["detail"]
+    past = ask("admin", "POST", "/v1/keys", json={"user": "max", "expires_at": "2001-01-31"})
+    assert mistakes(past) == [("/expires_at", "out_of_range")]
+
+
+def test_roster_makes_one_key_a_user_however_often_it_is_sent(guarded: InProcess, ask: Ask) -> None:
+    text = 'user,role,max_jobs\r\nkim,,3\r\n"lee, jr",staff,\r\nann,,\r\n'
+    answers = [ask("admin", "POST", "/v1/rosters", content=text.encode("utf-8-sig")) for _ in range(2)]
+    first, second = ([*csv.DictReader(answer.text.splitlines())] for answer in answers)
+    assert [row["user"] for row in first if row["key"]] == ["kim", "lee, jr"]
+    assert [row["key"] for row in second] == ["", "", ""]
+    assert [row["id"] for row in first] == [row["id"] for row in second]
+    with guarded.client(headers=bearer(first[1]["key"])) as lee:
+        assert lee.get("/v1/session").json()["role"] == "staff"
+    wrong = b"user,role,max_jobs\nkim,boss,x\n\nkim,,\nkim,,1,2\n"
+    found = problem_of(ask("admin", "POST", "/v1/rosters", content=wrong), 422)["errors"]
+    assert [problem["line"] for problem in found] == [2, 2, 5]
+    for text in ("", "name\n", "user,rol\n", 'user\n"', "user\nj\xf6".encode("latin-1")):
+        problem_of(ask("admin", "POST", "/v1/rosters", content=text), 422)
+
+
+@BOTH
+def test_revoked_and_expired_keys_are_replaced_by_a_roster(database: Database) -> None:
+    roster = [KeyRequest(user=user) for user in ("ann", "bob", "eve")]
+    with database.writing() as session:
+        assert keys.revoke(session, keys.add(session, "ann", Role.SUBMIT).id)
+        keys.add(session, "bob", Role.SUBMIT, expires_at=datetime.now(UTC))
+        keys.add(session, "eve", Role.SUBMIT, expires_at=datetime.now(UTC) + timedelta(days=1))
+        assert [bool(row.key) for row in enrol(session, roster)] == [True, True, False]
+        assert not any(row.key for row in enrol(session, roster))
+        pages = [keys.page(session, 2, None)]
+        while pages[-1]:
+            pages.append(keys.page(session, 2, pages[-1][-1].id))
+    assert [row.user for page in pages for row in page] == ["ann", "ann", "bob", "bob", "eve"]
+
+
 def test_session_cookie_stands_for_a_key(guarded: InProcess, ask: Ask) -> None:
     begun = ask("ann", "POST", "/v1/session")
     assert begun.json() == {"user": "ann", "role": "submit", "keys_required": True}
@@ -139,6 +215,7 @@ def test_cookie_is_refused_from_pages_of_other_sites(guarded: InProcess, ask: As
 
 def test_pages_of_other_sites_change_nothing_without_keys(api: httpx2.Client) -> None:
     assert api.post("/v1/jobs", json=SMALL, headers={"Origin": "http://evil.example"}).status_code == 403
+    assert "keys add" in problem_of(api.post("/v1/keys", json={"user": "ann"}), 403)["detail"]
     assert api.get("/v1/session").json() == {"user": "local", "role": "admin", "keys_required": False}
 
 
@@ -160,6 +237,10 @@ def test_keys_are_made_listed_and_revoked(tmp_path: Path, capsys: pytest.Capture
     code, made = penumbra("add", "ann", "--role", "staff", "--max-jobs", "7")
     key = made.strip()
     name = key.split("_")[1]
+    assert penumbra("add", "ann", "--expires", "2001-01-31")[0] == 2
+    (tmp_path / "class.csv").write_text("user\nann\nbob\n")
+    enrolled = [penumbra("roster", str(tmp_path / "class.csv"))[1].count("pnm_") for _ in range(2)]
+    assert enrolled == [1, 0]
     _, listed = penumbra("ls")
     assert (code, listed.startswith(f"{name}\tann\tstaff\t7\t"), key in listed) == (0, True, False)
     assert [penumbra("revoke", each)[0] for each in (name, "missing")] == [0, 2]

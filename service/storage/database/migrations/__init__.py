@@ -1,6 +1,6 @@
 """Bring a database to the tables of this version, from those of any release.
 
-A change of ``models.py`` needs a migration: the next is ``tables_0005.py``, with ``tables_0004`` as
+A change of ``models.py`` needs a migration: the next is ``tables_0006.py``, with ``tables_0005`` as
 its ``down_revision``. On SQLite a table that others refer to cannot be rebuilt in place: dropping it deletes
 the rows that refer to it. Copy those first. Nothing leads back but a backup.
 """

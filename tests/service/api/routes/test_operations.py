@@ -18,8 +18,8 @@ from service.settings import Settings
 from tests.service.conftest import Start
 from tests.service.in_process import InProcess, in_process
 from tests.service.processes import fork_servers_of, workers_of
-from tests.service.sending import problem_of
-from tests.service.support import TIMEOUT, scene, until
+from tests.service.sending import SMALL, png, problem_of, put
+from tests.service.support import API_ON_BOTH, TIMEOUT, scene, until
 
 # The number of threads that answer requests.
 REQUEST_THREADS = 40
@@ -36,6 +36,19 @@ def test_health_and_version_are_told_to_everyone(api: httpx2.Client) -> None:
     assert [api.get(path).json() for path in ("/livez", "/readyz")] == [{"status": "ok"}] * 2
     expected = {"name": "penumbra", "version": version("penumbra-render"), "api": "v1"}
     assert api.get("/version").json() == expected
+
+
+@API_ON_BOTH
+def test_users_are_listed_with_what_they_use(api: httpx2.Client) -> None:
+    content = png(5, 7)
+    assert put(api, content).status_code == 200
+    answer = api.post("/v1/jobs", json=SMALL, headers={"Prefer": "wait=30", "Cache-Control": "no-cache"})
+    size = len(api.get(f"/v1/jobs/{answer.json()['id']}/image.npy").content)
+    [local] = [user for user in api.get("/v1/users").json()["users"] if user["user"] == "local"]
+    assert local["open_jobs"] == 0
+    assert local["stored_bytes"] > size + len(content)
+    assert local["cpu_seconds"] > 0
+    assert api.get("/v1/users", params={"cursor": "local"}).json()["users"] == []
 
 
 @pytest.fixture

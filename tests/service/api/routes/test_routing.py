@@ -12,7 +12,9 @@ def addresses(client: httpx2.Client, job: str) -> dict[str, set[str]]:
     """Every address of the API, of a job and a layer that are there, with its documented methods."""
     paths = client.get("/openapi.json").json()["paths"]
     return {
-        path.format(job_id=job, name="depth", sha256="0" * 64): {method.upper() for method in methods}
+        path.format(job_id=job, name="depth", sha256="0" * 64, key_id="0" * 12): {
+            method.upper() for method in methods
+        }
         for path, methods in paths.items()
     }
 
