@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import httpx2
 
 from benchmarks.report import SCENES, Json
+from renderer.processors import usable_processors
 from schemas.api.administration import Role
 from service.access import keys
 from service.server import RunningServer, running
@@ -23,7 +24,7 @@ from service.storage.database.migrations import upgrade
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-CORES = len(os.sched_getaffinity(0))
+CORES = usable_processors()
 LONGEST = 600.0
 """Seconds; a job that takes longer counts as hung."""
 

@@ -1,9 +1,9 @@
 """Arguments of `render` and `trace` that a type checker would reject, for callers without one."""
 
-import os
 from operator import index
 
 from renderer.plan.plan import RenderPlan
+from renderer.processors import usable_processors
 from renderer.workers import START_AFTER
 
 MOST_WORKERS = 1024
@@ -65,9 +65,7 @@ def worker_count(workers: object) -> tuple[int | None, float]:
         If it is neither a number of workers, "auto", nor None.
     """
     if workers == "auto":
-        return len(os.sched_getaffinity(0)) if hasattr(
-            os, "sched_getaffinity"
-        ) else os.cpu_count(), START_AFTER
+        return usable_processors(), START_AFTER
     return checked_count("workers", workers, MOST_WORKERS, "this process alone"), 0.0
 
 

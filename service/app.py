@@ -24,6 +24,7 @@ from schemas.errors import ProblemDocument
 from service.access.credentials import CredentialCache
 from service.api import problems
 from service.api.authentication import authenticate
+from service.api.middleware import OriginForm, TrustedProxies
 from service.api.routes import (
     assets,
     jobs,
@@ -70,6 +71,9 @@ ENCODED_PIXELS = 1 << 24
 """Pixels of the pictures that are encoded at once, of which PNG files take 4 bytes each in memory."""
 PROBES = 2
 """Probes at once that look for what jobs need: all other threads may be busy."""
+
+LOOPBACK = "127.0.0.1 ::1"
+"""Proxies that are believed by default: those of this machine."""
 
 PUBLIC = (operations.router, page.router)
 """Routers without authentication."""
@@ -118,7 +122,11 @@ def create_app(settings: Settings) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         telemetry=telemetry.of_requests(),
+        # It would lead to whatever host the request names; unknown addresses are redirected to a path alone.
+        redirect_slashes=False,
     )
+    app.add_middleware(OriginForm)
+    app.add_middleware(TrustedProxies, trusted=(settings.trusted_proxies or LOOPBACK).split())
     problems.install(app, partial(allowed, ROUTERS), page.missing)
     for router in ROUTERS:
         is_public = router in PUBLIC

@@ -161,7 +161,8 @@ def _serve(settings: Settings, listener: socket.socket | None) -> None:
         # The timer of `service.api.connections` ends earlier, so it alone decides. Uvicorn's default is the 5
         # seconds for which httpx keeps an idle connection too: it would send on one that is being closed.
         timeout_keep_alive=math.ceil(settings.client_timeout_seconds) + 1,
-        forwarded_allow_ips=settings.trusted_proxies.split() if settings.trusted_proxies else None,
+        # The application knows its proxies, and whom each request came by.
+        proxy_headers=False,
         timeout_graceful_shutdown=FAREWELL_SECONDS,
     )
     _Server(config, app).run(None if listener is None else [listener])

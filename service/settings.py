@@ -15,6 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
+from renderer.processors import usable_processors
 from schemas.api.administration import Role
 from schemas.limits import Limits
 
@@ -61,11 +62,6 @@ UNLIMITED, WITHOUT_LIMIT = "none", ("keep_seconds", "max_stored_bytes", "keep_as
 """The word for no limit, and the settings that may be without one."""
 
 _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?")
-
-
-def _processors() -> int:
-    # A container may have fewer than the machine; only Linux reports that.
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class SettingsFileError(Exception):
@@ -147,8 +143,8 @@ class Settings(BaseSettings):
     )
     trusted_proxies: str | None = Field(
         default=None,
-        description="Addresses and networks, with blanks between them, of proxies that are believed about "
-        "TLS and the addresses of clients (X-Forwarded-Proto, X-Forwarded-For); by default loopback.",
+        description="Addresses and networks, separated by spaces, of proxies that are believed about users "
+        "(`proxy_user_header`), TLS and the addresses of clients; by default 127.0.0.1 and ::1.",
     )
     hosts: str = Field(
         default="",
@@ -175,7 +171,9 @@ class Settings(BaseSettings):
         "come at 16 KiB a second.",
     )
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 picks a free one.")
-    workers: int = Field(default_factory=_processors, ge=1, le=1024, description="Processes that render.")
+    workers: int = Field(
+        default_factory=usable_processors, ge=1, le=1024, description="Processes that render."
+    )
     database: str | None = Field(
         default=None,
         description="Database, postgresql://user@host/name; by default an SQLite file in the data folder.",

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
+from renderer.processors import usable_processors
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -123,7 +125,7 @@ def describe() -> Machine:
     return Machine(
         date=dt.datetime.now(tz=dt.UTC).isoformat(timespec="seconds"),
         cpu=_cpu(),
-        cores=len(os.sched_getaffinity(0)),
+        cores=usable_processors(),
         load=round(os.getloadavg()[0], 2),
         system=platform.platform(aliased=True, terse=True),
         python=platform.python_version(),

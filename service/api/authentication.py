@@ -12,6 +12,7 @@ from fastapi.concurrency import run_in_threadpool
 from schemas.api.administration import Role
 from service.access.hosts import check_host
 from service.access.principals import LOCAL, Principal
+from service.api.middleware import BY_PROXY
 from service.errors import CrossSiteError, ForbiddenError, UnauthenticatedError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Here, Service
@@ -64,11 +65,16 @@ def _of_proxy(request: Request, settings: Settings) -> Principal:
     Raises
     ------
     ForbiddenError
-        If it should name one, and does not.
+        If it should name one, and does not, or is none of the trusted proxies.
     """
     role = settings.proxy_role or Role.SUBMIT
     if settings.proxy_user_header is None:
         return replace(LOCAL, role=role)
+    if not request.scope[BY_PROXY]:
+        raise ForbiddenError(
+            "Only a trusted proxy may name the user. The service's operator lists their addresses in "
+            "`trusted_proxies`."
+        )
     names = request.headers.getlist(settings.proxy_user_header)
     if len(names) != 1 or not re.fullmatch(USER_NAME, names[0]):
         raise ForbiddenError(

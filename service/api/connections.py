@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 from collections import Counter
+from http import HTTPStatus
 
+import h11
+import structlog
 from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 from service.api import problems
-from service.api.middleware import RequestIds, SafeHeaders
+from service.api.middleware import ALWAYS, HEADER, RequestIds, SafeHeaders, request_id
 from service.errors import BusyError, UnavailableError
 from service.settings import Settings
 
@@ -18,6 +22,12 @@ PROBES = ("/livez", "/readyz")
 MOST_PROBES = 32
 """Connections beyond the limits, for probes alone."""
 
+HALF_CLOSED_SECONDS = 2.0
+"""A client that has closed its side may read on: most answers come sooner. One that is gone looks alike."""
+
+log = structlog.get_logger()
+
+MALFORMED = "This is no request of HTTP/1.1, or its head is too long."
 CROWDED = "The service has as many connections as it may. Try again in a moment."
 CROWDED_ADDRESS = (
     "Your address has {} connections to this service, the maximum. Close some of them, or send several "
@@ -36,6 +46,7 @@ class Connection(H11Protocol):
 
     limits: ConnectionLimits
     _timer: asyncio.TimerHandle | None = None
+    _is_half_closed = False
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin to wait for a request, if there is room for another connection."""
@@ -55,6 +66,39 @@ class Connection(H11Protocol):
         """Wait for the next request."""
         super().on_response_complete()
         self._start()
+        if self._is_half_closed:
+            self.close_if_idle()
+
+    def eof_received(self) -> bool:  # type: ignore[override]
+        """Keep the connection of a client that reads the answer to its last request; say whether."""
+        cycle: RequestResponseCycle | None = self.cycle
+        if cycle is None or cycle.response_complete or cycle.more_body:
+            return False
+        if not self._is_half_closed:
+            self._is_half_closed = True
+            self.loop.call_later(HALF_CLOSED_SECONDS, self._close_half_closed)
+        return True
+
+    def _close_half_closed(self) -> None:
+        # As long as there is something to send, sending it shows whether the client is there.
+        if self.transport.get_write_buffer_size():
+            self.loop.call_later(HALF_CLOSED_SECONDS, self._close_half_closed)
+        else:
+            self.transport.close()
+
+    def send_400_response(self, msg: str) -> None:  # noqa: ARG002  (an interface)
+        """Answer what is no request of HTTP with a problem document, unless an answer has begun."""
+        error = sys.exception()
+        if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
+            status = getattr(error, "error_status_hint", 400)
+            headers = ALWAYS | {HEADER: request_id(), "Connection": "close"}
+            log.debug("request", request=headers[HEADER], status=status, error=str(error))
+            answer = problems.answer(status, MALFORMED, code="malformed", headers=headers)
+            phrase = HTTPStatus(status).phrase.encode()
+            start = h11.Response(status_code=status, headers=answer.raw_headers, reason=phrase)
+            for event in (start, h11.Data(data=bytes(answer.body)), h11.EndOfMessage()):
+                self.transport.write(self.conn.send(event) or b"")
+        self.transport.close()
 
     @property
     def address(self) -> str:

@@ -1,21 +1,27 @@
-"""Middleware: request ids, and headers that browsers need."""
+"""Middleware: request ids, trusted proxies, targets in absolute form, and headers that browsers need."""
 
 from __future__ import annotations
 
 import re
 import secrets
 import time
+from collections.abc import Sequence
 from http import HTTPStatus
+from urllib.parse import unquote
 
 import structlog
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
 from service.logs import bursts
 
 HEADER = "X-Request-ID"
 _GOOD = re.compile(r"[A-Za-z0-9._-]{1,64}")
 """Request ids that are safe in a log and in a header."""
+BY_PROXY = "penumbra.by_proxy"
+"""Where the scope of a request says whether it came by a trusted proxy."""
+_ABSOLUTE = re.compile(rb"https?://([^/]*)(.*)", re.IGNORECASE)
 
 log = structlog.get_logger()
 
@@ -31,7 +37,7 @@ class RequestIds:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        name = _name(Headers(scope=scope).get(HEADER, ""))
+        name = request_id(Headers(scope=scope).get(HEADER, ""))
         started = time.monotonic()
         status = 0
 
@@ -49,7 +55,8 @@ class RequestIds:
                 _log(scope, name, status, time.monotonic() - started)
 
 
-def _name(given: str) -> str:
+def request_id(given: str = "") -> str:
+    """Return the id that a client has sent, or a new one."""
     return given if _GOOD.fullmatch(given) else secrets.token_hex(8)
 
 
@@ -64,6 +71,42 @@ def _log(scope: Scope, name: str, status: int, seconds: float) -> None:
         bursts.write(("request", status), lambda more: log.warning("request", **details, **more))
     else:
         log.warning("request", **details)
+
+
+class TrustedProxies:
+    """Believes trusted proxies about TLS and the addresses of clients, and marks requests that come by them.
+
+    Parameters
+    ----------
+    trusted : sequence of str
+        Addresses and networks of the proxies.
+    """
+
+    def __init__(self, app: ASGIApp, trusted: Sequence[str]) -> None:
+        self._believing = ProxyHeadersMiddleware(app, list(trusted))  # type: ignore[arg-type]
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        peer = scope.get("client")
+        scope[BY_PROXY] = peer is not None and peer[0] in self._believing.trusted_hosts
+        await self._believing(scope, receive, send)  # type: ignore[arg-type]
+
+
+class OriginForm:
+    """Splits a target in absolute form, whose host takes the place of ``Host`` (RFC 9112, section 3.2.2)."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        found = _ABSOLUTE.fullmatch(scope.get("raw_path") or b"")
+        if found:
+            host, path = found[1], found[2] or b"/"
+            others = [header for header in scope["headers"] if header[0] != b"host"]
+            target = {"raw_path": path, "path": unquote(path.decode("ascii"))}
+            scope = {**scope, **target, "headers": [(b"host", host), *others]}
+        await self.app(scope, receive, send)
 
 
 ALWAYS = {

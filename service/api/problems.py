@@ -7,11 +7,12 @@ import sqlite3
 from collections.abc import Callable, Sequence
 from http import HTTPStatus
 from typing import Any, NamedTuple
+from urllib.parse import quote
 
 import structlog
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import Response
+from fastapi.responses import RedirectResponse, Response
 from sqlalchemy.exc import DataError, DBAPIError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from starlette.exceptions import HTTPException
@@ -177,6 +178,9 @@ def install(
         assert isinstance(error, HTTPException)
         if error.status_code != HTTPStatus.METHOD_NOT_ALLOWED:
             unknown = error.detail == HTTPStatus.NOT_FOUND.phrase
+            if unknown and methods(shorter := request.scope["path"].rstrip("/")):
+                query = f"?{request.url.query}" if request.url.query else ""
+                return RedirectResponse(quote(shorter) + query, 307)
             if unknown and (shown := for_people(request)) is not None:
                 return shown
             detail = NOWHERE if unknown else error.detail

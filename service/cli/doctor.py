@@ -121,7 +121,9 @@ def _simd() -> Check:
 
 
 def _processors() -> Check:
-    usable = len(os.sched_getaffinity(0))
+    from renderer.processors import usable_processors
+
+    usable = usable_processors()
     there = os.cpu_count() or usable
     return Check("processors", "ok", f"{usable} usable of {there}")
 

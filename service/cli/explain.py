@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -137,8 +136,9 @@ def explain(
 def _priced(plan: RenderPlan) -> PlanDocument:
     """The plan, with the cost of a picture on all processors of this machine."""
     from accuracy.quotes.prices import price
+    from renderer.processors import usable_processors
 
-    return plan.describe().model_copy(update={"cost": price(plan, len(os.sched_getaffinity(0)))})
+    return plan.describe().model_copy(update={"cost": price(plan, usable_processors())})
 
 
 def _plain(plan: PlanDocument, measured: dict[str, Any] | None) -> Iterator[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import tempfile
 import textwrap
@@ -93,6 +92,7 @@ def grade(  # noqa: PLR0913 - one argument for each option
     _check_time(submitted_at)
     read = _read(manifest)
     _check_server(server)
+    from renderer.processors import usable_processors
     from service.grading.grading import grade as graded
 
     with _progress(read) as show:
@@ -100,7 +100,7 @@ def grade(  # noqa: PLR0913 - one argument for each option
             read,
             references=manifest.parent,
             submission=submission,
-            jobs=jobs or _processors(),
+            jobs=jobs or usable_processors(),
             server=server,
             cache=cache,
             pictures=out is not None or bool(targets),
@@ -149,6 +149,7 @@ def _grade_class(
     *,
     as_json: bool,
 ) -> int:
+    from renderer.processors import usable_processors
     from service.cli.grade_class import ClassRun, check_folders, file_names, grade_class
 
     place = check_folders(folder, out)
@@ -163,7 +164,7 @@ def _grade_class(
         folder=folder,
         out=place,
         exports=exports,
-        jobs=jobs or _processors(),
+        jobs=jobs or usable_processors(),
         server=server,
         cache=cache,
     )
@@ -175,10 +176,6 @@ def _check_server(address: str | None) -> None:
     if address is not None:
         with connect(address) as client:
             client.version()
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0))
 
 
 def _read(path: Path) -> Manifest:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Annotated
 
@@ -56,6 +55,7 @@ def quote(
     Parts of it are rendered, for at most 1.5 CPU seconds.
     """
     from accuracy.quotes import quote as quoted
+    from renderer.processors import usable_processors
 
     file = scene_files.load(scene, size=size)
     requested = quality.requested(file.scene.document.model_dump())
@@ -66,7 +66,7 @@ def quote(
         requested,
         target_error=target_error,
         seconds=time,
-        workers=workers or len(os.sched_getaffinity(0)),
+        workers=workers or usable_processors(),
     )
     if output.on_terminal() and not as_json:
         _show(found, target_error, time)

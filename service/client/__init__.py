@@ -21,6 +21,7 @@ from service.client.errors import (
     RequestInvalidError,
     ServerFaultError,
     TimedOutError,
+    TLSError,
     UnexpectedAnswerError,
     UnreachableError,
 )
@@ -45,6 +46,7 @@ __all__ = [
     "RemoteJob",
     "RequestInvalidError",
     "ServerFaultError",
+    "TLSError",
     "TimedOutError",
     "UnexpectedAnswerError",
     "UnreachableError",

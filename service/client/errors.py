@@ -2,6 +2,7 @@
 
 ClientError
 ├── UnreachableError           no connection, or it broke before the answer was complete
+│   └── TLSError               the server's certificate is not trusted, or it speaks no TLS
 ├── TimedOutError              no answer, or no end of the job, in time; `job_id` says which job
 ├── UnexpectedAnswerError      the answer is not one of this service
 ├── RefusedError               the service answered with a problem document
@@ -50,6 +51,10 @@ class UnreachableError(ClientError):
         super().__init__(message)
         self.sent = sent
         self.job_id = job_id
+
+
+class TLSError(UnreachableError):
+    """The server's certificate is not trusted, or it speaks no TLS: another try would end in the same way."""
 
 
 class TimedOutError(ClientError):

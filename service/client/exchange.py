@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import random
 import re
+import ssl
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from service.client.errors import (
     ClientError,
     RefusedError,
     TimedOutError,
+    TLSError,
     UnexpectedAnswerError,
     UnreachableError,
     refusal,
@@ -51,6 +53,8 @@ def transport_errors(server: str, *, job_id: str | None = None) -> Iterator[None
     try:
         yield
     except (httpx2.ConnectError, httpx2.ConnectTimeout) as error:
+        if (fault := _tls_fault(error)) is not None:
+            raise TLSError(_tls_message(server, fault), sent=False, job_id=job_id) from error
         raise UnreachableError(
             f"There is no server at {server} ({_reason(error)}). Start one with 'penumbra serve', or set "
             "PENUMBRA_SERVER to the address of another.",
@@ -72,6 +76,23 @@ def _reason(error: httpx2.TransportError) -> str:
     'Connection refused'
     """
     return re.sub(r"^\[Errno -?\d+\] ", "", str(error))
+
+
+def _tls_fault(error: BaseException) -> ssl.SSLError | None:
+    """The reason why a handshake failed; None where it was none, or was cut off and may succeed next time."""
+    found: BaseException | None = error
+    while found is not None and not isinstance(found, ssl.SSLError):
+        found = found.__cause__ or found.__context__
+    return None if isinstance(found, ssl.SSLEOFError | ssl.SSLZeroReturnError) else found
+
+
+def _tls_message(server: str, fault: ssl.SSLError) -> str:
+    if isinstance(fault, ssl.SSLCertVerificationError):
+        return (
+            f"The certificate of {server} is not trusted ({fault.verify_message}). If this is the right "
+            "server, set SSL_CERT_FILE to the PEM file of the authority that has signed its certificate."
+        )
+    return f"There is no TLS at {server} ({fault.reason}). Is it an address for http://?"
 
 
 def check(answer: httpx2.Response, call: Call[Any]) -> httpx2.Response:
@@ -149,6 +170,8 @@ class Tries:
             case RefusedError(retry_after=float(seconds)) | UnexpectedAnswerError(retry_after=float(seconds)):
                 asked = max(seconds, SHORTEST_PAUSE)
                 return asked if self._first + self._retry_seconds >= time.monotonic() + seconds else None
+            case TLSError():
+                return None
             case UnreachableError(sent=sent) if self._call.repeatable or not sent:
                 # At random, so that clients do not all return at the same moment.
                 spread = random.uniform(0.0, SHORTEST_PAUSE)  # noqa: S311 - no secret

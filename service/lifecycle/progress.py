@@ -20,14 +20,14 @@ NO_LIMIT = float("inf")
 
 
 def share(render: RenderRow) -> float:
-    """Return the finished share of a render, 0 to 1.
+    """Return the finished share of a render, 0 to 1; it is 1 only where the picture is there.
 
-    With target quality it is 1 when the picture is there; a time limit that is spent ends it, too.
+    With target quality a time limit that is spent ends it, too.
     """
     done = rows.share(render)
-    if render.target_error is None or render.state == JobState.SUCCEEDED:
+    if render.state == JobState.SUCCEEDED:
         return done
-    if render.state != JobState.RUNNING or render.started_at is None:
+    if render.target_error is None or render.state != JobState.RUNNING or render.started_at is None:
         return min(done, MOST)
     return share_by(done, rows.ran_for(render), render.time_limit or NO_LIMIT)
 

@@ -21,9 +21,13 @@ from tests.service.support import until
 class Bridge(httpx2.BaseTransport):
     """Lets blocking clients ask an application that runs on an event loop of another thread."""
 
-    def __init__(self, portal: BlockingPortal, app: Any) -> None:
-        self._portal = portal
-        self._transport = httpx2.ASGITransport(app, raise_app_exceptions=False)
+    def __init__(self, portal: BlockingPortal, app: Any, address: str = "127.0.0.1") -> None:
+        self._portal, self._app = portal, app
+        self._transport = httpx2.ASGITransport(app, raise_app_exceptions=False, client=(address, 1))
+
+    def of(self, address: str) -> Bridge:
+        """The same for a client at another address."""
+        return Bridge(self._portal, self._app, address)
 
     def handle_request(self, request: httpx2.Request) -> httpx2.Response:
         request.read()

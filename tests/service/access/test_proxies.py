@@ -71,6 +71,12 @@ def test_user_who_is_not_named_once_is_refused(named: InProcess) -> None:
             assert client.get("/readyz").status_code == 200
 
 
+def test_user_is_named_by_trusted_proxies_alone(named: InProcess) -> None:
+    sent = {HEADER: "ada", "X-Forwarded-For": "127.0.0.1"}
+    with named.client(transport=named.bridge.of("203.0.113.9"), headers=sent) as stranger:
+        assert "trusted_proxies" in problem_of(stranger.get("/v1/jobs"), 403)["detail"]
+
+
 def test_role_of_all_is_that_of_the_setting(tmp_path: Path) -> None:
     role = Role.STAFF
     settings = Settings(data=tmp_path, workers=1, behind_proxy=True, hosts="127.0.0.1", proxy_role=role)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
@@ -120,6 +122,60 @@ def paused(client: httpx2.Client) -> str:
     job = submit(client, long_scene())
     client.post(f"/v1/jobs/{job}/pause").raise_for_status()
     return job
+
+
+def exchanged(server: RunningServer, request: bytes, *, half_closed: bool = False) -> bytes:
+    """Send bytes, perhaps close the side that sends, and return all that comes until the end."""
+    host, port = server.url.removeprefix("http://").split(":")
+    with socket.create_connection((host, int(port)), TIMEOUT) as connection:
+        connection.sendall(request)
+        if half_closed:
+            connection.shutdown(socket.SHUT_WR)
+        with connection.makefile("rb") as answer:
+            return answer.read()
+
+
+MALFORMED = {
+    "no HTTP": (b"GARBAGE\r\n\r\n", 400),
+    "TLS": (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n", 400),
+    "no host": (b"GET /version HTTP/1.1\r\n\r\n", 400),
+    "two lengths": (b"GET / HTTP/1.1\r\nHost: a\r\nContent-Length: 1\r\nContent-Length: 2\r\n\r\n", 400),
+    "bad chunk": (b"POST /v1/plans HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n", 400),
+    "long head": (UNFINISHED + b"x" * 17_000, 431),
+}
+
+
+@pytest.mark.parametrize(("request_", "status"), MALFORMED.values(), ids=MALFORMED)
+def test_malformed_request_is_a_problem_with_an_id(
+    server: RunningServer, request_: bytes, status: int
+) -> None:
+    head, _, body = exchanged(server, request_).partition(b"\r\n\r\n")
+    assert head.startswith(f"HTTP/1.1 {status} ".encode())
+    assert re.search(rb"(?mi)^x-request-id: \w+\r$", head)
+    assert b"content-type: application/problem+json" in head
+    assert json.loads(body)["status"] == status
+
+
+def test_target_in_absolute_form_is_that_of_its_host(server: RunningServer) -> None:
+    def status_of(target: str, host: str) -> bytes:
+        request = f"GET {target} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"
+        return exchanged(server, request.encode()).split(b" ")[1]
+
+    assert status_of("http://127.0.0.1/v1/jobs?limit=1", "other.example") == b"200"
+    assert status_of("http://other.example/v1/jobs", "127.0.0.1") == b"421"
+
+
+def test_client_that_only_reads_on_has_all_its_answers(server: RunningServer) -> None:
+    request = b"GET /version HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    assert exchanged(server, 2 * request, half_closed=True).count(b"HTTP/1.1 200 OK") == 2
+    assert exchanged(server, request[:-2], half_closed=True) == b""
+
+
+def test_address_with_a_slash_at_its_end_leads_to_no_other_host(server: RunningServer) -> None:
+    request = "GET {} HTTP/1.1\r\nHost: other.example\r\nConnection: close\r\n\r\n"
+    redirected = exchanged(server, request.format("/v1/jobs/?limit=3").encode())
+    assert b"\r\nlocation: /v1/jobs?limit=3\r\n" in redirected
+    assert exchanged(server, request.format("//other.example/").encode()).startswith(b"HTTP/1.1 404 ")
 
 
 @contextmanager

@@ -54,6 +54,15 @@ def test_samples_and_smaller_errors_cost_more(here: Penumbra, scene_file: Path) 
     assert short["cpu_seconds"] <= 0.000001 * (os.cpu_count() or 1)
 
 
+def test_commands_need_no_processor_affinity(
+    here: Penumbra, scene_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only Linux reports it."""
+    monkeypatch.delattr(os, "sched_getaffinity")
+    for words in (("explain", scene_file), ("doctor",)):
+        assert here(*words, "--json").code == 0
+
+
 def test_measured_effects(here: Penumbra, scene_file: Path) -> None:
     measured = here("explain", scene_file, "--json", "--cost").document["measured"]
     assert measured["cpu_seconds"] > 0

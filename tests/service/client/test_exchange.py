@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
+import ssl
+import subprocess
 import threading
 from collections.abc import Callable, Iterator
 from email.message import Message
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -23,6 +27,7 @@ from service.client import (
     RequestInvalidError,
     ServerFaultError,
     TimedOutError,
+    TLSError,
     UnexpectedAnswerError,
     UnreachableError,
     succeeded,
@@ -236,6 +241,22 @@ def test_silence_is_a_timeout_of_the_job() -> None:
         with Client(url, timeout=0.2) as client, pytest.raises(TimedOutError, match="job abc") as caught:
             client.get("abc")
     assert caught.value.job_id == "abc"
+
+
+@pytest.mark.skipif(not shutil.which("openssl"), reason="openssl is not installed")
+def test_wrong_certificate_is_named_at_once(serve: Serve, tmp_path: Path) -> None:
+    plain, server = serve([VERSION]), serve([VERSION])
+    key, certificate = tmp_path / "key.pem", tmp_path / "certificate.pem"
+    made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=other.example"]
+    subprocess.run([*made, "-keyout", key, "-out", certificate], check=True, capture_output=True)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(certificate, key)
+    server.socket = context.wrap_socket(server.socket, server_side=True)
+    for other, cause in ((server, "self-signed certificate"), (plain, "http://")):
+        url = other.url.replace("http:", "https:")
+        # Repeated for a minute, it would not end before the test's time is up.
+        with Client(url, retry_seconds=60) as client, pytest.raises(TLSError, match=cause):
+            client.version()
 
 
 def test_missing_server() -> None:

@@ -15,6 +15,7 @@ from service.dispatch import adaptive_passes
 from service.dispatch.rounds import Round
 from service.lifecycle import progress, rows
 from service.storage.database.connection import Database
+from service.storage.database.models import RenderRow
 from service.workers.tasks import (
     AdvanceDone,
     AdvanceTask,
@@ -261,6 +262,14 @@ def test_share_with_a_time_limit_is_at_least_that_of_the_time(table: Targets) ->
     table.spend(11)
     assert progress.share(table.render()) < 1
     assert progress.remaining_seconds(table.render()) == 0
+
+
+def test_share_is_one_only_with_the_picture() -> None:
+    # All samples are there, and the picture is being put together.
+    render = RenderRow(state=JobState.RUNNING, counted_share=0.0, counted_work=0, done_work=9, total_work=9)
+    assert progress.share(render) < 1
+    render.state = JobState.SUCCEEDED
+    assert progress.share(render) == 1
 
 
 def test_first_pass_grows_to_its_predicted_share() -> None:
