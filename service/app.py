@@ -44,7 +44,7 @@ from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.jobs import retention
 from service.jobs.context import Service
-from service.jobs.limits import BodyMemoryLimit, PixelLimit, StreamLimit
+from service.jobs.limits import BodyMemoryLimit, PixelLimit, StreamLimit, UploadCount
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
@@ -66,6 +66,8 @@ BODIES = 16
 """As many requests with the largest scene are held in memory at once, or more smaller ones."""
 READERS = 4
 """Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
+WRITERS = 8
+"""Requests that write at once: the database takes one at a time, and each may wait for the store before."""
 
 ENCODED_PIXELS = 1 << 24
 """Pixels of the pictures that are encoded at once, of which PNG files take 4 bytes each in memory."""
@@ -233,8 +235,10 @@ def assemble(
             max(BODIES * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)
         ),
         readers=CapacityLimiter(READERS),
+        writers=CapacityLimiter(WRITERS),
         probes=CapacityLimiter(PROBES),
         streams=StreamLimit(settings.max_user_streams),
+        uploads=UploadCount(),
         encoding=PixelLimit(ENCODED_PIXELS),
     )
 

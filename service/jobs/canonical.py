@@ -7,6 +7,7 @@ plans and answers name them: what one user has named is never shown to another.
 from __future__ import annotations
 
 import hashlib
+import json
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version as installed
@@ -51,6 +52,11 @@ def spec_of(request: JobRequest) -> Spec:
 def private_spec(body: bytes) -> Spec:
     """Return what a request renders that shares no picture."""
     return Spec(body, hashlib.sha256(body).hexdigest(), None)
+
+
+def compact(body: bytes) -> bytes:
+    """Write an admitted request again as short as JSON can be: its blanks and idle digits take no room."""
+    return json.dumps(json.loads(body), ensure_ascii=False, separators=(",", ":")).encode()
 
 
 def _sampled(request: JobRequest, quality: FixedQuality) -> JobRequest:

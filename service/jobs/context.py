@@ -8,19 +8,20 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, ParamSpec, TypeVar
 
-from anyio import CapacityLimiter, to_thread
+from anyio import CapacityLimiter, fail_after, to_thread
 from fastapi import Depends, Request
 
 from service.access.credentials import CredentialCache
 from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
-from service.jobs.limits import BodyMemoryLimit, PixelLimit, StreamLimit
+from service.errors import UnavailableError
+from service.jobs.limits import BodyMemoryLimit, PixelLimit, StreamLimit, UploadCount
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
-from service.storage.database.connection import Database
+from service.storage.database.connection import BUSY_SECONDS, Database, patience
 from service.storage.reserve import Reserve
 from service.storage.tiles import TileStore
 from service.telemetry.spans import JobSpans
@@ -49,13 +50,30 @@ class Service:
     spans: JobSpans
     body_memory: BodyMemoryLimit
     readers: CapacityLimiter
+    writers: CapacityLimiter
     probes: CapacityLimiter
     streams: StreamLimit
+    uploads: UploadCount
     encoding: PixelLimit
 
     async def read(self, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs) -> Answer:
         """Call a function that reads a document in a thread, few at once: large ones take much memory."""
         return await to_thread.run_sync(partial(function, *args, **kwargs), limiter=self.readers)
+
+    async def write(self, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs) -> Answer:
+        """Call a function that writes to the database in a thread; those who wait for their turn hold none.
+
+        Raises
+        ------
+        UnavailableError
+            If others were writing as long as a transaction may wait.
+        """
+        writing = partial(function, *args, **kwargs)
+        try:
+            with fail_after(BUSY_SECONDS), patience(BUSY_SECONDS):
+                return await to_thread.run_sync(writing, limiter=self.writers)
+        except TimeoutError:
+            raise UnavailableError("The database is busy. Try again in a moment.") from None
 
 
 async def _service(request: Request) -> Service:

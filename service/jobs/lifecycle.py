@@ -226,7 +226,7 @@ def resume(service: Service, job_id: str) -> Job:
 
 async def stop(service: Service, job_id: str) -> Job:
     """Cancel a job and wait for a while until no part of it runs."""
-    await run_in_threadpool(cancel, service, job_id)
+    await service.write(cancel, service, job_id)
     timeout = service.settings.cancel_grace_seconds + STOP_SECONDS
     await until(service, job_id, timeout, lambda status: status.state.final)
     return await run_in_threadpool(show, service, job_id)
@@ -244,7 +244,7 @@ async def remove(service: Service, job_id: str) -> None:
         job = await stop(service, job_id)
         if not job.state.final:
             raise UnavailableError("The job is being stopped. Delete it again in a moment.")
-        await run_in_threadpool(_forget, service, job_id)
+        await service.write(_forget, service, job_id)
 
 
 def _forget(service: Service, job_id: str) -> None:
@@ -336,7 +336,7 @@ def _check_pins(session: Session, principal: Principal, most: int) -> None:
 
 
 def request_of(service: Service, job_id: str) -> bytes:
-    """Return the request of a job, byte for byte.
+    """Return the request of a job, as compact JSON.
 
     Raises
     ------

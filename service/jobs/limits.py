@@ -229,3 +229,31 @@ class BodyMemoryLimit:
             yield add
         finally:
             self.bytes -= held
+
+
+class UploadCount:
+    """Counts the bytes of each user's uploads under way. Used by one thread, that of the event loop."""
+
+    def __init__(self) -> None:
+        self._bytes_of: Counter[str] = Counter()
+
+    def bytes_of(self, principal: Principal) -> int:
+        """How many bytes of a user have arrived that are not entered yet."""
+        return self._bytes_of[principal.name]
+
+    @contextmanager
+    def counting(self, principal: Principal) -> Iterator[Callable[[int], None]]:
+        """Return a function that counts bytes of one upload until the block ends."""
+        held = 0
+
+        def add(count: int) -> None:
+            nonlocal held
+            held += count
+            self._bytes_of[principal.name] += count
+
+        try:
+            yield add
+        finally:
+            self._bytes_of[principal.name] -= held
+            if not self._bytes_of[principal.name]:
+                del self._bytes_of[principal.name]

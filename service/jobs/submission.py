@@ -69,6 +69,27 @@ class Submission:
 
 
 @dataclass(frozen=True)
+class Prepared:
+    """A request that may be carried out, and what the store and the database keep of it.
+
+    Attributes
+    ----------
+    spec : Spec
+        What is rendered, and identifies equal pictures.
+    body : bytes
+        The request without blanks.
+    stored : bytes
+        The same, compressed.
+    """
+
+    sent: Submission
+    admitted: Admitted
+    spec: Spec
+    body: bytes
+    stored: bytes
+
+
+@dataclass(frozen=True)
 class SubmittedJob:
     """A job that was taken, now or when the same request came before; how full the queue is with it.
 
@@ -83,32 +104,41 @@ class SubmittedJob:
     queue: Queue | None = None
 
 
-def submit(service: Service, sent: Submission) -> SubmittedJob:
-    """Keep a job.
+def prepare(service: Service, sent: Submission) -> Prepared | SubmittedJob:
+    """Read, check and price a request, or return the job of the same request that came before.
+
+    All that takes long for a large request is done here, before a transaction that others wait for.
 
     Raises
     ------
     renderer.SceneError
         If the request cannot be used.
+    """
+    with service.database.reading() as session:
+        before = _sent_before(session, sent)
+        if before is not None and before.body_sha256 == sent.body_sha256:
+            return SubmittedJob(_job_of(session, before), replayed=True)
+    admitted, body = admit(service, sent.principal, sent.body), canonical.compact(sent.body)
+    spec = canonical.private_spec(body) if sent.anew else canonical.spec_of(admitted.request)
+    return Prepared(sent, admitted, spec, body, zlib.compress(body, 1))
+
+
+def enter(service: Service, prepared: Prepared) -> SubmittedJob:
+    """Enter a job, or return the job of an equal request with the same key.
+
+    Raises
+    ------
     ReusedKeyError
         If its key came with another request before.
     QueueFullError
         If it does not fit into the queue now.
     """
-    if sent.key is not None:
-        with service.database.reading() as session:
-            before = _sent_before(session, sent)
-            if before is not None and before.body_sha256 == sent.body_sha256:
-                return SubmittedJob(_job_of(session, before), replayed=True)
-    admitted = admit(service, sent.principal, sent.body)
     for number in range(TRIES - 1):
         try:
-            return enter(service, sent, admitted, alone=number > 0)
-        except IntegrityError:
-            log.debug("entered by another request at the same time")
-        except _RenderEndedError:
-            log.debug("the render to join has ended without a picture meanwhile")
-    return enter(service, sent, admitted, alone=True)
+            return _enter(service, prepared, alone=number > 0)
+        except (IntegrityError, _OvertakenError):
+            log.debug("another request was faster")
+    return _enter(service, prepared, alone=True)
 
 
 def _sent_before(session: Session, sent: Submission) -> IdempotencyRow | None:
@@ -123,26 +153,25 @@ def _job_of(session: Session, before: IdempotencyRow) -> str:
     return session.scalars(select(JobRow.id).where(JobRow.number == before.job)).one()
 
 
-def _replayed(session: Session, sent: Submission) -> str | None:
-    """Return the job of an earlier equal request with the same key."""
-    before = _sent_before(session, sent)
-    if before is None:
-        return None
-    if before.body_sha256 != sent.body_sha256 and not _is_same_document(session, before, sent.body):
-        assert sent.key is not None
-        raise ReusedKeyError(sent.key)
-    return _job_of(session, before)
+def _replayed(service: Service, prepared: Prepared) -> SubmittedJob | None:
+    """Return the job of an earlier request with the same key and the same document."""
+    with service.database.reading() as session:
+        before = _sent_before(session, prepared.sent)
+        if before is None:
+            return None
+        job, stored = _job_of(session, before), session.get_one(RequestRow, before.job).body
+    # They may differ in how JSON is written: the order of members, 32.0 for 32. Booleans equal numbers in
+    # Python, but no field of an admitted request takes both.
+    if before.body_sha256 != prepared.sent.body_sha256 and (
+        json.loads(zlib.decompress(stored)) != json.loads(prepared.body)
+    ):
+        assert prepared.sent.key is not None
+        raise ReusedKeyError(prepared.sent.key)
+    return SubmittedJob(job, replayed=True)
 
 
-def _is_same_document(session: Session, before: IdempotencyRow, body: bytes) -> bool:
-    """Whether two bodies differ only in how JSON is written: blanks, the order of members, 32.0 for 32."""
-    kept = session.get_one(RequestRow, before.job).body
-    # Booleans equal numbers in Python, but no field of an admitted request takes both.
-    return bool(json.loads(zlib.decompress(kept)) == json.loads(body))
-
-
-class _RenderEndedError(Exception):
-    """There was a render to join, and there is none any more."""
+class _OvertakenError(Exception):
+    """Another request has come with the key meanwhile, or the render to join has ended."""
 
 
 @dataclass(frozen=True)
@@ -151,21 +180,17 @@ class _Entry:
 
     Attributes
     ----------
-    spec : Spec
-        What is rendered, and identifies equal pictures.
     kept : bool
         Whether the store has what a render of its own needs.
     """
 
-    sent: Submission
-    admitted: Admitted
+    prepared: Prepared
     job: JobRow
-    spec: Spec
     kept: bool
 
 
-def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool = True) -> SubmittedJob:
-    """Enter an admitted job, or return the earlier job of an equal request.
+def _enter(service: Service, prepared: Prepared, *, alone: bool) -> SubmittedJob:
+    """Enter a job once.
 
     Parameters
     ----------
@@ -173,17 +198,18 @@ def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool
         Whether to prepare for a render of its own in any case. Otherwise nothing is written to the store
         where there is a render to join, and if that has ended meanwhile, the job is not entered.
     """
-    job = _job(sent.principal, admitted)
-    spec = canonical.private_spec(sent.body) if sent.anew else canonical.spec_of(admitted.request)
-    entry = _Entry(sent, admitted, job, spec, kept=alone or _needs_render(service, sent, job, spec))
+    known = _replayed(service, prepared) if prepared.sent.key is not None else None
+    if known is not None:
+        return known
+    job = _job(prepared)
+    entry = _Entry(prepared, job, kept=alone or _needs_render(service, prepared, job))
     try:
         if entry.kept:
             # Before the transaction, which would keep others waiting for the store. Workers look for it as
             # soon as that is over.
-            service.store.put_spec(job.id, spec.content)
+            service.store.put_spec(job.id, prepared.spec.content)
         with service.database.writing() as session:
-            known = _replayed(session, sent)
-            submitted = SubmittedJob(known, replayed=True) if known else _enter_job(service, session, entry)
+            submitted = _enter_job(service, session, entry)
             service.database.notify(session, work=True)
     except BaseException as error:
         # Where the connection was lost it is unknown whether the job was entered.
@@ -192,21 +218,19 @@ def enter(service: Service, sent: Submission, admitted: Admitted, *, alone: bool
         raise
     if entry.kept and submitted.render != job.id:
         service.store.drop_job(job.id)
-    service.dispatcher.wake()
-    service.spans.taken(submitted.job, submitted.render, shared=submitted.shared)
-    log.info(
-        "job taken",
-        job=submitted.job,
-        user=sent.principal.name,
-        render=submitted.render,
-        shared=submitted.shared,
-        replayed=submitted.replayed,
-    )
+    _announce(service, prepared.sent.principal, submitted)
     return submitted
 
 
-def _needs_render(service: Service, sent: Submission, job: JobRow, spec: Spec) -> bool:
-    """Whether there is neither a job of this request nor a render of its picture whose files are there.
+def _announce(service: Service, principal: Principal, submitted: SubmittedJob) -> None:
+    service.dispatcher.wake()
+    service.spans.taken(submitted.job, submitted.render, shared=submitted.shared)
+    names = {"job": submitted.job, "render": submitted.render, "shared": submitted.shared}
+    log.info("job taken", user=principal.name, **names)
+
+
+def _needs_render(service: Service, prepared: Prepared, job: JobRow) -> bool:
+    """Whether there is no render of the picture whose files are there.
 
     Raises
     ------
@@ -214,24 +238,26 @@ def _needs_render(service: Service, sent: Submission, job: JobRow, spec: Spec) -
         If there is no room for another render: nothing is written to the store for it.
     """
     with service.database.reading() as session:
-        if _sent_before(session, sent):
-            return False
-        found = _render_of(session, spec)
+        found = _render_of(session, prepared.spec)
     if found is not None and (not found.state.final or damaged_files.has_files(service, found)):
         return False
     with service.database.reading() as session:
         job.load = job.predicted_cpu_seconds
-        check_queue(session, service.settings, sent.principal, job, service.dispatcher.throughput.rate())
+        rate = service.dispatcher.throughput.rate()
+        check_queue(session, service.settings, prepared.sent.principal, job, rate)
         return True
 
 
 def _enter_job(service: Service, session: Session, entry: _Entry) -> SubmittedJob:
-    sent, admitted, job, spec = entry.sent, entry.admitted, entry.job, entry.spec
+    prepared, job = entry.prepared, entry.job
+    sent, admitted, spec = prepared.sent, prepared.admitted, prepared.spec
+    if _sent_before(session, sent):
+        raise _OvertakenError
     found = _render_of(session, spec)
     if found is not None:
         _share(job, found)
     elif not entry.kept:
-        raise _RenderEndedError
+        raise _OvertakenError
     job.load = 0.0 if found else job.predicted_cpu_seconds
     rate = service.dispatcher.throughput.rate()
     queue = check_queue(session, service.settings, sent.principal, job, rate)
@@ -249,7 +275,7 @@ def _enter_job(service: Service, session: Session, entry: _Entry) -> SubmittedJo
     if found is None and job.render_number is not None:
         session.execute(_TILES, [rows.new_step(job.render_number, pass_, tile) for pass_, tile in steps])
         uploads.enter_uses(session, job.render_number, uploads.hashes_of(admitted.request.scene))
-    _enter_parts(session, sent, job)
+    _enter_parts(session, prepared, job)
     if found is not None:
         sharing.follow(session, found)
     if not job.state.final:
@@ -258,8 +284,9 @@ def _enter_job(service: Service, session: Session, entry: _Entry) -> SubmittedJo
     return SubmittedJob(job.id, replayed=False, render=render, shared=found is not None, queue=queue)
 
 
-def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
-    session.execute(_REQUESTS, {"job": job.number, "body": zlib.compress(sent.body, 1)})
+def _enter_parts(session: Session, prepared: Prepared, job: JobRow) -> None:
+    sent = prepared.sent
+    session.execute(_REQUESTS, {"job": job.number, "body": prepared.stored})
     if job.labels:
         labels = [
             {"job": job.number, "owner": job.owner, "name": name, "value": value}
@@ -279,11 +306,11 @@ def _enter_parts(session: Session, sent: Submission, job: JobRow) -> None:
         session.flush()
 
 
-def _job(principal: Principal, admitted: Admitted) -> JobRow:
-    request = admitted.request
+def _job(prepared: Prepared) -> JobRow:
+    admitted, request = prepared.admitted, prepared.admitted.request
     return JobRow(
         id=secrets.token_hex(8),
-        owner=principal.name,
+        owner=prepared.sent.principal.name,
         name=request.scene.name,
         labels=request.labels,
         priority=request.priority,

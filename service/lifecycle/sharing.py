@@ -9,7 +9,7 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Any, NamedTuple
 
-from sqlalchemy import exists, select, update
+from sqlalchemy import case, exists, select, update
 from sqlalchemy.orm import Session
 
 from schemas.api.jobs import Failure, JobState
@@ -77,7 +77,22 @@ def leave_ended(session: Session, row: JobRow, state: JobState, failure: Failure
     render = row.render
     leave(row)
     rows.end_alone(session, row, state, failure)
+    _pass_on_load(session, row, render)
     follow(session, render)
+
+
+def _pass_on_load(session: Session, row: JobRow, render: RenderRow | None) -> None:
+    """Let another job that waits for a render count what this one added to the queue: it is still rendered.
+
+    It is the next of the same owner, if there is one, or else the oldest.
+    """
+    if render is None or not row.load:
+        return
+    waiting = JobRow.render_number == render.number, JobRow.state.in_(rows.OPEN)
+    order = case((JobRow.owner == row.owner, 0), else_=1), JobRow.number
+    heir = session.scalar(select(JobRow).where(*waiting).order_by(*order).limit(1))
+    if heir is not None:
+        heir.load, row.load = heir.load + row.load, 0.0
 
 
 def end_late(session: Session) -> tuple[list[RenderRow], list[str], float | None]:

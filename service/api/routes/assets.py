@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import AsyncIterator, Callable
 from datetime import UTC, datetime
 from typing import Annotated, Any
 
@@ -9,6 +11,7 @@ from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
 
 from schemas.api.jobs import Asset
 from service.access.principals import Principal
@@ -65,27 +68,49 @@ async def put_asset(here: Here, request: Request, sha256: Sha256, user: CurrentU
     Only users who have sent a file may use it: knowing its hash is not enough.
     """
     check_preconditions(request, await run_in_threadpool(_version, here, user, sha256))
-    most, room = here.settings.max_asset_bytes, await run_in_threadpool(_room, here, user, sha256)
-    content = chunks(request, min(most, room), here.settings.client_timeout_seconds)
+    with here.uploads.counting(user) as count:
+        size, header = await here.assets.receive(sha256, _content(here, request, sha256, user, count))
+        row = AssetRow(
+            sha256=sha256,
+            bytes=size,
+            media_type=header.media_type,
+            width=header.width,
+            height=header.height,
+            created_at=(now := datetime.now(UTC)),
+            used_at=now,
+        )
+        try:
+            return await here.write(_keep, here, row, user)
+        except IntegrityError:  # another request has entered it meanwhile
+            return await here.write(_keep, here, row, user)
+
+
+async def _content(
+    here: Service, request: Request, sha256: str, user: Principal, count: Callable[[int], None]
+) -> AsyncIterator[bytes]:
+    """Iterate over a body as it arrives, within the quota of its user, in which other uploads count too.
+
+    Raises
+    ------
+    UploadQuotaError
+        As soon as it is known that there is no room for it.
+    """
+    most, quota = here.settings.max_asset_bytes, here.settings.max_user_asset_bytes
+    room = await run_in_threadpool(_room, here, user, sha256)
     try:
-        size, header = await here.assets.receive(sha256, content)
+        async for chunk in chunks(request, int(min(most, room)), here.settings.client_timeout_seconds):
+            if here.uploads.bytes_of(user) + len(chunk) > room:
+                raise UploadQuotaError(quota, 0)
+            count(len(chunk))
+            yield chunk
     except BodyTooLargeError:
         if room >= most:
             raise
-        raise UploadQuotaError(here.settings.max_user_asset_bytes, room) from None
-    row = AssetRow(
-        sha256=sha256,
-        bytes=size,
-        media_type=header.media_type,
-        width=header.width,
-        height=header.height,
-        created_at=(now := datetime.now(UTC)),
-        used_at=now,
-    )
-    try:
-        return await run_in_threadpool(_keep, here, row, user)
-    except IntegrityError:  # another request has entered it meanwhile
-        return await run_in_threadpool(_keep, here, row, user)
+        raise UploadQuotaError(quota, int(room)) from None
+    # What others have sent is counted as an upload, or in the database, which is read after that.
+    arrived = here.uploads.bytes_of(user)
+    if arrived > await run_in_threadpool(_room, here, user, sha256):
+        raise UploadQuotaError(quota, 0)
 
 
 def _version(service: Service, principal: Principal, sha256: str) -> dict[str, str]:
@@ -94,17 +119,25 @@ def _version(service: Service, principal: Principal, sha256: str) -> dict[str, s
         return {"ETag": f'"{sha256}"'} if uploads.find_upload(session, sha256, principal) else {}
 
 
-def _room(service: Service, principal: Principal, sha256: str) -> int:
+def _room(service: Service, principal: Principal, sha256: str) -> float:
     """How many bytes a user may send; without authentication there is no limit."""
-    if principal.is_everyone:
-        return service.settings.max_asset_bytes
     with service.database.reading() as session:
-        taken = uploads.bytes_of(session, principal.name, apart_from=sha256)
+        return _room_in(session, service, principal, sha256)
+
+
+def _room_in(session: Session, service: Service, principal: Principal, sha256: str) -> float:
+    if principal.is_everyone:
+        return math.inf
+    taken = uploads.bytes_of(session, principal.name, apart_from=sha256)
     return max(0, service.settings.max_user_asset_bytes - taken)
 
 
 def _keep(service: Service, row: AssetRow, principal: Principal) -> Asset:
+    """Enter an asset. Another server may have received others meanwhile; the file stays until it is swept."""
     with service.database.writing() as session:
+        room = _room_in(session, service, principal, row.sha256)
+        if row.bytes > room:
+            raise UploadQuotaError(service.settings.max_user_asset_bytes, int(room))
         return _describe(uploads.enter_upload(session, row, principal.name))
 
 
@@ -134,16 +167,30 @@ def _describe(row: AssetRow) -> Asset:
     operation_id="get_asset",
     summary="Get an asset",
 )
-def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -> Response:
+async def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentUser) -> Response:
     """Get a texture or a mesh exactly as it was uploaded. Files of other users are answered 404."""
-    with here.database.reading() as session:
-        row = uploads.find_upload(session, sha256, user)
-    if row is None:
-        raise UnknownAssetError
+    row = await run_in_threadpool(_find, here, sha256, user)
     if request.method == "HEAD" and uploads.is_due(row):
         # A client that finds it here does not send it again, and relies on it.
-        with here.database.writing() as session:
-            uploads.note(session, sha256)
+        await here.write(_note, here, sha256)
+    return await run_in_threadpool(_stored, here, request, row)
+
+
+def _find(service: Service, sha256: str, principal: Principal) -> AssetRow:
+    with service.database.reading() as session:
+        row = uploads.find_upload(session, sha256, principal)
+    if row is None:
+        raise UnknownAssetError
+    return row
+
+
+def _note(service: Service, sha256: str) -> None:
+    with service.database.writing() as session:
+        uploads.note(session, sha256)
+
+
+def _stored(here: Service, request: Request, row: AssetRow) -> Response:
+    sha256 = row.sha256
     etag = f'"{sha256}"'
     headers = {"ETag": etag, "Content-Disposition": "attachment", "X-Content-Type-Options": "nosniff"}
     stored = here.assets.find(sha256, row.bytes)

@@ -76,7 +76,11 @@ async def submit(
     """
     anew = "no-cache" in joined(request, "cache-control").lower()
     sent = submissions.Submission(user, body, idempotency_key, anew)
-    submitted = await here.read(submissions.submit, here, sent)
+    prepared = await here.read(submissions.prepare, here, sent)
+    if isinstance(prepared, submissions.Prepared):
+        submitted = await here.write(submissions.enter, here, prepared)
+    else:
+        submitted = prepared
     wait = preferred_wait(prefer, here.settings.max_wait_seconds)
     # The job is accepted in any case, and a preference need not be honoured.
     if wait and here.streams.allows(user):
@@ -150,13 +154,13 @@ async def cancel_job(here: Here, response: Response, job_id: ChangedJob) -> Job:
     response_description="The job, paused.",
     responses=UNKNOWN | NOT_YOURS,
 )
-def pause_job(here: Here, job_id: ChangedJob) -> Job:
+async def pause_job(here: Here, job_id: ChangedJob) -> Job:
     """Pause a job. Workers finish the tiles that they hold and get no more of them.
 
     The time limit is suspended. If other jobs share the picture, it continues for them. A job that has
     ended does not change.
     """
-    return jobs.pause(here, job_id)
+    return await here.write(jobs.pause, here, job_id)
 
 
 @router.post(
@@ -165,9 +169,9 @@ def pause_job(here: Here, job_id: ChangedJob) -> Job:
     response_description="The job, no longer paused.",
     responses=UNKNOWN | NOT_YOURS,
 )
-def resume_job(here: Here, job_id: ChangedJob) -> Job:
+async def resume_job(here: Here, job_id: ChangedJob) -> Job:
     """Resume a paused job. A job that is not paused does not change."""
-    return jobs.resume(here, job_id)
+    return await here.write(jobs.resume, here, job_id)
 
 
 @router.delete(
@@ -208,11 +212,11 @@ def get_log(here: Here, job_id: JobId) -> JobLog:
     "/{job_id}/request",
     response_model=JobRequest,
     summary="Get the request of a job",
-    response_description="The body that was sent.",
+    response_description="The body that was sent, without its blanks.",
     responses=UNKNOWN,
 )
 def get_request(here: Here, job_id: JobId) -> Response:
-    """Get the body that the job was submitted with, byte for byte."""
+    """Get the body that the job was submitted with, as compact JSON."""
     return Response(jobs.request_of(here, job_id), media_type="application/json")
 
 
@@ -237,7 +241,7 @@ async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
 
     The order survives a restart of the service. If jobs share a picture, the last request counts.
     """
-    await run_in_threadpool(jobs.focus, here, job_id, body)
+    await here.write(jobs.focus, here, job_id, body)
 
 
 @router.put(
@@ -248,14 +252,14 @@ async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
     | problem(410, "The picture has expired.", "picture_gone")
     | problem(403, "You have pinned as many jobs as you may.", "forbidden"),
 )
-def pin_job(here: Here, user: CurrentUser, job_id: JobId) -> Job:
+async def pin_job(here: Here, user: CurrentUser, job_id: JobId) -> Job:
     """Keep the picture of a job until the job is unpinned or deleted. For its owner and staff."""
-    return jobs.pin(here, job_id, user)
+    return await here.write(jobs.pin, here, job_id, user)
 
 
 @router.delete(
     "/{job_id}/pin", summary="Unpin a job", response_description="The job, not pinned.", responses=UNKNOWN
 )
-def unpin_job(here: Here, job_id: JobId) -> Job:
+async def unpin_job(here: Here, job_id: JobId) -> Job:
     """Let the picture of a job expire like any other."""
-    return jobs.unpin(here, job_id)
+    return await here.write(jobs.unpin, here, job_id)

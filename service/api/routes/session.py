@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response
-from fastapi.concurrency import run_in_threadpool
 
 from schemas.api.administration import WhoAmI
 from service.access import keys
@@ -40,7 +39,7 @@ async def begin_session(here: Here, request: Request, response: Response, user: 
     """
     key = read_key(bearer(request) or "")
     if key is not None and not here.settings.behind_proxy and not user.is_everyone:
-        token = await run_in_threadpool(_begin, here, key)
+        token = await here.write(_begin, here, key)
         response.set_cookie(
             cookie_name(request),
             token,
@@ -70,7 +69,7 @@ async def end_session(here: Here, request: Request, response: Response, user: Cu
     """End the session of the cookie that comes with the request."""
     token = request.cookies.get(cookie_name(request))
     if token:
-        await run_in_threadpool(_end, here, token)
+        await here.write(_end, here, token)
     # Browsers ignore a cookie of this name that is not Secure, be it to delete it.
     secure = request.url.scheme == "https"
     response.delete_cookie(cookie_name(request), secure=secure, httponly=True, samesite="strict")

@@ -12,10 +12,10 @@ from fastapi.sse import EventSourceResponse, format_sse_event
 
 from schemas.api import batches
 from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
-from service.api.authentication import CurrentUser, JobId
+from service.api.authentication import CurrentUser, JobId, authenticate
 from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
 from service.api.routes.stored import streamed
-from service.errors import DamagedJobError, UnknownJobError
+from service.errors import DamagedJobError, UnauthenticatedError, UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs import tile_events
 from service.jobs.context import Here
@@ -78,6 +78,8 @@ async def get_tiles(
         with here.streams.waiting(user):
             seconds = min(wait, here.settings.max_wait_seconds)
             await jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
+        # The key may have been revoked meanwhile.
+        await authenticate(request, here)
     response.headers["Vary"] = "Accept"
     if negotiate(request, FORMS) != batches.MEDIA_TYPE:
         return await run_in_threadpool(tile_events.batch, here, job_id, after)
@@ -115,7 +117,7 @@ async def events_exist(job: Annotated[Job, Depends(known)]) -> Response:  # noqa
     response_description="A stream of events, until the job ends.",
 )
 async def get_events(
-    here: Here, job: Annotated[Job, Depends(watching)], last_event_id: LastEventId = None
+    here: Here, request: Request, job: Annotated[Job, Depends(watching)], last_event_id: LastEventId = None
 ) -> Response:
     """Stream the events of finished tiles as Server-Sent Events: the same as `/tiles` returns.
 
@@ -124,12 +126,21 @@ async def get_events(
     `Last-Event-ID`. A comment every 10 seconds keeps an idle connection open.
     """
     # The framework's own streams end with an error where a client leaves that has not read everything.
-    return EventSourceResponse(_events(here, job, last_event_id or 0), headers=STREAMED)
+    return EventSourceResponse(_events(here, request, job, last_event_id or 0), headers=STREAMED)
 
 
-async def _events(here: Here, job: Job, after: int) -> AsyncIterator[bytes]:
+async def _is_admitted(request: Request, here: Here) -> bool:
+    """Whether the key or the session of a request is still good: a stream may outlive both."""
+    try:
+        await authenticate(request, here)
+    except UnauthenticatedError:
+        return False
+    return True
+
+
+async def _events(here: Here, request: Request, job: Job, after: int) -> AsyncIterator[bytes]:
     with here.job_events.watch(job.id) as watcher:
-        while True:
+        while await _is_admitted(request, here):
             try:
                 batch, ended = await run_in_threadpool(tile_events.batch_and_end, here, job.id, after)
             except UnknownJobError:

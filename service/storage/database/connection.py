@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 import secrets
 import sqlite3
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 from sqlalchemy import Connection, Engine, event, text
@@ -20,7 +22,8 @@ from sqlalchemy.pool import ConnectionPoolEntry
 
 from service.storage.database.urls import ANSWER_SECONDS, engine_of
 
-BUSY_TIMEOUT_MS = 10_000
+BUSY_SECONDS = 10.0
+"""How long a transaction waits for its turn to write."""
 # A server that was stopped in the middle of a transaction, or cut off, delays others at most this long.
 SILENCE_TIMEOUT_MS = 3_000
 # Any numbers that other programs on the same database do not use.
@@ -39,7 +42,23 @@ HEARTBEAT_SECONDS, HEARD_SECONDS = 2.0, 3.0
 PRIMARY = 0xFF
 """The bits of an error code of SQLite that say its kind."""
 
+_UNTIL: ContextVar[float] = ContextVar("until", default=math.inf)
+
 _NOTIFY = text("SELECT pg_notify(:channel, :document)")
+
+
+@contextmanager
+def patience(seconds: float) -> Iterator[None]:
+    """Let transactions that begin in the block wait for their turn no longer than until this time is over."""
+    token = _UNTIL.set(time.monotonic() + seconds)
+    try:
+        yield
+    finally:
+        _UNTIL.reset(token)
+
+
+def _left(until: float) -> float:
+    return max(0.0, until - time.monotonic())
 
 
 class Database:
@@ -94,8 +113,11 @@ class Database:
     @contextmanager
     def writing(self) -> Iterator[Session]:
         """A transaction that is committed at the end, or undone when an exception leaves it."""
-        with self._in_turn(), Session(self._writer, expire_on_commit=False) as session, session.begin():
-            yield session
+        until = min(_UNTIL.get(), time.monotonic() + BUSY_SECONDS)
+        with self._in_turn(until):
+            engine = self._writer.execution_options(until=until)
+            with Session(engine, expire_on_commit=False) as session, session.begin():
+                yield session
 
     @contextmanager
     def starting(self) -> Iterator[None]:
@@ -110,8 +132,8 @@ class Database:
             yield
 
     @contextmanager
-    def _in_turn(self) -> Iterator[None]:
-        if not self._lock.acquire(timeout=BUSY_TIMEOUT_MS / 1000):
+    def _in_turn(self, until: float) -> Iterator[None]:
+        if not self._lock.acquire(timeout=_left(until)):
             raise PoolTimeoutError("Other threads were writing all the time.")
         try:
             yield
@@ -189,13 +211,18 @@ def _prepare_sqlite(connection: DBAPIConnection, _entry: ConnectionPoolEntry) ->
     # In WAL mode NORMAL loses nothing when the process dies; a power cut may lose the last transactions.
     cursor.execute("PRAGMA synchronous = NORMAL")
     cursor.execute("PRAGMA foreign_keys = ON")
-    cursor.execute(f"PRAGMA busy_timeout = {BUSY_TIMEOUT_MS}")
     cursor.close()
 
 
 def _begin_sqlite(connection: Connection) -> None:
-    writes = connection.get_execution_options().get("writes", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+    options = connection.get_execution_options()
+    connection.exec_driver_sql(f"PRAGMA busy_timeout = {_patience_ms(options)}")
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if options.get("writes", False) else "BEGIN")
+
+
+def _patience_ms(options: Mapping[str, Any]) -> int:
+    until = options.get("until")
+    return int(1000 * (BUSY_SECONDS if until is None else _left(until)))
 
 
 def _give_up_sqlite(failure: ExceptionContext) -> None:
@@ -215,7 +242,8 @@ def _begin_postgresql(connection: Connection) -> None:
     silence_ms = options.get("silence_ms", SILENCE_TIMEOUT_MS)
     # Set for this transaction alone, so that connections may come from a pool that others use too.
     connection.exec_driver_sql(
-        f"SELECT set_config('lock_timeout', '{BUSY_TIMEOUT_MS}', true),"
+        # Zero would be no limit.
+        f"SELECT set_config('lock_timeout', '{_patience_ms(options) + 1}', true),"
         f" set_config('idle_in_transaction_session_timeout', '{silence_ms}', true),"
         f" pg_advisory_xact_lock({lock})"
     )

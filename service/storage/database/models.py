@@ -164,10 +164,10 @@ class JobRow(Base):
 
     ``number`` orders jobs by arrival; ``id`` is the name that the outside knows. While it shares in a render
     its state is that of the render. One that has left before the others, or whose picture is gone, has none,
-    and keeps in ``parting`` what is still reported of it. ``load`` is what it has added to the queue, in CPU
-    seconds; nothing if it shares what was there. After ``coarse_cpu_seconds``, those of its coarse picture,
-    the next job of its owner starts. ``paused_at`` and ``paused_seconds`` are as in a render. One that is
-    ``pinned`` keeps its picture until it is deleted.
+    and keeps in ``parting`` what is still reported of it. ``load`` is what it counts in the queue, in CPU
+    seconds; nothing if it shares what another counts, who passes it on when it leaves. After
+    ``coarse_cpu_seconds``, those of its coarse picture, the next job of its owner starts. ``paused_at`` and
+    ``paused_seconds`` are as in a render. One that is ``pinned`` keeps its picture until it is deleted.
     """
 
     __tablename__ = "jobs"

@@ -6,6 +6,7 @@ import csv
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from service.storage.database.connection import Database
 from service.storage.database.models import KeyRow, SessionRow
 from tests.service.in_process import InProcess, in_process
 from tests.service.sending import SMALL, bearer, make_keys, mistakes, problem_of
-from tests.service.support import BOTH, TIMEOUT, until
+from tests.service.support import BOTH, TIMEOUT, long_scene, until
 
 EVERYWHERE = "0.0.0.0"  # noqa: S104  (it is refused)
 ROLES = {"ann": Role.SUBMIT, "bob": Role.SUBMIT, "staff": Role.STAFF, "admin": Role.ADMIN}
@@ -42,7 +43,7 @@ def secrets(data: Path) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def guarded(data: Path, secrets: dict[str, str]) -> Iterator[InProcess]:
-    with in_process(Settings(data=data, workers=1)) as local:
+    with in_process(Settings(data=data, workers=1, heartbeat_seconds=0.2)) as local:
         yield local
 
 
@@ -184,6 +185,25 @@ def test_revoked_and_expired_keys_are_replaced_by_a_roster(database: Database) -
         while pages[-1]:
             pages.append(keys.page(session, 2, pages[-1][-1].id))
     assert [row.user for page in pages for row in page] == ["ann", "ann", "bob", "bob", "eve"]
+
+
+def test_stream_ends_with_its_key(guarded: InProcess, ask: Ask) -> None:
+    with guarded.service.database.writing() as session:
+        key = keys.add(session, "eve", Role.SUBMIT)
+    with guarded.client(headers=bearer(str(key))) as eve, ThreadPoolExecutor(1) as pool:
+        job = eve.post("/v1/jobs", json={"scene": long_scene()}).json()["id"]
+        assert eve.post(f"/v1/jobs/{job}/pause").json()["paused"]
+        stream = pool.submit(eve.get, f"/v1/jobs/{job}/events")
+        try:
+            # Now it waits.
+            until(lambda: guarded.service.job_events.pause(job) >= 0)
+            with guarded.service.database.writing() as session:
+                keys.revoke(session, key.id)
+            answer = stream.result(TIMEOUT)
+        finally:
+            ask("admin", "POST", f"/v1/jobs/{job}/cancel")
+    assert answer.status_code == 200
+    assert "event: end" not in answer.text
 
 
 def test_session_cookie_stands_for_a_key(guarded: InProcess, ask: Ask) -> None:

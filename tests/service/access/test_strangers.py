@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -80,7 +81,9 @@ class World:
 @pytest.fixture(scope="module")
 def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
     data = tmp_path_factory.mktemp("strangers")
-    secrets = make_keys(data, ann=Role.SUBMIT, bob=Role.SUBMIT, eve=Role.SUBMIT, tutor=Role.STAFF)
+    secrets = make_keys(
+        data, ann=Role.SUBMIT, bob=Role.SUBMIT, eve=Role.SUBMIT, tutor=Role.STAFF, fay=Role.SUBMIT
+    )
     settings = Settings(data=data, workers=1, max_user_asset_bytes=60_000, max_asset_bytes=50_000)
     with in_process(settings) as local:
         there = World(local, secrets, {})
@@ -195,6 +198,14 @@ def test_uploads_of_a_user_have_a_limit_together(world: World) -> None:
         assert put(eve, big).status_code == 200
     with world.client("bob") as bob:
         assert put(bob, big).status_code == 200
+
+
+def test_uploads_at_the_same_time_have_the_same_limit(world: World) -> None:
+    files = [png(120 + number, 120) for number in range(6)]
+    with world.client("fay") as fay, ThreadPoolExecutor(6) as pool:
+        codes = sorted(answer.status_code for answer in pool.map(lambda file: put(fay, file), files))
+        assert codes == [200] + 5 * [413]
+        assert sum(fay.head(f"/v1/assets/{name_of(file)[7:]}").status_code == 200 for file in files) == 1
 
 
 def test_metrics_and_pruning_have_their_roles(world: World) -> None:

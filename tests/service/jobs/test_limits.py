@@ -85,11 +85,12 @@ def test_queue_of_one_user_is_not_anothers(start: Start, tmp_path: Path, price: 
             keys.add(session, "ann", Role.SUBMIT, max_jobs=1),
             keys.add(session, "bob", Role.SUBMIT),
             keys.add(session, "eve", Role.SUBMIT, max_cpu_seconds=0.5 * price),
+            keys.add(session, "dan", Role.SUBMIT, max_cpu_seconds=1.5 * price),
         ]
     database.close()
-    server = start(workers=1, max_queued_jobs=3)
+    server = start(workers=1, max_queued_jobs=4)
     with ExitStack() as stack:
-        ann, bob, eve = (
+        ann, bob, eve, dan = (
             stack.enter_context(
                 httpx2.Client(
                     base_url=server.url, timeout=TIMEOUT, headers={"Authorization": f"Bearer {key}"}
@@ -101,4 +102,9 @@ def test_queue_of_one_user_is_not_anothers(start: Start, tmp_path: Path, price: 
         # Too dear for its user for good.
         assert ask(eve, 0).json()["errors"][0]["code"] == "cost"
         assert codes(ann, 1, 2) == [202, 429]
+        # Two jobs share a render: with the first of them its cost stays in the queue.
+        first, _ = [ask(dan, 6).json()["id"] for _ in range(2)]
+        assert codes(dan, 7) == [429]
+        assert dan.post(f"/v1/jobs/{first}/cancel").json()["state"] == "cancelled"
+        assert codes(dan, 7) == [429]
         assert codes(bob, 3, 4, 5) == [202, 202, 429]

@@ -45,13 +45,6 @@ def test_submission_may_wait_for_the_end(api: httpx2.Client) -> None:
     assert ended(answer.json())
 
 
-def test_request_comes_back_byte_for_byte(api: httpx2.Client) -> None:
-    body = json.dumps(SMALL, indent=3).encode()
-    sent = api.post("/v1/jobs", content=body, headers=JSON).json()["id"]
-    answer = api.get(f"/v1/jobs/{sent}/request")
-    assert (answer.headers["Content-Type"], answer.content) == ("application/json", body)
-
-
 @pytest.mark.parametrize(
     ("change", "place"),
     [

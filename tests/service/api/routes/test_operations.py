@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sqlite3
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
@@ -18,7 +19,7 @@ from service.settings import Settings
 from tests.service.conftest import Start
 from tests.service.in_process import InProcess, in_process
 from tests.service.processes import fork_servers_of, workers_of
-from tests.service.sending import SMALL, png, problem_of, put
+from tests.service.sending import SMALL, png, problem_of, put, textured
 from tests.service.support import API_ON_BOTH, TIMEOUT, scene, until
 
 # The number of threads that answer requests.
@@ -114,24 +115,35 @@ def test_health_tells_of_a_missing_worker(start: Start) -> None:
 
 
 @pytest.mark.slow
-def test_health_tells_of_a_database_that_takes_no_writes(start: Start, tmp_path: Path) -> None:
-    """The process lives meanwhile, even if all its threads wait for the database."""
+def test_database_that_takes_no_writes_holds_back_writers_alone(start: Start, tmp_path: Path) -> None:
+    """They are all refused at the same time, however many they are; nobody else waits for them."""
     server = start(workers=1)
-    threads = Path(f"/proc/{server.process.pid}/task")
+    body = {"scene": scene(8, 8)}
     with (
         httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
-        ThreadPoolExecutor(REQUEST_THREADS) as pool,
+        ThreadPoolExecutor(REQUEST_THREADS + 1) as pool,
         closing(sqlite3.connect(tmp_path / "penumbra.sqlite")) as connection,
     ):
-        job = client.post("/v1/jobs", json={"scene": scene(8, 8)}).json()["id"]
-        before = len(list(threads.iterdir()))
+        job = client.post("/v1/jobs", json=body).json()["id"]
         connection.execute("PRAGMA busy_timeout = 10000")
         connection.execute("BEGIN IMMEDIATE")
-        assert "database" in missing(client)
-        waiting = [pool.submit(client.put, f"/v1/jobs/{job}/pin") for _ in range(REQUEST_THREADS)]
-        until(lambda: len(list(threads.iterdir())) >= max(before, REQUEST_THREADS))
+        begun = time.monotonic()
+        waiting = [pool.submit(client.put, f"/v1/jobs/{job}/pin") for _ in range(REQUEST_THREADS // 2)]
+        waiting += [
+            pool.submit(client.post, "/v1/jobs", json=body | {"labels": {"number": str(number)}})
+            for number in range(REQUEST_THREADS // 2)
+        ]
+        health = pool.submit(missing, client)
         assert client.get("/livez").status_code == 200
+        assert client.get("/v1/jobs").json()["jobs"][0]["id"] == job
+        assert client.post("/v1/plans", json=body).status_code == 200
+        wrong = client.post("/v1/plans", json={"scene": textured("sha256:" + "0" * 64)})
+        assert problem_of(wrong, 422)["errors"][0]["line"] == 1
         assert not any(request.done() for request in waiting)
+        assert {request.result().status_code for request in waiting} == {503}
+        assert "database" in health.result()
+        # Two waits one after another would be twenty.
+        assert time.monotonic() - begun < 18
         connection.rollback()
-        assert {request.result().status_code for request in waiting} == {200}
+        assert client.put(f"/v1/jobs/{job}/pin").status_code == 200
         assert client.get("/readyz").status_code == 200
