@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from functools import partial
+from functools import cache, partial
+from threading import Lock
 from typing import Any, Literal
 
 from anyio import CapacityLimiter
@@ -115,12 +116,13 @@ def create_app(settings: Settings) -> FastAPI:
             await run_in_threadpool(stop, service)
             await run_in_threadpool(telemetry.close)
 
-    # The framework's own pages for the document load scripts from elsewhere.
+    # The framework writes the document anew each time, and its own pages for it load scripts from elsewhere.
     app = FastAPI(
         title="Penumbra",
         description=DESCRIPTION,
         version="1",
         lifespan=lifespan,
+        openapi_url=None,
         docs_url=None,
         redoc_url=None,
         telemetry=telemetry.of_requests(),
@@ -161,13 +163,21 @@ def _document_bodies(app: FastAPI) -> None:
         )
     ]
 
-    def openapi() -> dict[str, Any]:
+    # Many may ask for the first time at once.
+    building = Lock()
+
+    @cache
+    def build() -> dict[str, Any]:
         document = generate()
         _, definitions = models_json_schema(read, ref_template=COMPONENTS)
         schemas = document.setdefault("components", {}).setdefault("schemas", {})
         for name, schema in definitions["$defs"].items():
             schemas.setdefault(name, schema)
         return document
+
+    def openapi() -> dict[str, Any]:
+        with building:
+            return build()
 
     app.openapi = openapi  # type: ignore[method-assign]
 

@@ -31,6 +31,7 @@ from service.errors import (
     StoreAwayError,
     StoreFullError,
     StoreReadOnlyError,
+    UnknownJobError,
     UnknownLayerError,
 )
 from service.jobs import damaged_files
@@ -143,7 +144,7 @@ def _encoded(service: Service, finished: Finished, requested: ImageRequest) -> P
     if render.image_sha256 is not None:
         return Picture(_final(service, finished, requested), etag, 1.0)
     share = _layer_share(finished, requested.layer) if requested.layer else progress.share(render)
-    return Picture(_temporary(service.store, finished, requested), etag, share)
+    return Picture(_temporary(service, finished, requested), etag, share)
 
 
 def _find(session: Session, job_id: str, requested: ImageRequest) -> JobRow:
@@ -195,7 +196,7 @@ def _final(service: Service, finished: Finished, requested: ImageRequest) -> Sto
     except (StoreFullError, StoreReadOnlyError, StoreAwayError):
         # The next request encodes it again.
         log.warning("encoded picture not kept", render=finished.render.id, name=requested.name)
-    return found or _temporary(store, finished, requested)
+    return found or _temporary(service, finished, requested)
 
 
 def _enter(service: Service, encoded: RenderRow, file: str, checksum: Checksum) -> None:
@@ -204,9 +205,7 @@ def _enter(service: Service, encoded: RenderRow, file: str, checksum: Checksum) 
         with service.database.writing() as session:
             render = session.get(RenderRow, encoded.number)
             if render is None:
-                # Deleted meanwhile: the file would be left behind.
-                service.store.drop_job(encoded.id)
-                return
+                raise UnknownJobError
             if render.checksums is not None:
                 documents = rows.documents_of({f"{render.final_prefix}{file}": checksum})
                 render.checksums = render.checksums | documents
@@ -215,21 +214,30 @@ def _enter(service: Service, encoded: RenderRow, file: str, checksum: Checksum) 
                 if render.stored_bytes is not None:
                     render.stored_bytes += checksum.size
                     totals.add(session, totals.STORED_BYTES, checksum.size)
+    except UnknownJobError:
+        # Deleted meanwhile: the file would be left behind.
+        service.store.drop_job(encoded.id)
     except SQLAlchemyError as error:
         log.warning("encoding not entered", render=encoded.id, error=type(error).__name__)
 
 
-def unnamed(write: Callable[[IO[bytes]], None]) -> Stored:
-    """Have something written to a file that is there as long as it is sent."""
-    with translate_errors(), tempfile.NamedTemporaryFile() as file:
+def unnamed(folder: Path, write: Callable[[IO[bytes]], None]) -> Stored:
+    """Have something written to a file that is there as long as it is sent.
+
+    Parameters
+    ----------
+    folder
+        A writable one: the system's own for temporary files may be missing, small, or in memory.
+    """
+    with translate_errors(), tempfile.NamedTemporaryFile(dir=folder) as file:
         write(file)
         file.flush()
         return replace(stored_file(os.dup(file.fileno())), modified=None)
 
 
-def _temporary(store: TileStore, finished: Finished, requested: ImageRequest) -> Stored:
+def _temporary(service: Service, finished: Finished, requested: ImageRequest) -> Stored:
     """Encode a picture to a file that is there as long as it is sent."""
-    return unnamed(lambda file: _write(file, store, finished, requested))
+    return unnamed(service.settings.data, lambda file: _write(file, service.store, finished, requested))
 
 
 def _write(file: IO[bytes], store: TileStore, finished: Finished, requested: ImageRequest) -> None:

@@ -111,15 +111,16 @@ def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> Sto
 
     They are written to a file: readers may be slow, and a batch may have all pixels of a large picture.
     """
+    folder = service.settings.data
     try:
-        return unnamed(partial(_write, service, job_id, after, encoding))
+        return unnamed(folder, partial(_write, service, job_id, after, encoding))
     except LOSSES as error:
         # The job has ended meanwhile: its pixels are in the final picture, or deleted. Or they were lost.
         with suppress(FileNotFoundError, PictureNotReadyError):
             with service.database.reading() as session:
                 finished = finished_of(session, find(session, job_id))
             note_loss(service, finished, error)
-        return unnamed(partial(_write, service, job_id, after, encoding))
+        return unnamed(folder, partial(_write, service, job_id, after, encoding))
 
 
 def _write(service: Service, job_id: str, after: int, encoding: int, file: IO[bytes]) -> None:

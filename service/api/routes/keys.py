@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
-from fastapi.concurrency import run_in_threadpool
 
 from schemas.api.administration import KeyInfo, KeyList, KeyRequest, NewKey
 from schemas.reading import read_document
@@ -71,7 +70,7 @@ def list_keys(
 async def create_key(here: Here, body: JsonBody) -> NewKey:
     """Create a key for a user, who may have several."""
     asked, _ = read_document(body, KeyRequest)
-    return await run_in_threadpool(_create, here, asked)
+    return await here.write(_create, here, asked)
 
 
 def _create(service: Service, asked: KeyRequest) -> NewKey:
@@ -90,12 +89,18 @@ def _create(service: Service, asked: KeyRequest) -> NewKey:
     summary="Revoke a key",
     response_description="The key and its sessions are no longer valid.",
 )
-def revoke_key(here: Here, key_id: Annotated[str, Path(max_length=12, description="The key's id.")]) -> None:
+async def revoke_key(
+    here: Here, key_id: Annotated[str, Path(max_length=12, description="The key's id.")]
+) -> None:
     """Revoke a key and its sessions within a second. The user's jobs stay."""
-    with here.database.writing() as session:
+    await here.write(_revoke, here, key_id)
+    here.credentials.clear()
+
+
+def _revoke(service: Service, key_id: str) -> None:
+    with service.database.writing() as session:
         if not keys.revoke(session, key_id):
             raise UnknownKeyError
-    here.credentials.clear()
 
 
 @router.post(
@@ -117,7 +122,7 @@ async def enrol(here: Here, request: Request) -> Response:
     """
     content = chunks(request, roster.MAX_BYTES, here.settings.client_timeout_seconds)
     body = b"".join([part async for part in content])
-    return await run_in_threadpool(_enrol, here, body)
+    return await here.write(_enrol, here, body)
 
 
 def _enrol(service: Service, body: bytes) -> Response:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import hashlib
+import json
 import os
 import re
 from collections.abc import Iterator
@@ -130,10 +131,21 @@ def reference(request: Request) -> Response:
     return _page(request, _reference_of(request.app), TYPES[".html"])
 
 
-# An application has one document for its life, and writing the page takes tens of milliseconds.
+@router.get("/openapi.json")
+def openapi_document(request: Request) -> Response:
+    """Serve the OpenAPI document."""
+    return _page(request, _document_of(request.app), TYPES[".json"])
+
+
+# An application has one document for its life, which takes seconds to build; the page, some milliseconds.
 @lru_cache(maxsize=1)
 def _reference_of(app: FastAPI) -> bytes:
     return page_of(app.openapi()).encode()
+
+
+@lru_cache(maxsize=1)
+def _document_of(app: FastAPI) -> bytes:
+    return json.dumps(app.openapi(), ensure_ascii=False, separators=(",", ":")).encode()
 
 
 def _file(request: Request, folder: Path, path: str, kept: str = ASK_AGAIN) -> Response:

@@ -15,7 +15,7 @@ from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
 from service.api.authentication import CurrentUser, JobId, authenticate
 from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
 from service.api.routes.stored import streamed
-from service.errors import DamagedJobError, UnauthenticatedError, UnknownJobError
+from service.errors import DamagedJobError, KeyExpiredError, UnauthenticatedError, UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs import tile_events
 from service.jobs.context import Here
@@ -133,7 +133,7 @@ async def _is_admitted(request: Request, here: Here) -> bool:
     """Whether the key or the session of a request is still good: a stream may outlive both."""
     try:
         await authenticate(request, here)
-    except UnauthenticatedError:
+    except (UnauthenticatedError, KeyExpiredError):
         return False
     return True
 

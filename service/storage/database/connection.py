@@ -24,6 +24,8 @@ from service.storage.database.urls import ANSWER_SECONDS, engine_of
 
 BUSY_SECONDS = 10.0
 """How long a transaction waits for its turn to write."""
+LOG_BYTES = 4 << 20
+"""Of the log of SQLite, once it begins anew: about what it has where nothing keeps it from that."""
 # A server that was stopped in the middle of a transaction, or cut off, delays others at most this long.
 SILENCE_TIMEOUT_MS = 3_000
 # Any numbers that other programs on the same database do not use.
@@ -211,6 +213,8 @@ def _prepare_sqlite(connection: DBAPIConnection, _entry: ConnectionPoolEntry) ->
     # In WAL mode NORMAL loses nothing when the process dies; a power cut may lose the last transactions.
     cursor.execute("PRAGMA synchronous = NORMAL")
     cursor.execute("PRAGMA foreign_keys = ON")
+    # Where readers have kept it from beginning its log anew, that gives the disk back once they have ended.
+    cursor.execute(f"PRAGMA journal_size_limit = {LOG_BYTES}")
     cursor.close()
 
 

@@ -99,7 +99,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
 
 def filled(path: str, things: dict[str, str]) -> str:
     return path.replace(":path", "").format(
-        **{"name": "depth", "a": "x", "b": "y", "path": "main.js"} | things
+        **{"name": "depth", "a": "x", "b": "y", "path": "main.js", "key_id": "none"} | things
     )
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from datetime import UTC, datetime
+from pathlib import Path
 
 import pytest
-from sqlalchemy import func, select
+from sqlalchemy import func, select, text
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import OperationalError
 
@@ -115,3 +116,21 @@ def test_silent_database_is_given_up(
         between.pass_on()
     assert ask() == 1
     database.close()
+
+
+def test_log_of_sqlite_gives_the_disk_back(database: Database, tmp_path: Path) -> None:
+    log = tmp_path / "test.sqlite-wal"
+
+    def write(count: int) -> None:
+        for _ in range(count):
+            with database.writing() as session:
+                session.execute(text("CREATE TABLE IF NOT EXISTS filler (content BLOB)"))
+                session.execute(text("INSERT INTO filler VALUES (randomblob(1000000))"))
+
+    # Whoever reads keeps all that is written meanwhile in the log.
+    with database.reading() as session:
+        session.execute(select(func.count()).select_from(AssetRow)).all()
+        write(12)
+        assert log.stat().st_size > 12_000_000
+    write(2)
+    assert log.stat().st_size < 6_000_000

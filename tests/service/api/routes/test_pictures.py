@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import tempfile
 from email.utils import formatdate, parsedate_to_datetime
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,11 @@ def opened(answer: httpx2.Response) -> Image.Image:
 
 
 @pytest.mark.slow
-def test_picture_and_layers_are_there_while_they_are_rendered(api: httpx2.Client) -> None:
+def test_picture_and_layers_are_there_while_they_are_rendered(
+    api: httpx2.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A system with a read-only root has no such folder.
+    monkeypatch.setattr(tempfile, "tempdir", "/nonexistent")
     document = long_scene()
     job = submit(api, document, layers=["depth", "error"])
     path = f"/v1/jobs/{job}"
