@@ -54,20 +54,22 @@ def candidates(image: Floats, reference: Floats) -> Iterator[Mistake]:
     yield from _exposure(image, reference)
 
 
-def _exposure(image: Floats, reference: Floats) -> Iterator[Mistake]:
-    """Brightness by the ratio of means: unlike a least squares fit, noise does not draw it below 1."""
+def exposure_of(image: Floats, reference: Floats) -> float | None:
+    """How many times too bright a picture is; None where it is not, or where too much is white to tell.
+
+    By the ratio of means: unlike a least squares fit, noise does not draw it below 1.
+    """
     whole = (image < 1).all(axis=2) & (reference < 1).all(axis=2)
-    seen = float(image[whole].sum())
-    if 2 * np.count_nonzero(whole) < whole.size or seen == 0:
-        return
-    scale = float(reference[whole].sum()) / seen
-    if abs(scale - 1) < LEAST_EXPOSURE or scale == 0:
-        return
+    seen, wanted = float(image[whole].sum()), float(reference[whole].sum())
+    if 2 * np.count_nonzero(whole) < whole.size or min(seen, wanted) == 0:
+        return None
+    return None if abs(wanted / seen - 1) < LEAST_EXPOSURE else seen / wanted
 
-    def undo(picture: Floats) -> Floats:
-        return np.clip(picture * scale, 0, 1)
 
-    yield Mistake(EXPOSURE, exposure_hint(1 / scale), undo)
+def _exposure(image: Floats, reference: Floats) -> Iterator[Mistake]:
+    scale = exposure_of(image, reference)
+    if scale is not None:
+        yield Mistake(EXPOSURE, exposure_hint(scale), lambda picture: np.clip(picture / scale, 0, 1))
 
 
 def exposure_hint(scale: float) -> str:

@@ -4,28 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
+from functools import partial
 
 from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of
-from accuracy.comparison.diagnosis import BLURRED, JAGGED, Cause
+from accuracy.comparison.diagnosis import Cause
 from accuracy.comparison.heat import encoded, side_by_side
-from accuracy.comparison.mistakes import candidates
-from accuracy.comparison.regions import Region, named
+from accuracy.comparison.regions import named
 from renderer.errors import MissingExtraError
 from renderer.math.arrays import Floats
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
-from schemas.grading.acceptance import Acceptance, Verdict
+from schemas.grading.acceptance import Acceptance
 from schemas.grading.manifests import ImageTest, SceneTest
 from service.grading import sentences
 from service.grading.accepting import accepted, compared, noiseless
 from service.grading.errors import BrokenTestError, NotGradableError
+from service.grading.evidence import evidence
 from service.grading.likeness.fingerprints import Fingerprint, fingerprint
 from service.grading.likeness.signals import signals
 from service.grading.mistakes.counterfactuals import explain, is_certain
 from service.grading.outcomes import Outcome, of_picture
 from service.grading.programs.program_mistakes import ProgramMistake
-from service.grading.programs.repairing import repaired, without_jags
+from service.grading.programs.repairing import Pardon, Repair, pardoned
 from service.grading.rendering import rendered
 from service.grading.selection import Selection, select
 from service.grading.settings import Run
@@ -63,20 +62,25 @@ class _Found:
         Of the part that is judged.
     right : Comparison
         Of the whole picture, without any mistakes of the program.
-    pardon : str
-        The mistake that was forgiven, as a sentence; empty if none was.
+    selection : Selection
+        Its pixels.
+    pardon : Pardon
+    enough : bool
+        Whether enough of the picture is left to judge it without its mistakes.
     """
 
     submitted: Comparison
     whole: Comparison
     part: Comparison
     right: Comparison
-    pardon: str
+    selection: Selection
+    pardon: Pardon
+    enough: bool
 
     @property
     def causes(self) -> tuple[Cause, ...]:
         """Probable mistakes; the whole picture gives better evidence than a part of it."""
-        return self.part.causes if self.pardon else self.whole.causes or self.part.causes
+        return self.part.causes if self.pardon.cause else self.whole.causes or self.part.causes
 
     @property
     def judged(self) -> Comparison:
@@ -101,10 +105,10 @@ def _graded(
     charged = found.charged(run.mistakes.charged(test.id))
     held_to = None if reference.file is None else len(reference.file)
     outcome = replace(
-        accepted(test.accept, found.part, selection),
+        _earned(test.accept, found),
         verdict=found.part.judgement.verdict,
         samples_to_settle=found.part.judgement.samples_factor,
-        worst_regions=_regions(found.part.regions, selection, [*reference.names, *found.part.names]),
+        worst_regions=_regions(found, [*reference.names, *found.part.names]),
         pictures=_drawn(found.submitted) if run.pictures else {},
         inputs=(
             of_picture(test.id, "submission", picture, None if content is None else len(content)),
@@ -113,7 +117,7 @@ def _graded(
         signals=() if content is None else signals(content, reference.file, found.submitted, test=test.id),
         fingerprint=None if content is None else _fingerprint(found, reference),
     )
-    pardon = sentences.joined(_judged_without(test, run), found.pardon)
+    pardon = sentences.joined(_judged_without(test, run), found.pardon.sentence)
     undone = () if charged else found.causes
     if outcome.share == 1.0 or reference.scene is None:
         yield _explained(outcome, pardon, charged, undone)
@@ -122,7 +126,7 @@ def _graded(
     yield _explained(outcome, pardon, charged, undone if is_certain(undone) else ())
     if not charged:
         yield _explained(outcome, pardon, (), explain(reference.scene, found.judged, keep=run.keep))
-    elif not forgiven(test.accept, found.right)[1] and not found.right.passed:
+    elif not pardoned(test.accept, found.right).cause and not found.right.passed:
         others = explain(reference.scene, found.right, keep=run.keep)
         yield _explained(outcome, pardon, charged, others)
 
@@ -150,41 +154,55 @@ def _explained(outcome: Outcome, pardon: str, charged: Sequence[Cause], causes: 
 
 def _fingerprint(found: _Found, reference: Wanted) -> Fingerprint | None:
     """Of the picture without mistakes of its program; none if another remains, which others may share."""
-    if found.right.causes and not found.pardon:
+    if found.right.causes and not found.pardon.cause:
         return None
     return fingerprint(found.right.image, reference.picture)
+
+
+def _earned(accept: Acceptance, found: _Found) -> Outcome:
+    """What the judged part earns: nothing where too little of the picture is left to judge."""
+    outcome = accepted(accept, found.part, found.selection)
+    return outcome if found.enough else replace(outcome, share=0.0, message=sentences.TOO_LITTLE)
 
 
 def _compared(
     test: ImageTest | SceneTest, run: Run, picture: Picture, reference: Wanted, selection: Selection
 ) -> _Found:
-    undone, charged = run.mistakes.undone(test.id), run.mistakes.charged(test.id)
-
-    def without(mistakes: Sequence[ProgramMistake]) -> Comparison:
-        if not mistakes:
-            return submitted
-        return compared(test.accept, *repaired(picture, reference, run.mistakes, mistakes, run.keep))
-
+    accept, mistakes = test.accept, run.mistakes
+    undone, charged = mistakes.undone(test.id), mistakes.charged(test.id)
+    repair = Repair.of(reference, mistakes, undone, run.keep)
     try:
-        submitted = compared(test.accept, picture, reference.picture)
-        whole = without(undone)
-        judged, pardon = forgiven(test.accept, whole)
+        submitted = compared(accept, picture, reference.picture)
+        whole = compared(accept, *repair.pair(picture)) if undone else submitted
+        pardon = pardoned(accept, whole)
+        judged, left = pardon.picture(whole.image), None
+        if undone or pardon.cause:
+            undo = partial(_undone, repair, pardon)
+            left = evidence(picture, judged, whole.reference, undo, submitted.policy.tolerance)
+        enough = left is None or left.is_enough(selection.mask(reference.picture.linear.shape))
+        if left is not None and enough:
+            selection = selection.among(left.left)
         part = whole
-        if pardon or test.region is not None or test.mask is not None:
-            pair = selection.pair(judged, whole.reference)
-            part = compared(test.accept, *pair, selection.blocks)
-        right = without((*undone, *charged)) if charged else whole
-        return _Found(submitted, whole, part, right, pardon)
+        if left is not None or test.region is not None or test.mask is not None:
+            part = compared(accept, *selection.pair(judged, whole.reference), selection.blocks)
+        right = whole
+        if charged:
+            every = Repair.of(reference, mistakes, (*undone, *charged), run.keep)
+            right = compared(accept, *every.pair(picture))
+        return _Found(submitted, whole, part, right, selection, pardon, enough)
     except MissingExtraError as error:
         raise BrokenTestError(str(error)) from error
     except NotComparableError as error:
         raise NotGradableError(str(error)) from error
 
 
-def _regions(
-    regions: Sequence[Region], selection: Selection, names: Sequence[str]
-) -> tuple[ComparisonRegion, ...]:
-    found = (
+def _undone(repair: Repair, pardon: Pardon, values: Floats) -> Floats:
+    return pardon.undo(repair.linear(values))
+
+
+def _regions(found: _Found, names: Sequence[str]) -> tuple[ComparisonRegion, ...]:
+    """Where the judged part differs most; nowhere if it says too little."""
+    regions = (
         ComparisonRegion(
             x0=region.x0,
             y0=region.y0,
@@ -196,35 +214,10 @@ def _regions(
             shape=region.shape,
             name=named(region.shape, names),
         )
-        for region in regions
+        for region in (found.part.regions if found.enough else ())
     )
-    return tuple(map(selection.moved, found))
+    return tuple(map(found.selection.moved, regions))
 
 
 def _drawn(found: Comparison) -> dict[str, bytes]:
     return {LABEL: encoded(side_by_side(found.image.linear, found.reference.linear))}
-
-
-def forgiven(accept: Acceptance, found: Comparison) -> tuple[Picture, str]:
-    """The picture to judge, and a sentence about the mistake that was undone; empty if none was.
-
-    Parameters
-    ----------
-    found
-        A comparison of the whole picture; only a mistake that its diagnosis names is undone.
-    """
-    pardoned = accept.forgiven if isinstance(accept, Verdict) else ()
-    cause = next((cause.cause for cause in found.causes if cause.cause in pardoned), None)
-    if cause is None:
-        return found.image, ""
-    # Undoing a mistake changes the noise.
-    picture = replace(noiseless(found.image), linear=_undone(cause, found))
-    return picture, f"It is judged as if {cause} were fixed; that mistake costs no points here."
-
-
-def _undone(cause: str, found: Comparison) -> Floats:
-    image, reference = found.image.linear, found.reference.linear
-    if cause in {JAGGED, BLURRED}:
-        return without_jags(image, reference)
-    mistake = next(mistake for mistake in candidates(image, reference) if mistake.cause == cause)
-    return np.ascontiguousarray(mistake.undo(image))

@@ -12,12 +12,12 @@ from functools import partial
 from pathlib import Path
 
 from schemas.grading.grades import Grade, TestGrade
-from schemas.grading.manifests import Manifest
+from schemas.grading.manifests import ImageTest, Manifest
 from service.grading import results
+from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
 from service.grading.kinds import findings
 from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
-from service.grading.programs.program_mistakes import NONE
 from service.grading.programs.program_search import search
 from service.grading.references import Prepared, prepare, wanted
 from service.grading.settings import Run
@@ -139,21 +139,34 @@ def errands_of(run: Run, prefix: str = "") -> list[Errand]:
 
 
 def _judged(run: Run, prefix: str, searched: Finished) -> list[Errand]:
-    """The tests, once the mistakes of the program are known; if they are not, each picture is on its own."""
-    first, *others = _tests(replace(run, mistakes=searched.result or NONE), prefix)
+    """The tests, once the mistakes of the program are known; if they are not, its pictures are left open."""
+    if searched.result is None:
+        first, *others = _tests(run, prefix, results.trouble(searched))
+    else:
+        first, *others = _tests(replace(run, mistakes=searched.result), prefix)
     return [replace(first, cpu_seconds=searched.cpu_seconds), *others]
 
 
-def _tests(run: Run, prefix: str) -> list[Errand]:
+def _tests(run: Run, prefix: str, unknown: str = "") -> list[Errand]:
+    """All tests; those of pictures break with the reason why mistakes of the program are `unknown`."""
     return [
         Errand(
             prefix + test.id,
-            partial(findings, test, run),
+            partial(_broken, unknown)
+            if unknown and isinstance(test, ImageTest)
+            else partial(findings, test, run),
             run.deadline(test),
             _bytes(test.memory or run.manifest.memory),
         )
         for test in run.manifest.tests
     ]
+
+
+def _broken(reason: str) -> None:
+    raise BrokenTestError(
+        f"The search for mistakes of the whole program gave no result: {reason} Grade again, with a longer "
+        "'deadline' in the manifest if it was late."
+    )
 
 
 def _bytes(mebibytes: int | None) -> int | None:

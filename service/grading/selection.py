@@ -37,6 +37,19 @@ class Selection:
             return 1.0
         return float((gathered(self.pixels.astype(np.float64)) > 0).any(axis=2).mean())
 
+    def among(self, pixels: Masks) -> Selection:
+        """Those of the selected pixels that are also among `pixels` of the whole picture, (H, W)."""
+        x0, y0, x1, y1 = self.region
+        inside = pixels[y0:y1, x0:x1]
+        return replace(self, pixels=inside if self.pixels is None else self.pixels & inside)
+
+    def mask(self, shape: tuple[int, ...]) -> Masks:
+        """The selected pixels of the whole picture, (H, W)."""
+        x0, y0, x1, y1 = self.region
+        chosen = np.zeros(shape[:2], dtype=bool)
+        chosen[y0:y1, x0:x1] = True if self.pixels is None else self.pixels
+        return chosen
+
     def pair(self, image: Picture, reference: Picture) -> tuple[Picture, Picture]:
         """Both pictures cropped; pixels that do not count are copied from the reference."""
         image, reference = self._cut(image), self._cut(reference)

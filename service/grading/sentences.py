@@ -10,6 +10,12 @@ from schemas.grading.acceptance import Scale
 LEAST_SHARE = 0.1
 """Share of the squared difference below which a region is not reported."""
 
+TOO_LITTLE = (
+    "Without its mistakes too little of the picture is left to judge: most of it is white, black or of one "
+    "colour, or too coarse. Correct them first."
+)
+"""What a student reads whose picture cannot be judged after its mistakes were undone."""
+
 
 def held(metric: str, value: float, scale: Scale) -> str:
     """A number and its threshold."""

@@ -47,17 +47,30 @@ class Displacement:
             x, y = x * (width / (width - 1)), y * (height / (height - 1))
         return x - self.right, y - self.down
 
-    def of(self, picture: Floats) -> Floats:
-        """The wrong picture, (H, W, ...), by cubic interpolation of the right one.
+    def of(self, picture: Floats, step: int = 1) -> Floats:
+        """The wrong picture, (H, W, ...), by cubic interpolation of the right one; `thinned` by a step.
 
         Beyond its borders the right picture is taken to continue as its outermost pixels.
         """
         height, width = picture.shape[:2]
         if min(height, width) < 2:
-            return picture
-        columns, rows = (np.arange(0.5, side, dtype=np.float64) for side in (width, height))
+            return thinned(picture, step)
+        columns, rows = (
+            np.arange(side, dtype=np.float64)[_kept(side, step)] + 0.5 for side in (width, height)
+        )
         x, y = self.places(columns, rows, width, height)
         return _resampled(_resampled(picture, y - 0.5, 0), x - 0.5, 1)
+
+
+def thinned(values: Floats, step: int) -> Floats:
+    """Every so many rows and columns of a picture, as far from one border as from the other."""
+    return values if step == 1 else values[_kept(values.shape[0], step), _kept(values.shape[1], step)]
+
+
+def _kept(side: int, step: int) -> slice:
+    margin = (side - 1) % step
+    margin += step * (margin % 2)
+    return slice(margin // 2, side - margin // 2, step)
 
 
 def _resampled(values: Floats, places: Floats, axis: int) -> Floats:
@@ -70,7 +83,7 @@ def _resampled(values: Floats, places: Floats, axis: int) -> Floats:
         ((4 - 3 * f) * f + 1) * f / 2,
         (f - 1) * f * f / 2,
     )
-    total = np.zeros_like(values)
+    total = np.zeros((*values.shape[:axis], places.size, *values.shape[axis + 1 :]))
     along = [1] * values.ndim
     along[axis] = -1
     for step, weight in enumerate(weights, -1):

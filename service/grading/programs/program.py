@@ -4,6 +4,7 @@ One mistake can be made in the right picture, which has no noise, or undone in t
 which mistakes were made; the second gives a picture to judge.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.math.arrays import Floats
-from service.grading.programs.displacements import Displacement
+from service.grading.programs.displacements import Displacement, thinned
 
 KINDS = ("encoding", "orientation", "channels", "exposure", "ambient", "offset", "antialiasing")
 """Kinds of mistakes; a program makes at most one of each kind."""
@@ -23,6 +24,15 @@ UNDO = {mistake.cause: mistake.undo for mistake in (*ENCODINGS, *CHANNELS, *TURN
 
 CODES = 1 << 13
 """Entries of the tables of wrong encodings: they are closer together than those of 8 bits by far."""
+
+
+LEAST_SCALE, MOST_SCALE = 0.25, 4.0
+"""Exposures that are undone: beyond, codes of 8 bits are too coarse, or too many pixels are white."""
+
+
+def is_undone(scale: float) -> bool:
+    """Whether a picture so many times too bright can be judged without that."""
+    return LEAST_SCALE <= scale <= MOST_SCALE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,12 +47,24 @@ class Pair:
         Mean difference of a block that is no reason.
     ambient : (H, W, 3) float64 or None
         The part of the reference that is its ambient term, linear; None where it is unknown.
+    step : int
+        Image and `allowed` have only every so many rows and columns of the reference (`thinned`).
     """
 
     image: Floats
     reference: Floats
     allowed: Floats
     ambient: Floats | None = None
+    step: int = 1
+
+    def thinned(self, most_pixels: int) -> "Pair":
+        """The pair with so few pixels of its picture, in all parts of it."""
+        height, width = self.image.shape[:2]
+        step = math.ceil(math.sqrt(height * width / most_pixels))
+        # With an odd step the pixels of a picture that is turned over are the same.
+        step += step % 2 == 0
+        image, allowed = thinned(self.image, step), thinned(self.allowed, step)
+        return replace(self, image=image, allowed=allowed, step=step)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,11 +110,12 @@ class Program:
 
     def emitted(self, pair: Pair) -> Floats:
         """What its picture shows before it is encoded, linear, with rows and channels in order."""
-        shown = pair.reference
-        if self.lightless and pair.ambient is not None:
-            shown = shown - pair.ambient
+        dark = pair.ambient if self.lightless else None
         if self.offset is not None:
-            shown = self.offset.of(shown)
+            shown = self.offset.of(pair.reference if dark is None else pair.reference - dark, pair.step)
+        else:
+            shown = thinned(pair.reference, pair.step)
+            shown = shown if dark is None else shown - thinned(dark, pair.step)
         return np.clip(shown if self.scale == 1 else shown * self.scale, 0, 1)
 
     def predicted(self, pair: Pair) -> Floats:

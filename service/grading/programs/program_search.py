@@ -10,7 +10,7 @@ from renderer.errors import MissingExtraError
 from schemas.grading.acceptance import Verdict
 from schemas.grading.manifests import ImageTest
 from service.grading.errors import GradingError
-from service.grading.programs.program import Pair
+from service.grading.programs.program import Pair, is_undone
 from service.grading.programs.program_mistakes import NONE, ProgramMistake, ProgramMistakes
 from service.grading.programs.repairing import ambient_term
 from service.grading.programs.shared_mistakes import Shared, agree, shared
@@ -33,7 +33,10 @@ def search(run: Run) -> ProgramMistakes:
     if "ambient" in kinds:
         seen = {test_id: (test, _with_ambient(test, pair, run)) for test_id, (test, pair) in seen.items()}
     program, found = shared([pair for _, pair in seen.values()], kinds)
-    return ProgramMistakes(program, tuple(_charged(each, list(seen), run) for each in found))
+    everywhere = () if is_undone(program.scale) else ("exposure",)
+    return ProgramMistakes(
+        program, tuple(_charged(each, list(seen), run, everywhere=each.kind in everywhere) for each in found)
+    )
 
 
 def _pairs(run: Run) -> Iterator[tuple[str, tuple[ImageTest, Pair]]]:
@@ -67,9 +70,11 @@ def _with_ambient(test: ImageTest, pair: Pair, run: Run) -> Pair:
     return pair if scene is None else replace(pair, ambient=ambient_term(scene, samples=1))
 
 
-def _charged(found: Shared, ids: list[str], run: Run) -> ProgramMistake:
+def _charged(found: Shared, ids: list[str], run: Run, *, everywhere: bool) -> ProgramMistake:
+    """A mistake with the tests in which it costs points: `everywhere` if it cannot be undone."""
     shows = frozenset(test_id for test_id, shown in zip(ids, found.shows, strict=True) if shown)
-    tests = next(charge.tests for charge in run.manifest.charged_once if found.kind in charge.mistakes)
+    listed = next(charge.tests for charge in run.manifest.charged_once if found.kind in charge.mistakes)
+    tests = ids if everywhere else listed
     charged = tuple(test_id for test_id in tests if found.cause not in _forgiven(run, test_id))
     return ProgramMistake(found.kind, found.cause, found.hint, shows, charged)
 

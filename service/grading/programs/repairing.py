@@ -11,17 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.comparison import Picture
-from accuracy.comparison.diagnosis import neighbourhood
+from accuracy.comparison import Comparison, Picture
+from accuracy.comparison.diagnosis import BLURRED, JAGGED, neighbourhood
+from accuracy.comparison.mistakes import EXPOSURE, Undo, candidates, exposure_of
 from accuracy.comparison.noise import sample_variances
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
+from schemas.grading.acceptance import Acceptance, Verdict
 from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from service.grading.accepting import noiseless
 from service.grading.mistakes.reproductions import kept
 from service.grading.programs.displacements import Displacement
-from service.grading.programs.program import UNDO, Program
+from service.grading.programs.program import UNDO, Program, is_undone
 from service.grading.programs.program_mistakes import ProgramMistake, ProgramMistakes
 from service.grading.wanted import Wanted
 
@@ -43,36 +45,110 @@ class DisplacedPinhole(Pinhole):
         return Pinhole.screen(self, *self.displacement.places(x, y, self.width, self.height))
 
 
-def repaired(
-    picture: Picture,
-    reference: Wanted,
-    mistakes: ProgramMistakes,
-    undone: Sequence[ProgramMistake],
-    keep: Path | None = None,
-) -> tuple[Picture, Picture]:
-    """A picture as it would be without some of its program's mistakes, and what to compare it with.
+@dataclass(frozen=True, slots=True, eq=False)
+class Repair:
+    """How to undo some mistakes of a program in its picture of one reference.
 
-    Parameters
+    Attributes
     ----------
-    undone
-        The mistakes to undo.
-    keep
-        A folder of rendered pictures that other submissions share.
+    reference : Wanted
+    program : Program
+        With the mistakes to undo, missing anti-aliasing left out.
+    jagged : bool
+        Whether missing anti-aliasing is undone.
+    ambient : (H, W, 3) float64 or None
+        The ambient term that is missing; None where none is.
+    moved : (H, W, 3) float64 or None
+        The reference with the program's offset; None where it has none.
     """
-    program = mistakes.made(undone)
-    ambient = None
-    if program.lightless and reference.scene is not None:
-        ambient = ambient_term(reference.scene, SAMPLES, program.offset, keep)
-    wanted = reference.picture.linear
-    linear = program.undone(picture.linear, wanted, ambient)
-    if program.offset is not None:
-        # What an offset changes does not depend on the picture: its noise stays as it is.
-        linear = np.clip(linear + wanted - _displaced(reference, program.offset, keep), 0, 1)
-    if any(each.kind == "antialiasing" for each in undone):
-        linear = without_jags(linear, wanted)
-    # Undoing a mistake changes the noise.
-    right = replace(noiseless(picture), linear=linear, rounding=_rounding(picture, program))
-    return right, reference.picture if program.offset is None else _with_noise_around(reference.picture)
+
+    reference: Wanted
+    program: Program
+    jagged: bool
+    ambient: Floats | None
+    moved: Floats | None
+
+    @classmethod
+    def of(
+        cls,
+        reference: Wanted,
+        mistakes: ProgramMistakes,
+        undone: Sequence[ProgramMistake],
+        keep: Path | None = None,
+    ) -> Repair:
+        """Undo the mistakes `undone`; the folder `keep` has rendered pictures that submissions share."""
+        program, ambient, moved = mistakes.made(undone), None, None
+        if program.lightless and reference.scene is not None:
+            ambient = ambient_term(reference.scene, SAMPLES, program.offset, keep)
+        if program.offset is not None:
+            moved = _displaced(reference, program.offset, keep)
+        return cls(reference, program, any(each.kind == "antialiasing" for each in undone), ambient, moved)
+
+    def pair(self, picture: Picture) -> tuple[Picture, Picture]:
+        """A picture without the mistakes, and what to compare it with."""
+        # Undoing a mistake changes the noise.
+        linear, rounding = self.linear(picture.linear), _rounding(picture, self.program)
+        right = replace(noiseless(picture), linear=linear, rounding=rounding)
+        expected = self.reference.picture
+        return right, expected if self.moved is None else _with_noise_around(expected)
+
+    def linear(self, image: Floats) -> Floats:
+        """The values (H, W, 3) of a picture without the mistakes."""
+        wanted = self.reference.picture.linear
+        linear = self.program.undone(image, wanted, self.ambient)
+        if self.moved is not None:
+            # What an offset changes does not depend on the picture: its noise stays as it is.
+            linear = np.clip(linear + wanted - self.moved, 0, 1)
+        return without_jags(linear, wanted) if self.jagged else linear
+
+
+@dataclass(frozen=True, slots=True)
+class Pardon:
+    """A mistake of a single picture that costs no points in its test.
+
+    Attributes
+    ----------
+    cause : str
+        Empty where nothing is forgiven.
+    undo : callable
+        Values (H, W, 3) to those without the mistake.
+    """
+
+    cause: str
+    undo: Undo
+
+    @property
+    def sentence(self) -> str:
+        """What a student reads about it."""
+        if not self.cause:
+            return ""
+        return f"It is judged as if {self.cause} were fixed; that mistake costs no points here."
+
+    def picture(self, picture: Picture) -> Picture:
+        """A picture without the mistake."""
+        if not self.cause:
+            return picture
+        linear = self.undo(picture.linear)
+        rounding = np.abs(self.undo(np.minimum(picture.linear + picture.rounding, 1)) - linear)
+        # Undoing a mistake changes the noise.
+        return replace(noiseless(picture), linear=linear, rounding=np.maximum(rounding, picture.rounding))
+
+
+def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
+    """The first mistake in the diagnosis of a whole picture that its test forgives."""
+    forgiven = accept.forgiven if isinstance(accept, Verdict) else ()
+    cause = next((cause.cause for cause in found.causes if cause.cause in forgiven), "")
+    image, reference = found.image.linear, found.reference.linear
+    if cause in {JAGGED, BLURRED}:
+        return Pardon(cause, partial(without_jags, reference=reference))
+    if cause == EXPOSURE and not is_undone(exposure_of(image, reference) or 1.0):
+        return Pardon("", _unchanged)
+    undo = next((each.undo for each in candidates(image, reference) if each.cause == cause), _unchanged)
+    return Pardon(cause, undo)
+
+
+def _unchanged(values: Floats) -> Floats:
+    return values
 
 
 def _with_noise_around(reference: Picture) -> Picture:

@@ -40,6 +40,10 @@ from service.grading.mistakes.hints import AMBIENT_HINT
 from service.grading.programs.displacements import DISPLACEMENTS
 from service.grading.programs.program import UNDO, Pair, Program, encoded, orientations
 
+GLANCE = 16_000
+"""Most pixels of a picture that the search for the closest program looks at: with all of ten pictures of
+512 x 384 it takes 9 CPU seconds."""
+
 FLOOR = 0.002
 """Differences below this are as good as none: half a step of 8 bits."""
 
@@ -119,8 +123,8 @@ def shared(pairs: Sequence[Pair], kinds: Collection[str]) -> tuple[Program, tupl
         With all of them but missing anti-aliasing.
     tuple of Shared
     """
-    search = _Search(pairs, kinds)
-    closest = search.displaced(search.needed(search.pointwise()))
+    search, glance = _Search(pairs, kinds), _Search([pair.thinned(GLANCE) for pair in pairs], kinds)
+    closest = glance.displaced(search.needed(glance.pointwise()))
     program = search.needed(closest)
     if not search.explains(program):
         program = Program()

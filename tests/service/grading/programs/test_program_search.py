@@ -1,5 +1,6 @@
 """A mistake that a program makes in all its pictures costs points once, and is named where it does."""
 
+import io
 import json
 from collections.abc import Callable
 from functools import cache
@@ -7,11 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from renderer import compile_scene, load_scene, render
-from renderer.images.colors import linear_from_srgb
+from renderer.images.colors import linear_from_srgb, srgb_from_linear
+from schemas.grading.grades import Grade
 from service.grading.programs.repairing import ambient_term
-from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels, scene
+from tests.service.grading.assignments import SCENE, Assignment, image_test, npy, pixels, scene
 
 CAMERAS = {"front": [0, 2, 8], "left": [-5, 3, 6], "above": [3, 6, 5]}
 """Three tests of the same scene, seen from three sides."""
@@ -21,6 +24,7 @@ CHARGED = [
     {"mistakes": ["exposure", "ambient"], "tests": ["left"]},
 ]
 ALL, FRONT = dict.fromkeys(CAMERAS, 10), {"front": 0, "left": 10, "above": 10}
+NOTHING = dict.fromkeys(CAMERAS, 0)
 LEFT, ABOVE = {"front": 10, "left": 0, "above": 10}, {"front": 10, "left": 10, "above": 0}
 
 Program = Callable[[str], np.ndarray]
@@ -58,6 +62,14 @@ def graded(assignment: Assignment, program: Program, **changes: dict[str, Any]) 
 
 def points(found: dict[str, Any]) -> dict[str, float]:
     return {name: test.points for name, test in found.items()}
+
+
+def png(linear: np.ndarray) -> bytes:
+    """A picture of 8 bits."""
+    file = io.BytesIO()
+    codes = np.round(255 * srgb_from_linear(np.clip(linear, 0, 1))).astype(np.uint8)
+    Image.fromarray(codes).save(file, "png")
+    return file.getvalue()
 
 
 def turned(name: str) -> np.ndarray:
@@ -128,6 +140,59 @@ def test_tests_decide_what_a_mistake_costs(
     assert points(found) == left
     # Students do not read the names of hidden tests.
     assert ("front" in found["above"].message) == ("above" in changes)
+
+
+def without_light(name: str) -> np.ndarray:
+    return drawn(name, lights=[])
+
+
+def by_pictures(assignment: Assignment, program: Program, **members: Any) -> Grade:
+    """A grade by reference pictures: no scene tells what causes a difference."""
+    tests = []
+    for name in CAMERAS:
+        (assignment.references / f"{name}.npy").write_bytes(npy(right(name)))
+        assignment.hand_in(f"{name}.png", png(program(name)))
+        files = {
+            "submitted": {"file": f"{name}.png", "encoding": "srgb"},
+            "reference": {"type": "picture", "file": f"{name}.npy", "encoding": "linear"},
+        }
+        tests.append(image_test(id=name, **files, deadline=60.0))
+    return assignment.grade(*tests, members={"charged_once": CHARGED} | members)
+
+
+def earned(assignment: Assignment, program: Program) -> dict[str, float]:
+    return {test.id: test.points for test in by_pictures(assignment, program).tests}
+
+
+def exposed(program: Program, scale: float) -> Program:
+    """The same pictures, so many times too bright."""
+    return lambda name: scale * program(name)
+
+
+@pytest.mark.parametrize("color", [0.0, 0.0003, 0.2, 1.0])
+def test_one_color_earns_nothing(assignment: Assignment, color: float) -> None:
+    assert earned(assignment, lambda name: np.full_like(right(name), color)) == NOTHING
+
+
+@pytest.mark.parametrize("scale", [0.002, 0.1, 10, 30])
+@pytest.mark.parametrize("program", [right, without_light])
+def test_exposure_beyond_repair_costs_all_points(
+    assignment: Assignment, program: Program, scale: float
+) -> None:
+    assert earned(assignment, exposed(program, scale)) == NOTHING
+
+
+@pytest.mark.parametrize("scale", [0.3, 1.3])
+def test_exposure_hides_no_other_mistake(assignment: Assignment, scale: float) -> None:
+    assert earned(assignment, exposed(right, scale)) == LEFT
+    assert earned(assignment, exposed(without_light, scale)) == NOTHING
+
+
+def test_late_search_leaves_pictures_open(assignment: Assignment) -> None:
+    found = by_pictures(assignment, turned, deadline=0.001)
+    assert [test.status for test in found.tests] == ["error"] * len(CAMERAS)
+    assert found.ungraded == tuple(CAMERAS)
+    assert not found.gradable
 
 
 def test_ambient_term_is_what_ambient_light_adds() -> None:

@@ -131,6 +131,18 @@ def test_two_mistakes_at_once_are_found(both: tuple[str, str]) -> None:
     assert causes(pairs(**changes)) == set(both)  # type: ignore[arg-type]
 
 
+def nine(pair: Pair) -> Pair:
+    """A picture three times as wide and high, whose search looks at some of its pixels."""
+    parts = (pair.image, pair.reference, pair.allowed, pair.ambient)
+    return Pair(*(np.tile(part, (3, 3, 1)) for part in parts if part is not None))
+
+
+@pytest.mark.parametrize("both", PRODUCTS[2:5], ids=" and ".join)
+def test_large_pictures_show_the_same_mistakes(both: tuple[str, str]) -> None:
+    changes = MADE[both[0]] | MADE[both[1]]
+    assert causes([nine(pair) for pair in pairs(**changes)]) == set(both)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("seeds", [2, pytest.param(10, marks=SLOW)])
 def test_right_program_has_no_mistakes(seeds: int) -> None:
     """If one right program in ten were accused, one of 23 trials of 30 programs would pass."""
