@@ -262,6 +262,23 @@ class PortTakenError(ServiceError):
         )
 
 
+class OpenFilesError(ServiceError):
+    """The system lets the service open fewer files than its connections and workers need.
+
+    Parameters
+    ----------
+    limit, needed : int
+        How many it may open, and how many it needs.
+    """
+
+    def __init__(self, limit: int, needed: int) -> None:
+        super().__init__(
+            f"The service may open {limit} files and connections at once, and needs {needed}. Raise the hard "
+            "limit ('ulimit -Hn', LimitNOFILE of systemd, --ulimit nofile of Docker), or lower "
+            "max_connections or workers."
+        )
+
+
 class DatabaseUrlError(ServiceError):
     """The address of the database cannot be used."""
 

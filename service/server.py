@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import math
 import os
+import resource
 import socket
 import subprocess
 import sys
@@ -26,7 +27,7 @@ from service.access.keys import any_made
 from service.api.connections import connection_type
 from service.api.middleware import RequestIds, SafeHeaders
 from service.app import create_app
-from service.errors import NoKeysError, PortTakenError, UnavailableError
+from service.errors import NoKeysError, OpenFilesError, PortTakenError, UnavailableError
 from service.jobs.context import Service
 from service.settings import UNLIMITED, WITHOUT_LIMIT, Settings
 from service.storage import ownership
@@ -46,6 +47,10 @@ FAREWELL_SECONDS = 5
 START_SECONDS = 60.0
 STOP_SECONDS = 30.0
 POLL_SECONDS = 0.02
+# Two pipes of each worker, and their far ends while it is started.
+WORKER_FILES = 4
+# 64 connections of the database with 2 files each, a picture in each of 40 threads, and as many for the rest.
+OTHER_FILES = 256
 
 log = structlog.get_logger()
 
@@ -85,6 +90,7 @@ def run(settings: Settings, listener: socket.socket | None = None) -> None:
     logs.configure(settings.log_level)
     with ExitStack() as stack:
         try:
+            _raise_open_files(settings)
             shared = is_shared(settings.database_url)
             stack.enter_context(ownership.held(settings.data, shared=shared))
             keys_made = _prepare_database(settings)
@@ -95,6 +101,20 @@ def run(settings: Settings, listener: socket.socket | None = None) -> None:
             log.error("not started", reason=reason(error, settings.data))  # noqa: TRY400  (the reason is enough)
             raise SystemExit(STARTUP_FAILURE) from None
         _serve(settings, listener)
+
+
+def _raise_open_files(settings: Settings) -> None:
+    """Raise the limit of open files as far as the system allows, and refuse one that is too low.
+
+    Beyond it nothing could be accepted, read or written: one user's connections would stop everyone.
+    """
+    needed = settings.max_connections + WORKER_FILES * settings.workers + OTHER_FILES
+    limit, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    # macOS takes no unlimited one.
+    limit = max(limit, needed) if most == resource.RLIM_INFINITY else most
+    if limit < needed:
+        raise OpenFilesError(limit, needed)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (limit, most))
 
 
 def _check_port(host: str, port: int) -> None:

@@ -95,6 +95,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UploadUnusableError: Kind(422, "upload_unusable"),
     errors.NoKeysError: Kind(500, "no_keys", is_public=False),
     errors.PortTakenError: Kind(500, "port_taken", is_public=False),
+    errors.OpenFilesError: Kind(500, "open_files", is_public=False),
     errors.DatabaseUrlError: Kind(500, "database_url", is_public=False),
     errors.DatabaseVersionError: Kind(500, "database_version", is_public=False),
     errors.EngineError: Kind(500, "engine", is_public=False),

@@ -75,6 +75,16 @@ def add(  # noqa: PLR0913, PLR0917 - one argument for each option
             "--first", help="Do nothing if there is a key already: for scripts that start a service."
         ),
     ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--out",
+            metavar="FILE",
+            help="Write the key to this file, which only its owner may read, and print nothing: what a "
+            "container prints is in its log.",
+        ),
+    ] = None,
     data: DataOption = None,
     database: DatabaseOption = None,
     as_json: JsonOption = False,
@@ -91,6 +101,12 @@ def add(  # noqa: PLR0913, PLR0917 - one argument for each option
             output.say("There is a key already: none was created.")
             return
         key = keys.add(session, **dict(asked))
+        if out is not None:
+            # Before the key is kept: it could not be shown again.
+            _write_secret(out, f"{key}\n")
+    if out is not None:
+        output.say(f"Key {key.id} of {user} is in {output.harmless(str(out))}.")
+        return
     if as_json:
         output.document({"id": key.id, "user": user, "role": role, "key": str(key)})
         return
@@ -167,6 +183,18 @@ def revoke(
         if not keys.revoke(session, key_id):
             raise CommandError(f"There is no key {output.harmless(key_id)!r}. `penumbra keys ls` lists them.")
     output.say(f"Key {key_id} is revoked.")
+
+
+def _write_secret(path: Path, text: str) -> None:
+    """Write a file that only its owner may read, whole or not at all."""
+    from service.errors import StoreError
+    from service.storage.folder import Folder
+
+    try:
+        Folder(path.absolute().parent).put(path.name, text.encode())
+    except (StoreError, OSError) as error:
+        cure = "Its folder must exist, be writable and have room."
+        raise CommandError(f"{output.harmless(str(path))} cannot be written. {cure}") from error
 
 
 def _request(**fields: object) -> KeyRequest:

@@ -144,3 +144,15 @@ def test_image_runs_as_the_user_of_kubernetes() -> None:
     assert f"--uid {user} " in IMAGE
     pods = [each["spec"]["template"]["spec"] for each in KUBERNETES if each["kind"] == "Deployment"]
     assert {pod["securityContext"]["runAsUser"] for pod in pods} == {user}
+
+
+def test_containers_have_no_rights_and_a_version() -> None:
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    for document in WORKLOADS:
+        for container in containers(document["spec"]["template"]["spec"]):
+            name, tag = container["image"].split(":")
+            assert name == "postgres" or tag == version
+            rights = container["securityContext"]
+            assert rights["capabilities"] == {"drop": ["ALL"]}
+            assert rights["readOnlyRootFilesystem"]
+            assert not rights["allowPrivilegeEscalation"]
