@@ -246,8 +246,8 @@ class Settings(BaseSettings):
     )
     max_stored_bytes: Bytes | None = Field(
         default=None,
-        description="Bytes of all finished pictures; beyond them the oldest without a pin are deleted. By "
-        "default `none`: as many as there are.",
+        description="Bytes of all finished pictures; beyond them the oldest without a pin are deleted of the "
+        "user who has the most bytes. By default `none`: as many as there are.",
     )
     keep_asset_seconds: Age | None = Field(
         default=86400.0,

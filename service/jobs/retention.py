@@ -6,15 +6,17 @@ leaves the disk when that is over, and what a killed process leaves there goes w
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 
 import structlog
-from sqlalchemy import and_, delete, func, or_, select, text, update
+from sqlalchemy import Row, and_, bindparam, delete, func, or_, select, text, update
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
+from schemas.api.jobs import JobState
 from service.errors import StoreError
 from service.jobs import uploads
 from service.jobs.sweep_clock import SweepClock
@@ -36,10 +38,20 @@ ASSET_GRACE = 86400.0
 # Each has an index of its own, in this order: a sweep reads what it deletes, and nothing that it keeps.
 _OLDEST = select(JobRow.number).order_by(JobRow.finished_at, JobRow.number)
 EXPIRING, FORGOTTEN = _OLDEST.where(text(HAS_PICTURE)), _OLDEST.where(text(MAY_BE_FORGOTTEN))
+# Users may share a render, whose bytes are those of each; a user's jobs may, too, and there they count once.
+_OWNED = (
+    select(JobRow.owner, RenderRow.number, RenderRow.stored_bytes, RenderRow.idle_since)
+    .join(RenderRow, JobRow.render_number == RenderRow.number)
+    .where(RenderRow.state == JobState.SUCCEEDED)
+    .distinct()
+    .subquery()
+)
+HELD = select(_OWNED.c.owner, func.sum(_OWNED.c.stored_bytes)).group_by(_OWNED.c.owner)
 IDLE = (
-    select(RenderRow.number)
-    .where(RenderRow.idle_since.is_not(None))
-    .order_by(RenderRow.idle_since, RenderRow.number)
+    select(_OWNED.c.number, _OWNED.c.stored_bytes)
+    .where(_OWNED.c.owner == bindparam("owner"), _OWNED.c.idle_since.is_not(None))
+    .order_by(_OWNED.c.idle_since, _OWNED.c.number)
+    .limit(bindparam("most"))
 )
 WITHOUT_SIZE = select(RenderRow.number, RenderRow.id).where(text(UNMEASURED)).order_by(RenderRow.number)
 
@@ -94,11 +106,21 @@ class Swept:
         return sum(self.pictures.values()) + sum(self.assets.values())
 
 
-def sweep(session: Session, rules: Rules, most: int) -> Swept:
+def held_bytes(session: Session, rules: Rules) -> Counter[str]:
+    """Count the bytes of each user's pictures, pinned ones included, if all together have too many."""
+    limit = rules.max_stored_bytes
+    if limit is None or totals.read(session, totals.STORED_BYTES) <= limit:
+        return Counter()
+    return Counter({owner: int(count or 0) for owner, count in session.execute(HELD)})
+
+
+def sweep(session: Session, rules: Rules, held: Counter[str], most: int) -> Swept:
     """Delete what the rules do not keep.
 
     Parameters
     ----------
+    held
+        What `held_bytes` has counted; what is deleted is subtracted.
     most
         Jobs and assets to remove at most, each: others wait for the transaction.
     """
@@ -107,7 +129,7 @@ def sweep(session: Session, rules: Rules, most: int) -> Swept:
     if rules.keep_seconds is not None:
         _by_age(session, now, timedelta(seconds=rules.keep_seconds), swept, most)
     if rules.max_stored_bytes is not None and not swept.more:
-        _by_bytes(session, rules.max_stored_bytes, swept, most)
+        _by_bytes(session, rules.max_stored_bytes, held, swept, most)
     if rules.keep_asset_seconds is not None:
         before = now - timedelta(seconds=rules.keep_asset_seconds)
         swept.assets = uploads.drop_unused(session, before, most)
@@ -130,17 +152,28 @@ def _by_age(session: Session, now: datetime, kept: timedelta, swept: Swept, most
             return
 
 
-def _by_bytes(session: Session, limit: int, swept: Swept, most: int) -> None:
-    if totals.read(session, totals.STORED_BYTES) <= limit:
-        return
-    idle, before = session.scalars(IDLE.limit(most)).all(), len(swept.expired)
-    for render in idle:
-        for number in session.scalars(select(JobRow.number).where(JobRow.render_number == render)).all():
-            _end(session, number, sharing.expire, swept, swept.expired)
-        if totals.read(session, totals.STORED_BYTES) <= limit:
-            return
+def _by_bytes(session: Session, limit: int, held: Counter[str], swept: Swept, most: int) -> None:
+    """Expire the oldest pictures of whoever has the most bytes, until all that is left fits.
+
+    What one user stores costs no other a picture who stores less.
+    """
+    idle: dict[str, Iterator[Row[int, int]]] = {}
+    tried, before = 0, len(swept.expired)
+    while held and tried < most and totals.read(session, totals.STORED_BYTES) > limit:
+        [(owner, _)] = held.most_common(1)
+        if owner not in idle:
+            idle[owner] = iter(session.execute(IDLE, {"owner": owner, "most": most}).all())
+        number, size = next(idle[owner], (None, 0))
+        if number is None:
+            del held[owner]
+            continue
+        held[owner] -= size
+        tried += 1
+        jobs = select(JobRow.number).where(JobRow.render_number == number, JobRow.owner == owner)
+        for job in session.scalars(jobs).all():
+            _end(session, job, sharing.expire, swept, swept.expired)
     # Where all are damaged, the next transaction would find the same ones.
-    swept.more = len(idle) == most and len(swept.expired) > before
+    swept.more = tried == most and len(swept.expired) > before
 
 
 def _end(
@@ -253,10 +286,9 @@ class RetentionThread:
         return swept
 
     def _pruned(self, rules: Rules) -> Swept:
-        measure(self._database, self._store)
-        whole = Swept(more=True)
+        held, whole = self._measured(rules), Swept(more=True)
         while whole.more and not self._thread.stopping.is_set():
-            part = self._swept(rules)
+            part = self._swept(rules, held)
             whole = Swept(
                 whole.expired + part.expired,
                 whole.forgotten + part.forgotten,
@@ -268,9 +300,9 @@ class RetentionThread:
 
     def predict(self, rules: Rules) -> Swept:
         """Report what these rules would delete, by deleting it in a transaction that is rolled back."""
-        measure(self._database, self._store)
+        held = self._measured(rules)
         with self._database.writing() as session, session.begin_nested() as trial:
-            swept = sweep(session, rules, MOST_PREDICTED)
+            swept = sweep(session, rules, held, MOST_PREDICTED)
             trial.rollback()
         return swept
 
@@ -297,9 +329,14 @@ class RetentionThread:
             return self._pruned(replace(self.rules, keep_seconds=None, keep_asset_seconds=None))
         return self.prune(self.rules)
 
-    def _swept(self, rules: Rules) -> Swept:
+    def _measured(self, rules: Rules) -> Counter[str]:
+        measure(self._database, self._store)
+        with self._database.reading() as session:
+            return held_bytes(session, rules)
+
+    def _swept(self, rules: Rules, held: Counter[str]) -> Swept:
         with self._database.writing() as session:
-            swept = sweep(session, rules, MANY)
+            swept = sweep(session, rules, held, MANY)
         for render in swept.pictures:
             self._store.drop_job(render)
         self._assets.drop(swept.assets, self._unused_since(rules))

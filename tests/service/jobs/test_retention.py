@@ -111,14 +111,20 @@ def prune(users: Users, **rules: Any) -> dict[str, Any]:
     return answer.json()
 
 
-def test_oldest_pictures_go_first(users: Users, data: Path) -> None:
+def test_oldest_pictures_go_first_of_whoever_has_most(users: Users, data: Path) -> None:
+    others = [rendered(users["bob"], 4)]
     jobs = [rendered(users["ann"], place) for place in range(4)]
+    # Both have the first one, which bob has wanted last.
+    others.append(rendered(users["bob"], 0))
     size = sum(size for name, size in files(data).items() if name.startswith(f"jobs/{jobs[3]['id']}/"))
-    reported = prune(users, max_stored_bytes=2 * size + size // 2, dry_run=False)
-    assert reported["expired"] == [job["id"] for job in jobs[:2]]
-    assert states(users["ann"], *jobs) == ["expired", "expired", "succeeded", "succeeded"]
-    assert {Path(name).parts[1] for name in files(data)} == {job["id"] for job in jobs[2:]}
-    assert pin(users["ann"], jobs[0]) == 410
+    reported = prune(users, max_stored_bytes=3 * size + size // 2, dry_run=False)
+    assert reported["expired"] == [job["id"] for job in jobs[1:3]]
+    assert states(users["ann"], *jobs) == ["succeeded", "expired", "expired", "succeeded"]
+    assert states(users["bob"], *others) == ["succeeded", "succeeded"]
+    assert {Path(name).parts[1] for name in files(data)} == {
+        job["id"] for job in (others[0], jobs[0], jobs[3])
+    }
+    assert pin(users["ann"], jobs[1]) == 410
 
 
 def test_history_of_an_expired_job_stays(users: Users) -> None:
