@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import cache, partial
@@ -45,7 +44,7 @@ from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.jobs import retention
 from service.jobs.context import Service
-from service.jobs.limits import BodyMemoryLimit, PixelLimit, StreamLimit, UploadCount
+from service.jobs.limits import BodyMemoryLimit, PixelLimit, Readers, StreamLimit, UploadCount
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
@@ -235,8 +234,6 @@ def assemble(
         retention_thread=RetentionThread(database, store, asset_store, retention.rules_of(settings), reserve),
         reserve=reserve,
         job_events=job_events,
-        quote_limit=asyncio.Semaphore(settings.max_quotes),
-        comparison_limit=asyncio.Semaphore(settings.max_comparisons),
         prices=QuotedPrices(),
         credentials=CredentialCache(database),
         notifications=NotificationListener(database, dispatcher, job_events),
@@ -244,7 +241,7 @@ def assemble(
         body_memory=BodyMemoryLimit(
             max(BODIES * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)
         ),
-        readers=CapacityLimiter(READERS),
+        readers=Readers(READERS),
         writers=CapacityLimiter(WRITERS),
         probes=CapacityLimiter(PROBES),
         streams=StreamLimit(settings.max_user_streams),

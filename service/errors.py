@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from schemas.errors import Problem
+from schemas.errors import Problem, SceneError
 
 
 class ServiceError(Exception):
@@ -361,6 +361,10 @@ class RequestDamagedError(StoreError):
 
 class StoreTakenError(StoreError):
     """Another service uses the same data folder or bucket."""
+
+
+class RefusedError(SceneError):
+    """The request of a call cannot be used, as a worker has found; pointers lead into the request."""
 
 
 class TraceFailedError(ServiceError):

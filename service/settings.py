@@ -226,12 +226,10 @@ class Settings(BaseSettings):
         description="Bytes of one user's textures and meshes together, where keys distinguish users.",
     )
     max_trace_rays: Count = Field(default=100_000, description="Most rays in one trace request.")
-    max_quotes: Count = Field(
-        default=8, description="Most quotes in progress, including those that wait for a worker."
-    )
-    max_comparisons: Count = Field(
-        default=8,
-        description="Most comparisons in progress, including those that wait for a worker.",
+    max_user_calls: Count = Field(
+        default=16,
+        description="Calls of one user in progress, those that wait for a worker included: plans, quotes, "
+        "previews, traces, comparisons and inspections.",
     )
     max_wait_seconds: Pause = Field(default=60.0, description="Longest that a request may wait for events.")
     max_events: Count = Field(default=1000, description="Most tile events in one answer.")

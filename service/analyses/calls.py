@@ -1,14 +1,15 @@
-"""Quotes, traces and inspected pixels: a worker computes them while the client waits."""
+"""Quotes, previews, traces and inspected pixels: a worker computes them while the client waits."""
 
 from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
 from fastapi.concurrency import run_in_threadpool
+from numpy.typing import NDArray
 
 import renderer
 from schemas.api.inspections import Inspection, InspectionRequest, TraceAnswer, TraceRequest
@@ -20,6 +21,7 @@ from schemas.errors import Problem
 from schemas.reading import read_document
 from service.access.principals import Principal
 from service.errors import (
+    ComparisonFailedError,
     InspectionFailedError,
     PreviewFailedError,
     QuoteFailedError,
@@ -31,106 +33,96 @@ from service.errors import (
 from service.jobs import lifecycle as jobs
 from service.jobs.admission import compile_admitted, read_request
 from service.jobs.context import Service
-from service.jobs.limits import bounded
 from service.jobs.pricing import priced
 from service.workers.tasks import (
     CallDone,
+    CallRefused,
     CallTask,
-    CompareRefused,
-    InspectDone,
+    CompareTask,
     InspectTask,
-    PreviewDone,
     PreviewTask,
-    QuoteDone,
     QuoteTask,
     TaskFailed,
-    TraceDone,
     TraceTask,
 )
 
 # More would keep a worker from jobs, for a picture that is replaced at the next edit.
 MOST_PREVIEW_SECONDS = 10.0
 
-Done = TypeVar("Done", bound=CallDone)
+Task = TypeVar("Task", bound=CallTask)
+
+CALLS: dict[type[CallTask], tuple[str, type[ServiceError]]] = {
+    QuoteTask: ("this quote", QuoteFailedError),
+    PreviewTask: ("this preview", PreviewFailedError),
+    TraceTask: ("these rays", TraceFailedError),
+    InspectTask: ("this pixel", InspectionFailedError),
+    CompareTask: ("these pictures", ComparisonFailedError),
+}
+"""Of each call what a worker works on, and the error if it fails."""
 
 
 async def ask_worker(
-    service: Service,
-    task: CallTask,
-    done: type[Done],
-    failure: type[ServiceError],
-    *,
-    timed_out: str,
-    worker_died: str,
-) -> Done:
-    """Have a worker answer a task while a request waits.
+    service: Service, principal: Principal, make: Callable[..., Task], *given: Any
+) -> tuple[Task, Any]:
+    """Have a worker answer a call while a request waits.
 
     Parameters
     ----------
-    done
-        The outcome of a task that was answered.
-    failure
-        Raised with the worker's message where the task failed.
-    timed_out, worker_died
-        Messages for the user where no answer came.
+    make
+        Makes the task of the service, the user, and what is ``given``.
 
-    Raises
-    ------
-    SceneError
-        If the worker found that the request cannot be used.
-    ServiceError
-        `failure`, if the task failed.
-    UnavailableError
-        If no answer came in time, or the worker died.
-    """
-    answer = asyncio.wrap_future(service.dispatcher.call(task))
-    try:
-        outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
-    except TimeoutError:
-        raise UnavailableError(timed_out) from None
-    if isinstance(outcome, CompareRefused):
-        raise renderer.SceneError([outcome.problem])
-    if isinstance(outcome, TaskFailed):
-        raise failure(outcome.message)
-    if not isinstance(outcome, done):
-        raise WorkerLostError(worker_died)
-    return outcome
-
-
-async def quote(service: Service, principal: Principal, body: bytes) -> Quote:
-    """Predict by a pilot what a picture would cost.
+    Returns
+    -------
+    tuple
+        The task, and the answer.
 
     Raises
     ------
     renderer.SceneError
-        If the request cannot be used.
+        If the request cannot be used, as ``make`` or the worker has found.
     BusyError
-        If too many quotes are being made.
-    QuoteFailedError
-        If the renderer refuses the scene.
+        If the user has too many calls in progress.
+    ServiceError
+        That of `CALLS`, if the task failed.
     UnavailableError
-        If it took too long, or its worker died.
+        If no answer came in time, or the worker died.
     """
-    async with bounded(service.quote_limit, "quotes"):
-        task = await service.read(_quote_task, service, principal, body)
-        done = await ask_worker(
-            service,
-            task,
-            QuoteDone,
-            QuoteFailedError,
-            timed_out="No worker was free for a quote in time. Try again in a moment.",
-            worker_died="The worker died while it made this quote.",
-        )
-    found = done.quote
-    if found.asked is not None:
-        service.prices.learn(_quoted_job(task.request), found.asked.cpu_seconds.estimate)
-    return in_request(found, task.request)
+    with service.dispatcher.desk.place(principal.name):
+        task = await service.read(principal.name, make, service, principal, *given)
+        return task, await _answer(service, task)
+
+
+async def _answer(service: Service, task: CallTask) -> Any:
+    subject, failure = CALLS[type(task)]
+    answer = asyncio.wrap_future(service.dispatcher.desk.ask(task))
+    try:
+        outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
+    except TimeoutError:
+        raise UnavailableError(f"No worker has finished {subject} in time. Try again in a moment.") from None
+    match outcome:
+        case CallDone(answer=done):
+            return done
+        case CallRefused(problems=problems, more=more):
+            raise renderer.SceneError(problems, more)
+        case TaskFailed(message=message):
+            raise failure(message)
+        case _:
+            raise WorkerLostError(f"The worker died while it worked on {subject}.")
+
+
+async def quote(service: Service, principal: Principal, body: bytes) -> Quote:
+    """Predict by a pilot what a picture would cost; raises as `ask_worker` does."""
+    task, found = await ask_worker(service, principal, _quote_task, body)
+    quoted: Quote = in_request(found, task.request)
+    if quoted.asked is not None:
+        service.prices.learn(_quoted_job(task.request), quoted.asked.cpu_seconds.estimate)
+    return quoted
 
 
 def _quote_task(service: Service, principal: Principal, body: bytes) -> QuoteTask:
     request, _ = read_request(service, principal, body, QuoteRequest)
     compile_admitted(_quoted_job(request))
-    return QuoteTask(request, service.settings.workers)
+    return QuoteTask(request, service.settings.workers, user=principal.name)
 
 
 def _quoted_job(request: QuoteRequest) -> JobRequest:
@@ -140,28 +132,10 @@ def _quoted_job(request: QuoteRequest) -> JobRequest:
 async def preview(service: Service, principal: Principal, body: bytes) -> bytes:
     """Render a small picture of a scene, a PNG file; no job is created.
 
-    Raises
-    ------
-    renderer.SceneError
-        If the request cannot be used, or even a small picture takes too long.
-    BusyError
-        If too many quotes and previews are being made.
-    PreviewFailedError
-        If the renderer refuses the scene.
-    UnavailableError
-        If it took too long, or its worker died.
+    Raises as `ask_worker` does, and where even a small picture takes too long.
     """
-    async with bounded(service.quote_limit, "quotes and previews"):
-        task = await service.read(_preview_task, service, principal, body)
-        done = await ask_worker(
-            service,
-            task,
-            PreviewDone,
-            PreviewFailedError,
-            timed_out="No worker was free for a preview in time. Try again in a moment.",
-            worker_died="The worker died while it rendered this preview.",
-        )
-    return done.png
+    _, png = await ask_worker(service, principal, _preview_task, body)
+    return bytes(png)
 
 
 def _preview_task(service: Service, principal: Principal, body: bytes) -> PreviewTask:
@@ -175,31 +149,13 @@ def _preview_task(service: Service, principal: Principal, body: bytes) -> Previe
             f"{MOST_PREVIEW_SECONDS:.0f} allowed. Render the scene as a job."
         )
         raise renderer.SceneError([Problem(pointer="/scene", detail=detail, code="cost")])
-    return PreviewTask(scene)
+    return PreviewTask(scene, user=principal.name)
 
 
 async def trace(service: Service, principal: Principal, body: bytes) -> TraceAnswer:
-    """Cast the rays of a user's request.
-
-    Raises
-    ------
-    renderer.SceneError
-        If the request cannot be used.
-    TraceFailedError
-        If the renderer refuses the rays.
-    UnavailableError
-        If it took too long, or its worker died.
-    """
-    task = await service.read(_trace_task, service, principal, body)
-    done = await ask_worker(
-        service,
-        task,
-        TraceDone,
-        TraceFailedError,
-        timed_out="Tracing took too long. Send fewer rays, or a smaller scene.",
-        worker_died="The worker died while it traced these rays.",
-    )
-    return await run_in_threadpool(_trace_answer, done)
+    """Cast the rays of a user's request; raises as `ask_worker` does."""
+    _, hits = await ask_worker(service, principal, _trace_task, body)
+    return await run_in_threadpool(_trace_answer, hits)
 
 
 def _trace_task(service: Service, principal: Principal, body: bytes) -> TraceTask:
@@ -211,7 +167,7 @@ def _trace_task(service: Service, principal: Principal, body: bytes) -> TraceTas
     origins, directions = (
         np.array(rows, np.float64).reshape(-1, 3) for rows in (request.origins, request.directions)
     )
-    return TraceTask(request.scene, origins, directions)
+    return TraceTask(request.scene, origins, directions, user=principal.name)
 
 
 def _ray_problems(request: TraceRequest, limit: int) -> Iterator[Problem]:
@@ -223,15 +179,15 @@ def _ray_problems(request: TraceRequest, limit: int) -> Iterator[Problem]:
         yield Problem(pointer="/directions", detail=detail, code="length")
 
 
-def _trace_answer(done: TraceDone) -> TraceAnswer:
-    hits: dict[str, Any] = {name: array.tolist() for name, array in done.hits.items()}
+def _trace_answer(arrays: Mapping[str, NDArray[Any]]) -> TraceAnswer:
+    hits: dict[str, Any] = {name: array.tolist() for name, array in arrays.items()}
     missed = [shape < 0 for shape in hits["shape"]]
     for name in ("t", "position", "normal", "uv"):
         hits[name] = [None if miss else value for value, miss in zip(hits[name], missed, strict=True)]
     return TraceAnswer.model_validate(hits)
 
 
-async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
+async def inspect(service: Service, principal: Principal, job_id: str, body: bytes) -> Inspection:
     """Explain a pixel of a job; the job need not have begun.
 
     Raises
@@ -242,25 +198,21 @@ async def inspect(service: Service, job_id: str, body: bytes) -> Inspection:
         If the job has ended without a picture, and its scene is gone.
     renderer.SceneError
         If the request cannot be used, or the picture has no such pixel.
-    InspectionFailedError
-        If the renderer fails, for want of memory.
-    UnavailableError
-        If it took too long, or its worker died.
+    ServiceError
+        As `ask_worker` raises it.
     """
-    task, request = await service.read(_inspect_task, service, job_id, body)
-    done = await ask_worker(
-        service,
-        task,
-        InspectDone,
-        InspectionFailedError,
-        timed_out="No worker was free to inspect the pixel in time. Try again in a moment.",
-        worker_died="The worker died while it inspected this pixel.",
-    )
-    return in_request(done.inspection, request)
+    request = await service.read(principal.name, _request_of, service, job_id)
+    _, found = await ask_worker(service, principal, _inspect_task, job_id, body)
+    inspection: Inspection = in_request(found, request)
+    return inspection
 
 
-def _inspect_task(service: Service, job_id: str, body: bytes) -> tuple[InspectTask, JobRequest]:
-    """Make the task, and read the request of the job, to which pointers of the answer lead."""
+def _request_of(service: Service, job_id: str) -> JobRequest:
+    """Read the request of a job, to which pointers of the answer lead."""
+    return JobRequest.model_validate(json.loads(jobs.request_of(service, job_id)))
+
+
+def _inspect_task(service: Service, principal: Principal, job_id: str, body: bytes) -> InspectTask:
     with service.database.reading() as session:
         render = jobs.find_render(session, job_id)
     asked, _ = read_document(body, InspectionRequest, limits=service.settings.limits)
@@ -276,5 +228,4 @@ def _inspect_task(service: Service, job_id: str, body: bytes) -> tuple[InspectTa
     ]
     if problems:
         raise renderer.SceneError(problems)
-    request = JobRequest.model_validate(json.loads(jobs.request_of(service, job_id)))
-    return InspectTask(render.id, render.spec_sha256, asked.x, asked.y), request
+    return InspectTask(render.id, render.spec_sha256, asked.x, asked.y, user=principal.name)

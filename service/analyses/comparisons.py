@@ -14,42 +14,21 @@ from schemas.errors import Problem
 from schemas.reading import read_document
 from service.access.principals import Principal
 from service.analyses.calls import ask_worker
-from service.errors import ComparisonFailedError, UnknownJobError
+from service.errors import UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
 from service.jobs.damaged_files import IMAGE
-from service.jobs.limits import bounded
 from service.lifecycle import rows
 from service.storage.database.models import RenderRow
 from service.workers import layers
-from service.workers.tasks import CompareDone, ComparedPicture, CompareTask
+from service.workers.tasks import ComparedPicture, CompareTask
 
 
 async def compare(service: Service, principal: Principal, body: bytes) -> ComparisonAnswer:
-    """Compare the two pictures of a request.
-
-    Raises
-    ------
-    renderer.SceneError
-        If the request, or one of its pictures, cannot be used.
-    BusyError
-        If too many comparisons are being made.
-    ComparisonFailedError
-        If comparing fails, for want of memory.
-    UnavailableError
-        If it took too long, or its worker died.
-    """
-    async with bounded(service.comparison_limit, "comparisons"):
-        task = await service.read(_task, service, principal, body)
-        done = await ask_worker(
-            service,
-            task,
-            CompareDone,
-            ComparisonFailedError,
-            timed_out="No worker was free to compare in time. Try again in a moment.",
-            worker_died="The worker died while it compared these pictures.",
-        )
-        return done.answer
+    """Compare the two pictures of a request; raises as `ask_worker` does, also for an unusable picture."""
+    answer: ComparisonAnswer
+    _, answer = await ask_worker(service, principal, _task, body)
+    return answer
 
 
 def _task(service: Service, principal: Principal, body: bytes) -> CompareTask:
@@ -61,7 +40,7 @@ def _task(service: Service, principal: Principal, body: bytes) -> CompareTask:
     image, reference = (_compared(service, principal, role, picture) for role, picture in sent.items())
     # What is decoded need not travel twice.
     bare = request.model_copy(update={"image": SentPicture(), "reference": SentPicture()})
-    return CompareTask(bare, image, reference)
+    return CompareTask(bare, image, reference, user=principal.name)
 
 
 def _problems(role: str, picture: SentPicture) -> Iterator[Problem]:

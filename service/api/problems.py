@@ -227,7 +227,8 @@ async def _of_document(request: Request, error: Exception) -> Response:
     kind, found = KINDS[renderer.SceneError], error
     if any(_lacks_line(problem) for problem in error.errors) and hasattr(request.state, "body"):
         service: Service = request.app.state.service
-        problems = await service.read(_placed, error.errors, request.state.body)
+        client = request.client.host if request.client else ""
+        problems = await service.read(client, _placed, error.errors, request.state.body)
         found = renderer.SceneError(problems, error.more)
     return answer(kind.status, str(found), code=kind.code, problems=found.errors, more=found.more)
 

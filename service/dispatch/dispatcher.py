@@ -1,9 +1,9 @@
-"""The one thread that hands out work and records its outcome.
+"""The one thread that hands out work and records its outcome: a loop, and what it hands out.
 
 It sleeps until something happens: a job arrives, a task ends, a job is cancelled. Then one round writes all
 results and claims in one transaction, gives the claimed tasks to the engine, and notifies the watchers.
-
-Of several servers on one database that of the leader works on jobs; the others answer calls alone.
+`Flights` knows the tasks of jobs that are handed out, `CallDesk` the calls, and `Leadership` whether this
+server works on jobs: of several servers on one database one does, and all answer calls.
 """
 
 from __future__ import annotations
@@ -11,25 +11,22 @@ from __future__ import annotations
 import queue
 import time
 from collections import Counter, deque
-from collections.abc import Mapping
-from concurrent.futures import Future
 from functools import partial
 
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
-from schemas.api.jobs import JobState
 from service.dispatch import ledger
-from service.dispatch.holding import HeldTasks
+from service.dispatch.call_desk import CallDesk
+from service.dispatch.flights import Flights
 from service.dispatch.job_events import JobEvents
 from service.dispatch.leadership import BEAT_SECONDS, Leadership, Term
 from service.dispatch.orphans import remove_orphans
 from service.dispatch.outages import Outages
 from service.dispatch.rounds import Round, log_report
 from service.dispatch.throughput import Throughput
-from service.errors import UnavailableError
-from service.lifecycle import damage, sharing
+from service.lifecycle import damage, fairness, sharing
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.tiles import TileStore
@@ -37,16 +34,7 @@ from service.supervision import SupervisedThread
 from service.telemetry.metrics import Metrics
 from service.telemetry.spans import JobSpans
 from service.workers.engines import Engine
-from service.workers.tasks import (
-    CallTask,
-    Cause,
-    Interrupted,
-    JobTask,
-    Outcome,
-    Released,
-    Task,
-    TaskFailed,
-)
+from service.workers.tasks import CallTask, Cause, JobTask, Outcome, Task
 
 # Seconds before the next try after an error of the database or a full disk.
 RETRY_SECONDS = 1.0
@@ -54,8 +42,6 @@ RETRY_SECONDS = 1.0
 LEAVING_SECONDS = 0.05
 # Seconds between checks for free workers while an engine has none: they may come back.
 EMPTY_SECONDS = 1.0
-# Most traces, quotes and other calls that wait for a worker; more are refused.
-MAX_CALLS = 64
 # Errors in a row, but for those of the database, before the process ends: the last after 8 seconds of waits.
 MOST_FAILURES = 5
 
@@ -63,7 +49,7 @@ log = structlog.get_logger()
 
 
 class Dispatcher:
-    """Keeps the engine busy with the jobs in the database.
+    """Keeps the engine busy with the jobs in the database, and with calls.
 
     Parameters
     ----------
@@ -89,24 +75,18 @@ class Dispatcher:
         self._thread = SupervisedThread("dispatcher", self._run, most_failures=MOST_FAILURES)
         # From other threads: outcomes, and None to wake this thread.
         self._inbox: queue.SimpleQueue[tuple[Task, Outcome] | None] = queue.SimpleQueue()
-        self._calls: deque[tuple[CallTask, Future[Outcome]]] = deque()
         self._cancelled: deque[str] = deque()
-        self.metrics = Metrics()
+        self.metrics, self.throughput = Metrics(), Throughput(settings.workers)
+        self.desk = CallDesk(settings.max_user_calls, settings.workers, self.wake)
         # The dispatcher's own.
-        self._reports: list[tuple[JobTask, Outcome]] = []
-        self._flying: set[JobTask] = set()
-        self._answers: dict[CallTask, Future[Outcome]] = {}
-        self._leaving: dict[str, float] = {}
-        self._held = HeldTasks()
+        self._flights, self._leadership, self._outages = (
+            Flights(),
+            Leadership(database),
+            Outages(engine.alive),
+        )
         self._pause_until = 0.0
         self._deadline: float | None = None
-        self._starved = False
-        self.throughput = Throughput(settings.workers)
-        self._leadership, self._outages = Leadership(database), Outages(engine.alive)
-        self._term: int | None = None
-        self._next_stand = 0.0
-        self._stale: set[JobTask] = set()
-        self._in_doubt = False
+        self._starved = self._in_doubt = False
 
     def start(self) -> None:
         """Begin; the first round takes back what an earlier service left unfinished."""
@@ -126,22 +106,6 @@ class Dispatcher:
         self._cancelled.append(render)
         self.wake()
 
-    def call(self, task: CallTask) -> Future[Outcome]:
-        """Run a trace or a quote before any waiting tile; cancel the future to stop it.
-
-        Raises
-        ------
-        UnavailableError
-            If too many others wait.
-        """
-        if len(self._calls) >= MAX_CALLS:
-            raise UnavailableError("Too many others are waiting for an answer. Try again in a moment.")
-        answer: Future[Outcome] = Future()
-        answer.add_done_callback(lambda _: self.wake())
-        self._calls.append((task, answer))
-        self.wake()
-        return answer
-
     def alive(self) -> bool:
         """Whether jobs are being worked on."""
         return self.lives() and self._engine.alive()
@@ -160,18 +124,18 @@ class Dispatcher:
         self.wake()
         self._thread.stop()
         self._engine.close()
-        self._resign()
-        for answer in (*self._answers.values(), *(answer for _, answer in self._calls)):
-            answer.cancel()
+        self._leadership.resign()
+        self.desk.close()
 
     def _run(self) -> None:
         try:
             while self._listen():
-                self._round()
+                self._work()
         except Exception:
             # How far the round came is unknown: what was handed out is taken back, as from another server.
             self._forget_tasks()
-            self._term, self._next_stand, self._in_doubt = None, 0.0, True
+            self._leadership.forget()
+            self._in_doubt = True
             self.wake()
             raise
 
@@ -190,65 +154,60 @@ class Dispatcher:
             pass
         while self._cancelled:
             render = self._cancelled.popleft()
-            if self._term is not None:
-                self._leave(render, self._settings.cancel_grace_seconds)
-        for task in self._held.release(self._leaving):
-            self._flying.discard(task)
-            self._reports.append((task, Released()))
+            if self._leadership.term is not None:
+                self._flights.leave(render, self._settings.cancel_grace_seconds)
+        self._flights.release()
         return not self._thread.stopping.is_set()
 
     def _wait_seconds(self) -> float | None:
-        if self._leaving or self._stale:
+        if self._flights.are_leaving():
             return LEAVING_SECONDS
         if self._pause_until:
             return max(0.0, self._pause_until - time.monotonic())
         waits = [EMPTY_SECONDS] if self._starved else []
         waits += [BEAT_SECONDS] if self._outages.beating else []
-        if self._deadline:
-            waits.append(self._deadline - time.monotonic())
-        held = self._held.seconds_left()
+        waits += [self._deadline - time.monotonic()] if self._deadline else []
+        held = self._flights.held_seconds()
         waits += [] if held is None else [held]
         return max(0.0, min(waits)) if waits else None
 
     def _record(self, task: Task, outcome: Outcome) -> None:
-        if not isinstance(task, CallTask):
-            if task in self._stale:
-                self._stale.discard(task)
-                return
-            self._flying.discard(task)
+        if isinstance(task, CallTask):
+            self.desk.record(task, outcome)
+        elif self._flights.land(task, outcome):
             self.metrics.note(task, outcome)
             self._spans.came_back(task, outcome)
             self.throughput.note(getattr(outcome, "cpu_seconds", 0.0))
-            self.throughput.watch(busy=bool(self._flying))
-            self._reports.append((task, outcome))
+            self.throughput.watch(busy=bool(self._flights.tasks))
             log_report(task, outcome)
-            return
-        answer = self._answers.pop(task)
-        if isinstance(outcome, Interrupted):
-            self._calls.appendleft((task, answer))
-        elif answer.set_running_or_notify_cancel():
-            if isinstance(outcome, TaskFailed) and outcome.passes:
-                answer.set_exception(UnavailableError(outcome.message))
-            else:
-                answer.set_result(outcome)
 
-    def _leave(self, render: str, grace: float) -> None:
-        self._leaving.setdefault(render, time.monotonic() + grace)
+    def _work(self) -> None:
+        """Kill what nobody wants any more, and hand out calls and tiles in turns."""
+        unwanted: set[Task] = self.desk.unwanted() | self._flights.unwanted()
+        if unwanted:
+            self._engine.interrupt(unwanted.__contains__)
+        if self.desk.is_next:
+            self._answer_calls()
+        if time.monotonic() >= self._pause_until and self._leadership.is_due():
+            self._round()
+        self._answer_calls()
+
+    def _answer_calls(self) -> None:
+        for task in self.desk.hand_out(self._engine.room()):
+            self._engine.submit(task)
 
     def _round(self) -> None:
-        self._interrupt()
-        self._answer_calls()
-        if time.monotonic() < self._pause_until or not self._is_due():
-            return
         self._pause_until = 0.0
         # Outside of the transaction: it may start processes.
         room = self._engine.room()
-        self._starved = room == 0 and not self._flying
+        self._starved = room == 0 and not self._flights.tasks
+        charges = self.desk.charges
         try:
             with self._database.writing() as session:
                 standing = self._leadership.stand(session)
+                fairness.charge_calls(session, charges)
                 term = standing.number if standing else None
-                if term != self._term:
+                if term != self._leadership.term:
                     self._forget_tasks()
                 result = None if standing is None else self._decide(session, standing, room)
         except SQLAlchemyError as error:
@@ -258,35 +217,18 @@ class Dispatcher:
             # The transaction may have been committed, and the answer lost with the connection.
             self._in_doubt = True
             return
-        if self._in_doubt:
-            self._in_doubt = False
-            self._job_events.publish_all()
-        if term != self._term:
-            self._lead(term)
-            if term is not None and self._database.shared:
-                SupervisedThread("tidy", partial(remove_orphans, self._database, self._store)).start()
+        self.metrics.note_calls(charges)
+        charges.clear()
+        self._follow(term)
         if result is not None:
-            self.metrics.note_retries(result.retries)
-            self._outages.note((outcome for _, outcome in self._reports), store_closed=result.store_closed)
-            self._reports = []
-            left = result.deadline_in
-            self._deadline = None if left is None else time.monotonic() + left
             self._act(result)
-        self._outages.beating = self._database.shared or bool(self._flying or self._deadline)
+        self._outages.beating = self._database.shared or bool(self._flights.tasks or self._deadline)
         self._thread.note_success()
-
-    def _is_due(self) -> bool:
-        """Whether to read the database: always, or now and then where another server leads."""
-        if self._term is None:
-            if time.monotonic() < self._next_stand:
-                return False
-            self._next_stand = time.monotonic() + BEAT_SECONDS
-        return True
 
     def _decide(self, session: Session, term: Term, room: int) -> Round:
         """Write the results of all events; also look for renders that other servers cancelled."""
-        taken_back = Counter[Cause]()
-        follows = term.number != self._term
+        flights, taken_back = self._flights, Counter[Cause]()
+        follows = term.number != self._leadership.term
         if follows and self._thread.failures:
             # Perhaps there is a row that cannot be read: its job fails, and the others continue.
             damage.fail_unreadable(session)
@@ -295,12 +237,12 @@ class Dispatcher:
             taken_back[Cause.SERVER_LOST] = ledger.recover(session)
             self._database.notify(session, anything=True)
         elif self._in_doubt:
-            known = {*self._flying, *(task for task, _ in self._reports)}
+            known = {*flights.tasks, *(task for task, _ in flights.reports)}
             taken_back[Cause.DATABASE_LOST] = ledger.take_back_unknown(session, known)
         result = Round(
-            reports=self._reports,
-            flying=self._flying,
-            leaving=self._leaving,
+            reports=flights.reports,
+            flying=flights.tasks,
+            leaving=flights.leaving,
             room=room,
             max_attempts=self._settings.max_attempts,
             worker_bytes=self._settings.worker_memory_bytes,
@@ -309,80 +251,53 @@ class Dispatcher:
         result.decide(session)
         self._database.notify_jobs(session, result.news)
         if self._database.shared:
-            for render in set(ledger.unwanted(session)) - set(self._leaving):
+            for render in set(ledger.unwanted(session)) - set(flights.leaving):
                 self.cancel(render)
         return result
 
-    def _lead(self, term: int | None) -> None:
+    def _follow(self, term: int | None) -> None:
         """Start or stop handing out work, depending on which server leads."""
-        if self._database.shared and term is not None:
-            log.info("leads", term=term)
-            self._job_events.publish_all()
-        elif self._term is not None:
-            log.warning("leads no more", term=self._term)
-        self._term = term
+        changed = self._leadership.enter(term)
         self.metrics.leads.set(term is not None)
+        if self._in_doubt or (changed and term is not None and self._database.shared):
+            self._job_events.publish_all()
+        if changed and term is not None and self._database.shared:
+            SupervisedThread("tidy", partial(remove_orphans, self._database, self._store)).start()
+        self._in_doubt = False
 
     def _forget_tasks(self) -> None:
         """Stop what was handed out in an earlier term: the database expects no more of it."""
-        self._stale |= self._flying - self._held.forget()
-        self._flying, self._reports, self._leaving, self._deadline = set(), [], {}, None
+        self._flights.forget()
+        self._deadline = None
         self.throughput.watch(busy=False)
 
-    def _resign(self) -> None:
-        if not self._database.shared:
-            return
-        try:
-            with self._database.writing() as session:
-                self._leadership.resign(session)
-                self._database.notify(session, anything=True)
-        except SQLAlchemyError as error:
-            log.warning("another server leads when the time is up", error=type(error).__name__)
-
-    def _interrupt(self) -> None:
-        """Stop the tasks of renders that have ended, and calls whose requests have ended."""
-        now = time.monotonic()
-        late = {render for render, deadline in self._leaving.items() if deadline <= now}
-        unwanted = {task for task, answer in self._answers.items() if answer.cancelled()} | self._stale
-        if late or unwanted:
-            self._engine.interrupt(
-                lambda task: task in unwanted or (not isinstance(task, CallTask) and task.job in late)
-            )
-
-    def _answer_calls(self) -> None:
-        for _ in range(min(self._engine.room(), len(self._calls))):
-            task, answer = self._calls.popleft()
-            if not answer.cancelled():
-                self._answers[task] = answer
-                self._engine.submit(task)
-
     def _act(self, result: Round) -> None:
+        """Do what a round has decided, and the database has committed."""
+        flights, left = self._flights, result.deadline_in
+        self.metrics.note_retries(result.retries)
+        self._outages.note((outcome for _, outcome in flights.reports), store_closed=result.store_closed)
+        flights.reports = []
+        self._deadline = None if left is None else time.monotonic() + left
         if result.store_closed:
             self._pause()
         for held, seconds in result.held:
-            self._flying.add(held)
-            self._held.hold(held, seconds)
+            flights.hold(held, seconds)
         for task in result.tasks:
-            self._spans.handed_out(task)
-            self._engine.submit(task)
-            # Not before: what the engine never got would be waited for.
-            self._flying.add(task)
-            self.throughput.watch(busy=True)
+            self._hand_out(task)
         for render in result.ended:
             self._spans.ended(render)
         self._job_events.publish(result.news)
-        self._clear(result.ended)
+        for render in flights.clear(result.ended):
+            self._store.drop_tiles(render)
+            log.info("render ended", render=render, state=result.ended[render].value)
+
+    def _hand_out(self, task: JobTask) -> None:
+        self._spans.handed_out(task)
+        self._engine.submit(task)
+        # Not before: what the engine never got would be waited for.
+        self._flights.tasks.add(task)
+        self.desk.is_next = True
+        self.throughput.watch(busy=True)
 
     def _pause(self) -> None:
         self._pause_until = time.monotonic() + RETRY_SECONDS
-
-    def _clear(self, ended: Mapping[str, JobState]) -> None:
-        """Drop the tiles of renders that have ended, once nothing writes to them any more."""
-        busy = {task.job for task in self._flying}
-        for render, state in ended.items():
-            if render in busy:
-                self._leave(render, 0.0)
-            else:
-                self._leaving.pop(render, None)
-                self._store.drop_tiles(render)
-                log.info("render ended", render=render, state=state.value)

@@ -11,10 +11,13 @@ The renewals are the service's signs of life: the time between two of them is kn
 from __future__ import annotations
 
 import secrets
+import time
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
+import structlog
 from sqlalchemy import func, select
+from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from service.lifecycle import clock
@@ -31,6 +34,8 @@ _STANDING = select(LeaderRow, func.clock_timestamp()).with_for_update(of=LeaderR
 ALONE = 1
 """The term of a server that has its database for itself."""
 
+log = structlog.get_logger()
+
 
 class Term(NamedTuple):
     """The number of a term, and the seconds since the last sign of life, 0 where none was due."""
@@ -40,20 +45,35 @@ class Term(NamedTuple):
 
 
 class Leadership:
-    """The part of one server in it. Every method works in a transaction of its caller, one that writes.
+    """The part of one server in it.
 
     Parameters
     ----------
     database : Database
         Whether it is shared decides whether there is anything to look after.
+
+    Attributes
+    ----------
+    term : int or None
+        In which this server leads, as far as it knows.
     """
 
     def __init__(self, database: Database) -> None:
-        self._shared = database.shared
+        self._database, self._shared = database, database.shared
         self._server = secrets.token_hex(8)
+        self.term: int | None = None
+        self._next_stand = 0.0
+
+    def is_due(self) -> bool:
+        """Whether to stand: always, or now and then where another server leads."""
+        if self.term is None:
+            if time.monotonic() < self._next_stand:
+                return False
+            self._next_stand = time.monotonic() + BEAT_SECONDS
+        return True
 
     def stand(self, session: Session) -> Term | None:
-        """Lead, if no other server does, and give a sign of life.
+        """Lead, if no other server does, and give a sign of life, in a transaction that writes.
 
         Returns
         -------
@@ -72,12 +92,33 @@ class Leadership:
         row.server, row.term, row.expires_at = self._server, row.term + 1, now + _LEASE
         return Term(row.term, max(0.0, silent))
 
-    def resign(self, session: Session) -> None:
+    def enter(self, term: int | None) -> bool:
+        """Note the term that the database has committed; False if it is the one before."""
+        before, self.term = self.term, term
+        if term == before:
+            return False
+        if term is None:
+            log.warning("leads no more", term=before)
+        elif self._shared:
+            log.info("leads", term=term)
+        return True
+
+    def forget(self) -> None:
+        """Stand again at once, as a server that has just started."""
+        self.term, self._next_stand = None, 0.0
+
+    def resign(self) -> None:
         """Let another server lead at once, if this one does."""
-        if self._shared:
-            row, _ = session.execute(_STANDING).one()
-            if row.server == self._server:
-                row.server = None
+        if not self._shared:
+            return
+        try:
+            with self._database.writing() as session:
+                row, _ = session.execute(_STANDING).one()
+                if row.server == self._server:
+                    row.server = None
+                self._database.notify(session, anything=True)
+        except SQLAlchemyError as error:
+            log.warning("another server leads when the time is up", error=type(error).__name__)
 
 
 def _renew(row: LeaderRow, silent_seconds: float, now: datetime) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +15,7 @@ from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.errors import UnavailableError
-from service.jobs.limits import BodyMemoryLimit, PixelLimit, StreamLimit, UploadCount
+from service.jobs.limits import BodyMemoryLimit, PixelLimit, Readers, StreamLimit, UploadCount
 from service.jobs.pricing import QuotedPrices
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
@@ -42,23 +41,24 @@ class Service:
     dispatcher: Dispatcher
     retention_thread: RetentionThread
     job_events: JobEvents
-    quote_limit: asyncio.Semaphore
-    comparison_limit: asyncio.Semaphore
     prices: QuotedPrices
     credentials: CredentialCache
     notifications: NotificationListener
     spans: JobSpans
     body_memory: BodyMemoryLimit
-    readers: CapacityLimiter
+    readers: Readers
     writers: CapacityLimiter
     probes: CapacityLimiter
     streams: StreamLimit
     uploads: UploadCount
     encoding: PixelLimit
 
-    async def read(self, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs) -> Answer:
-        """Call a function that reads a document in a thread, few at once: large ones take much memory."""
-        return await to_thread.run_sync(partial(function, *args, **kwargs), limiter=self.readers)
+    async def read(
+        self, user: str, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs
+    ) -> Answer:
+        """Call a function that reads a user's document in a thread, few at once: it may take much memory."""
+        async with self.readers.of(user):
+            return await to_thread.run_sync(partial(function, *args, **kwargs), limiter=self.readers.limiter)
 
     async def write(self, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs) -> Answer:
         """Call a function that writes to the database in a thread; those who wait for their turn hold none.

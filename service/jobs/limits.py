@@ -8,7 +8,9 @@ from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
+from anyio import CapacityLimiter
 from sqlalchemy import bindparam, case, func, select
 from sqlalchemy.orm import Session
 
@@ -121,21 +123,6 @@ def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:
     )
 
 
-@asynccontextmanager
-async def bounded(limit: asyncio.Semaphore, made: str) -> AsyncIterator[None]:
-    """Count a request until the block ends; BusyError if there are too many.
-
-    Parameters
-    ----------
-    made
-        What the requests are for, in the plural.
-    """
-    if limit.locked():
-        raise BusyError(f"Too many {made} are in progress. Try again in a moment.")
-    async with limit:
-        yield
-
-
 class StreamLimit:
     """Bounds the requests of each user that wait for events. Used by one thread, that of the event loop.
 
@@ -167,6 +154,25 @@ class StreamLimit:
             yield
         finally:
             self._count_of[principal.name] -= 1
+
+
+class Readers:
+    """Bounds the documents that are read at once, and those of one user to half of them.
+
+    Parameters
+    ----------
+    most : int
+        Documents of all users.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self.limiter = CapacityLimiter(most)
+        self._of: WeakValueDictionary[str, CapacityLimiter] = WeakValueDictionary()
+
+    def of(self, user: str) -> CapacityLimiter:
+        """Return the limiter of one user; it exists while any request of theirs has it."""
+        return self._of.setdefault(user, CapacityLimiter(max(1, self._most // 2)))
 
 
 class PixelLimit:

@@ -2,9 +2,9 @@
 
 Start-time fair queueing. Each user has a clock, `served`: the CPU seconds charged to the user. The next tile
 is of the active user whose clock is behind all others. A tile is charged when it is handed out, at the price
-that is expected, and put right when it is finished. A user who comes back after a pause starts from the
-present (`turn`, the clock of the user served last): a pause is no credit. So a new user waits for no more
-than the tiles that are handed out already, however much another has waiting.
+that is expected, and put right when it is finished; a call is charged with what it has cost. A user who comes
+back after a pause starts from the present (`turn`, the clock of the user served last): a pause is no credit.
+So a new user waits for no more than the tiles that are handed out already, however much another has waiting.
 
 A user's jobs start by priority and age, each with its coarse picture before any of them continues. So a
 queued job starts when its user's clock has come as far as the coarse pictures of the jobs before it take it,
@@ -38,13 +38,26 @@ _NOW = select(func.max(ShareRow.turn))
 def activate(session: Session, owners: Iterable[str]) -> None:
     """Activate users who have waiting steps."""
     for owner in owners:
-        share = session.get(ShareRow, owner)
-        if share is None:
-            now = session.scalar(_NOW) or 0.0
-            session.add(ShareRow(owner=owner, served=now, turn=now, active=True))
-        elif not share.active:
-            share.active = True
-            share.served = max(share.served, session.scalar(_NOW) or 0.0)
+        _present(session, owner).active = True
+
+
+def charge_calls(session: Session, seconds: Mapping[str, float]) -> None:
+    """Charge users with what workers have computed for them beside their jobs."""
+    # In one order: of two servers that charge the same users, one waits.
+    for owner in sorted(seconds):
+        _present(session, owner).served += seconds[owner]
+
+
+def _present(session: Session, owner: str) -> ShareRow:
+    """Return the share of a user, whose clock a pause does not leave behind those of others."""
+    share = session.get(ShareRow, owner)
+    if share is None:
+        now = session.scalar(_NOW) or 0.0
+        share = ShareRow(owner=owner, served=now, turn=now, active=False)
+        session.add(share)
+    elif not share.active:
+        share.served = max(share.served, session.scalar(_NOW) or 0.0)
+    return share
 
 
 def activate_all_of(session: Session, render: RenderRow) -> None:

@@ -74,6 +74,11 @@ class Metrics:
             while len(self._unpaid) > MOST_UNPAID:
                 self.cpu_seconds.labels(GONE).inc(self._unpaid.pop(next(iter(self._unpaid))))
 
+    def note_calls(self, seconds: Mapping[str, float]) -> None:
+        """Count the cost of calls, by user."""
+        for user, spent in seconds.items():
+            self.cpu_seconds.labels(user).inc(spent)
+
     def note_retries(self, causes: Mapping[Cause, int]) -> None:
         """Count tasks that are tried again, by what was in the way."""
         for cause, count in causes.items():

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import renderer
 from accuracy.comparison import Comparison, NotComparableError, Picture, Policy, compare, heat, picture_of
@@ -11,29 +13,36 @@ from accuracy.comparison.shown import names_of, shapes_shown
 from schemas.api.comparisons import ComparisonAnswer, ComparisonPictures, ComparisonRequest
 from schemas.api.jobs import JobRequest
 from schemas.errors import Problem
-from service.errors import StoreDamagedError
+from service.errors import RefusedError, StoreDamagedError
 from service.storage.tiles import TileStore
 from service.workers import layers
-from service.workers.tasks import CompareDone, ComparedPicture, CompareRefused, CompareTask
+from service.workers.tasks import ComparedPicture, CompareTask
 
 CODE = "not_comparable"
 
 
-def compared(
-    task: CompareTask, store: TileStore, assets: renderer.AssetSource
-) -> CompareDone | CompareRefused:
-    """Compare the pictures of a task, or say which of them cannot be used and why."""
-    pictures = {}
-    for role, asked in (("image", task.image), ("reference", task.reference)):
-        try:
-            pictures[role] = _picture(asked, role, store)
-        except NotComparableError as error:
-            return CompareRefused(Problem(pointer=f"/{role}", detail=str(error), code=CODE))
+def compared(task: CompareTask, store: TileStore, assets: renderer.AssetSource) -> ComparisonAnswer:
+    """Compare the pictures of a task.
+
+    Raises
+    ------
+    RefusedError
+        If one of them cannot be used, or they cannot be compared.
+    """
+    with _refusing("/image"):
+        image = _picture(task.image, "image", store)
+    with _refusing("/reference"):
+        reference = _picture(task.reference, "reference", store)
+    with _refusing(""):
+        return _answer(_compared(task, image, reference, store, assets), task.request)
+
+
+@contextmanager
+def _refusing(pointer: str) -> Iterator[None]:
     try:
-        found = _compared(task, pictures["image"], pictures["reference"], store, assets)
+        yield
     except NotComparableError as error:
-        return CompareRefused(Problem(pointer="", detail=str(error), code=CODE))
-    return CompareDone(_answer(found, task.request))
+        raise RefusedError([Problem(pointer=pointer, detail=str(error), code=CODE)]) from None
 
 
 def _picture(asked: ComparedPicture, role: str, store: TileStore) -> Picture:

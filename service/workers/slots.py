@@ -25,6 +25,7 @@ from service.workers.fork_server import fork_server
 from service.workers.heartbeats import beats
 from service.workers.tasks import (
     TOOK_TOO_LONG,
+    CallTask,
     Interrupted,
     Outcome,
     Report,
@@ -118,8 +119,12 @@ class Slot:
         self._thread.start()
 
     def load(self) -> int:
-        """How many tasks run or wait here."""
-        return len(self._tasks)
+        """How many tasks run or wait here, and as many as fit where a call runs.
+
+        A tile that waited behind it could wait for a minute, while another slot is free.
+        """
+        tasks = tuple(self._tasks)
+        return WINDOW if any(isinstance(task, CallTask) for task in tasks) else len(tasks)
 
     def submit(self, task: Task) -> None:
         """Have a task executed after those that were given before."""

@@ -10,9 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.api.comparisons import ComparisonAnswer, ComparisonRequest, Encoding
-from schemas.api.inspections import Inspection
-from schemas.api.plans import Quote, QuoteRequest
+from schemas.api.comparisons import ComparisonRequest, Encoding
+from schemas.api.plans import QuoteRequest
 from schemas.errors import Problem
 from schemas.scene import Scene
 from schemas.tiles import Pass, Tile
@@ -91,8 +90,15 @@ class ComposeTask:
     compared: bool = False
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CallTask:
+    """Answer a request of a ``user``, who waits for it."""
+
+    user: str
+
+
 @dataclass(frozen=True, eq=False)
-class TraceTask:
+class TraceTask(CallTask):
     """Cast rays into a scene."""
 
     scene: Scene
@@ -101,7 +107,7 @@ class TraceTask:
 
 
 @dataclass(frozen=True, eq=False)
-class QuoteTask:
+class QuoteTask(CallTask):
     """Measure the cost of a picture by a pilot; ``workers`` would render it."""
 
     request: QuoteRequest
@@ -109,7 +115,7 @@ class QuoteTask:
 
 
 @dataclass(frozen=True, eq=False)
-class PreviewTask:
+class PreviewTask(CallTask):
     """Render a small picture of a scene."""
 
     scene: Scene
@@ -134,7 +140,7 @@ class ComparedPicture:
 
 
 @dataclass(frozen=True, eq=False)
-class CompareTask:
+class CompareTask(CallTask):
     """Compare two pictures; ``request`` has the options."""
 
     request: ComparisonRequest
@@ -143,7 +149,7 @@ class CompareTask:
 
 
 @dataclass(frozen=True, eq=False)
-class InspectTask:
+class InspectTask(CallTask):
     """Explain a pixel of a job's picture."""
 
     job: str
@@ -153,7 +159,6 @@ class InspectTask:
 
 
 JobTask = TileTask | AdvanceTask | ComposeTask
-CallTask = TraceTask | QuoteTask | PreviewTask | CompareTask | InspectTask
 Task = JobTask | CallTask
 
 
@@ -213,45 +218,20 @@ class ComposeDone:
 
 
 @dataclass(frozen=True, eq=False)
-class TraceDone:
-    """What the rays hit; arrays named as in ``renderer.trace``."""
+class CallDone:
+    """The ``answer`` to a call: what that is depends on the task. The worker took ``cpu_seconds``."""
 
-    hits: dict[str, NDArray[Any]] = field(repr=False)
-
-
-@dataclass(frozen=True)
-class QuoteDone:
-    """What a picture would cost."""
-
-    quote: Quote
+    answer: Any = field(repr=False)
+    cpu_seconds: float
 
 
 @dataclass(frozen=True)
-class PreviewDone:
-    """A small picture, as a PNG file."""
+class CallRefused:
+    """The request of a call cannot be used; pointers lead into the request."""
 
-    png: bytes = field(repr=False)
-
-
-@dataclass(frozen=True)
-class CompareDone:
-    """What comparing two pictures has shown."""
-
-    answer: ComparisonAnswer
-
-
-@dataclass(frozen=True)
-class CompareRefused:
-    """A picture that was sent cannot be compared; the pointer leads into the request."""
-
-    problem: Problem
-
-
-@dataclass(frozen=True)
-class InspectDone:
-    """The explanation of a pixel."""
-
-    inspection: Inspection
+    problems: tuple[Problem, ...]
+    more: int
+    cpu_seconds: float
 
 
 @dataclass(frozen=True)
@@ -322,12 +302,12 @@ def memory_limit(worker_bytes: int) -> str:
     )
 
 
-CallDone = TraceDone | QuoteDone | PreviewDone | CompareDone | CompareRefused | InspectDone
 Outcome = (
     TileDone
     | AdvanceDone
     | ComposeDone
     | CallDone
+    | CallRefused
     | TaskFailed
     | InputDamaged
     | WorkerDied

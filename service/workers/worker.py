@@ -15,6 +15,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import renderer
 from accuracy.inspection import inspect, inspection_plan
@@ -22,11 +23,15 @@ from accuracy.quotes import quote
 from renderer import film, progressive
 from renderer.adaptive.target_plan import target_plan
 from renderer.images import files as image_files
+from schemas.api.comparisons import ComparisonAnswer
+from schemas.api.inspections import Inspection
 from schemas.api.jobs import JobRequest
+from schemas.api.plans import Quote
 from schemas.api.previews import PREVIEW_QUALITY
 from schemas.limits import Limits
 from service import logs
 from service.errors import (
+    RefusedError,
     RequestDamagedError,
     StoreAwayError,
     StoreFullError,
@@ -49,27 +54,24 @@ from service.workers.tasks import (
     STORAGE_READ_ONLY,
     AdvanceDone,
     AdvanceTask,
-    CompareDone,
-    CompareRefused,
+    CallDone,
+    CallRefused,
+    CallTask,
     CompareTask,
     ComposeDone,
     ComposeTask,
     InputDamaged,
-    InspectDone,
     InspectTask,
     Interrupted,
     JobTask,
     Outcome,
-    PreviewDone,
     PreviewTask,
-    QuoteDone,
     QuoteTask,
     SampleTask,
     Task,
     TaskFailed,
     TileDone,
     TileTask,
-    TraceDone,
     TraceTask,
     log_names,
     memory_limit,
@@ -123,7 +125,8 @@ class Worker:
         raise TypeError(type(task).__name__)
 
     @execute.register
-    def _(self, task: TileTask) -> TileDone:
+    def render(self, task: TileTask) -> TileDone:
+        """Render a tile of fixed quality."""
         result = renderer.render_tile(self._plan(task), task.tile, task.pass_)
         if result.layers:
             self._store.put_layers(task.job, task.tile, task.pass_, task.attempt, result.layers)
@@ -131,17 +134,20 @@ class Worker:
         return TileDone(crc32, result.counts, result.cpu_seconds, result.work)
 
     @execute.register
-    def _(self, task: SampleTask) -> TileDone | Interrupted:
+    def sample(self, task: SampleTask) -> TileDone | Interrupted:
+        """Render a tile of target quality."""
         # Making the plan is part of the time.
         until = None if task.seconds_left is None else time.monotonic() + task.seconds_left
         return self._passes.sample(target_plan(self._plan(task)), task, until)
 
     @execute.register
-    def _(self, task: AdvanceTask) -> AdvanceDone:
+    def advance(self, task: AdvanceTask) -> AdvanceDone:
+        """Merge a pass of target quality."""
         return self._passes.advance(target_plan(self._plan(task)), task)
 
     @execute.register
-    def _(self, task: ComposeTask) -> ComposeDone:
+    def compose(self, task: ComposeTask) -> ComposeDone:
+        """Make the final picture of fixed quality."""
         image = np.empty((task.height, task.width, 3), np.float32)
         clamped = 0
         squares = []
@@ -162,38 +168,56 @@ class Worker:
         return ComposeDone(sha256, numerics, documents, checksums)
 
     @execute.register
-    def _(self, task: TraceTask) -> TraceDone:
+    def call(self, task: CallTask) -> CallDone | CallRefused:
+        """Answer a call, and measure its cost."""
+        begun = time.process_time()
+        try:
+            answer = self.answer(task)
+        except RefusedError as error:
+            return CallRefused(error.errors, error.more, time.process_time() - begun)
+        return CallDone(answer, time.process_time() - begun)
+
+    @singledispatchmethod
+    def answer(self, task: Any) -> Any:
+        """Return the answer to a call."""
+        raise TypeError(type(task).__name__)
+
+    @answer.register
+    def trace(self, task: TraceTask) -> dict[str, NDArray[Any]]:
+        """Return what rays hit; arrays named as in ``renderer.trace``."""
         plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets))
         hits = renderer.trace(plan, task.origins, task.directions)
         names = ("t", "position", "normal", "uv", "shape", "primitive", "visibility")
-        return TraceDone({name: getattr(hits, name) for name in names})
+        return {name: getattr(hits, name) for name in names}
 
-    @execute.register
-    def _(self, task: QuoteTask) -> QuoteDone:
+    @answer.register
+    def quote(self, task: QuoteTask) -> Quote:
+        """Return the cost of a picture."""
         asked = task.request
-        scene = renderer.load_scene(asked.scene, assets=self._assets)
-        quoted = quote(
-            scene,
+        return quote(
+            renderer.load_scene(asked.scene, assets=self._assets),
             asked.quality,
             target_error=asked.target_error,
             seconds=asked.seconds,
             workers=task.workers,
         )
-        return QuoteDone(quoted)
 
-    @execute.register
-    def _(self, task: PreviewTask) -> PreviewDone:
+    @answer.register
+    def preview(self, task: PreviewTask) -> bytes:
+        """Return a small picture, as a PNG file."""
         plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets), PREVIEW_QUALITY)
-        return PreviewDone(image_files.encode_png(renderer.render(plan).image, task.scene.display))
+        return image_files.encode_png(renderer.render(plan).image, task.scene.display)
 
-    @execute.register
-    def _(self, task: CompareTask) -> CompareDone | CompareRefused:
+    @answer.register
+    def compare(self, task: CompareTask) -> ComparisonAnswer:
+        """Return the differences of two pictures."""
         return compared(task, self._store, self._assets)
 
-    @execute.register
-    def _(self, task: InspectTask) -> InspectDone:
+    @answer.register
+    def inspect(self, task: InspectTask) -> Inspection:
+        """Return the explanation of a pixel."""
         plan = self.plans.get(f"inspected {task.spec_sha256}", lambda: self._inspection_plan(task))
-        return InspectDone(inspect(plan, task.x, task.y))
+        return inspect(plan, task.x, task.y)
 
     def damage(self, task: JobTask) -> InputDamaged:
         """Find the stored files that a task could not read."""

@@ -76,7 +76,7 @@ async def submit(
     """
     anew = "no-cache" in joined(request, "cache-control").lower()
     sent = submissions.Submission(user, body, idempotency_key, anew)
-    prepared = await here.read(submissions.prepare, here, sent)
+    prepared = await here.read(user.name, submissions.prepare, here, sent)
     if isinstance(prepared, submissions.Prepared):
         submitted = await here.write(submissions.enter, here, prepared)
     else:

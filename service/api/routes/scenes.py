@@ -32,7 +32,9 @@ def _of_scene(failed: str) -> dict[int | str, dict[str, Any]]:
     return problem(422, text, "scene_not_usable", failed)
 
 
-NO_WORKER = problem(503, "No worker was free in time, or it died.", "unavailable", "worker_lost")
+NO_WORKER = problem(429, "Too many of your calls are in progress.", "busy") | problem(
+    503, "No worker was free in time, or it died.", "unavailable", "worker_lost"
+)
 
 
 @router.post(
@@ -44,14 +46,13 @@ NO_WORKER = problem(503, "No worker was free in time, or it died.", "unavailable
 )
 async def plan(here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
     """Explain what would run for a request, which parts of it require each stage, and the predicted cost."""
-    return (await here.read(admit, here, user, body)).description
+    with here.dispatcher.desk.place(user.name):
+        return (await here.read(user.name, admit, here, user, body)).description
 
 
 @router.post(
     "/traces",
-    responses=BODY
-    | _of_scene("trace_failed")
-    | problem(503, "No worker was free in time, or the rays took too long.", "unavailable", "worker_lost"),
+    responses=BODY | _of_scene("trace_failed") | NO_WORKER,
     openapi_extra=json_request(TraceRequest),
     summary="Trace rays",
     response_description="One entry for each ray.",
@@ -142,7 +143,6 @@ OFFERS: dict[str, Any] = {
     responses={200: {"content": {"application/json": {"example": OFFERS}}}}
     | BODY
     | _of_scene("quote_failed")
-    | problem(429, "Too many quotes are in progress.", "busy")
     | NO_WORKER,
     openapi_extra=json_request(QuoteRequest, QUOTED_SCENE),
     summary="Predict cost and error",
@@ -156,11 +156,7 @@ async def quote(request: Request, here: Here, user: CurrentUser, body: JsonBody)
 @router.post(
     "/previews",
     response_class=Response,
-    responses={200: {"content": {"image/png": {}}}}
-    | BODY
-    | _of_scene("preview_failed")
-    | problem(429, "Too many quotes and previews are in progress.", "busy")
-    | NO_WORKER,
+    responses={200: {"content": {"image/png": {}}}} | BODY | _of_scene("preview_failed") | NO_WORKER,
     openapi_extra=json_request(PreviewRequest),
     summary="Preview a scene",
     response_description="A small PNG picture.",
@@ -184,7 +180,6 @@ PICTURES: dict[str, Any] = {"image": {"content": WHITE}, "reference": {"content"
         "not_comparable",
         "comparison_failed",
     )
-    | problem(429, "Too many comparisons are in progress.", "busy")
     | NO_WORKER,
     openapi_extra=json_request(ComparisonRequest, PICTURES),
     summary="Compare two pictures",
@@ -214,9 +209,11 @@ PIXEL: dict[str, Any] = {"x": 0, "y": 0}
     summary="Inspect a pixel",
     response_description="What the ray hits, and why the pixel looks as it does.",
 )
-async def inspect(request: Request, here: Here, job_id: JobId, body: JsonBody) -> Inspection:
+async def inspect(
+    request: Request, here: Here, user: CurrentUser, job_id: JobId, body: JsonBody
+) -> Inspection:
     """Trace the ray through the centre of a pixel: what it hits, what each light adds there, what blocks it.
 
     The job need not have begun. The pixel of the picture is the mean of many such rays.
     """
-    return await while_connected(request, calls.inspect(here, job_id, body))
+    return await while_connected(request, calls.inspect(here, user, job_id, body))

@@ -6,26 +6,30 @@ import json
 import os
 import signal
 import socket
-from concurrent.futures import ThreadPoolExecutor
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
 import httpx2
 import pytest
+from sqlalchemy import select
 
 import renderer
 import scenes
 from accuracy.inspection import inspect, inspection_plan
+from schemas.api.administration import Role
 from schemas.api.inspections import Inspection
 from schemas.api.plans import Quote
 from schemas.api.request_pointers import in_scene
 from schemas.quality import FixedQuality
 from service.server import RunningServer
 from service.settings import Settings
+from service.storage.database.models import ShareRow
 from tests.service.conftest import Start
 from tests.service.in_process import InProcess, in_process
 from tests.service.processes import is_alive, ticks_of, workers_of
-from tests.service.sending import mistakes, problem_of, put
+from tests.service.sending import bearer, make_keys, mistakes, problem_of, put
 from tests.service.support import TIMEOUT, finish, long_scene, scene, submit, until
 
 BEHIND_THE_BALL = (30, 27)
@@ -124,18 +128,34 @@ def test_quote_of_a_damaged_mesh_fails(api: httpx2.Client) -> None:
     assert problem_of(answer, 422)["code"] == "quote_failed"
 
 
-def test_quotes_beyond_the_limit_are_sent_away(tmp_path: Path) -> None:
+def test_calls_of_one_user_leave_room_for_another(tmp_path: Path) -> None:
+    """The worker is stopped until one user has all the calls that wait."""
+    made = make_keys(tmp_path, ann=Role.SUBMIT, bob=Role.SUBMIT)
+    others, most = set(workers_of(os.getpid())), 6
+    rays = {"origins": [[0, 2, 6]] * 100, "directions": [[0, -0.2, -1]] * 100}
     with (
-        in_process(Settings(data=tmp_path, workers=1, max_quotes=1)) as local,
-        local.client() as client,
-        ThreadPoolExecutor(4) as threads,
+        in_process(Settings(data=tmp_path, workers=1, max_user_calls=most)) as local,
+        local.client(headers=bearer(made["ann"])) as ann,
+        local.client(headers=bearer(made["bob"])) as bob,
+        ThreadPoolExecutor(most + 1) as threads,
     ):
-        answers = list(threads.map(lambda _: quote(client), range(4)))
-        assert {answer.status_code for answer in answers} == {200, 429}
-        refused = next(answer for answer in answers if answer.status_code == 429)
+        (worker,) = {*workers_of(os.getpid())} - others
+        os.kill(worker, signal.SIGSTOP)
+        body = {"scene": scene(light_samples=4096)} | rays
+        calls = [threads.submit(ann.post, "/v1/traces", json=body) for _ in range(most + 1)]
+        refused = next(as_completed(calls)).result()
         assert problem_of(refused, 429)["code"] == "busy"
         assert int(refused.headers["Retry-After"]) >= 1
-        assert quote(client).status_code == 200
+        job = submit(bob, scene(8, 8, samples=1))
+        asked = threads.submit(bob.post, "/v1/traces", json=body | {"scene": scene()})
+        os.kill(worker, signal.SIGCONT)
+        assert asked.result().status_code == 200
+        finish(bob, job)
+        assert not all(call.done() for call in calls)
+        assert Counter(call.result().status_code for call in calls) == {200: most, 429: 1}
+        with local.service.database.reading() as session:
+            served = {share.owner: share.served for share in session.scalars(select(ShareRow))}
+        assert served["ann"] > served["bob"] > 0
 
 
 def sent(server: RunningServer, path: str, body: Any) -> socket.socket:

@@ -28,7 +28,7 @@ def test_option_before_variable_before_file(monkeypatch: pytest.MonkeyPatch) -> 
     settings = read_settings({"workers": 3})
     assert (settings.host, settings.port, settings.workers) == ("::1", 2, 3)
     assert (settings.limits.max_pixels, settings.limits.max_lights) == (2, 1)
-    assert settings.max_quotes == Settings.model_fields["max_quotes"].default
+    assert settings.max_events == Settings.model_fields["max_events"].default
 
 
 @pytest.mark.parametrize(

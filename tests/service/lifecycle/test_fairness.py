@@ -11,6 +11,7 @@ import pytest
 from sqlalchemy import event, select
 
 from schemas.api.jobs import Job, JobState
+from service.lifecycle import fairness
 from service.lifecycle.documents import documents
 from service.lifecycle.rows import OPEN
 from service.storage.database.connection import Database
@@ -97,6 +98,21 @@ def test_tile_is_charged_with_its_cost(workers: Workers) -> None:
     workers.next()
     workers.finish(0.25)
     assert workers.served() == {"ann": pytest.approx(0.25)}
+
+
+@BOTH
+def test_calls_delay_the_tiles_of_their_user(workers: Workers) -> None:
+    workers.put("ann", 2)
+    workers.put("bob", 2)
+    with workers.database.writing() as session:
+        fairness.charge_calls(session, {"ann": 4.0})
+    assert workers.turns(8).count("bob") == 6
+    # A pause is no credit.
+    with workers.database.writing() as session:
+        fairness.charge_calls(session, {"eve": 4.0})
+    workers.put("eve", 2)
+    workers.put("fay", 2)
+    assert "eve" not in workers.turns(4)
 
 
 @BOTH

@@ -14,12 +14,12 @@ import pytest
 import renderer
 from service.storage.tiles import StoredTile
 from service.workers.tasks import (
+    CallDone,
     Interrupted,
     Outcome,
     Task,
     TaskFailed,
     TileDone,
-    TraceDone,
     TraceTask,
     WorkerDied,
 )
@@ -37,7 +37,7 @@ def bench(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 
 def rays(bench: Bench, origins: int = 1) -> TraceTask:
-    return TraceTask(bench.plan.document, np.zeros((origins, 3)), np.ones((1, 3)))
+    return TraceTask(bench.plan.document, np.zeros((origins, 3)), np.ones((1, 3)), user="ann")
 
 
 def interrupted(bench: Bench, task: Task, count: int = 1) -> dict[Task, Outcome]:
@@ -63,9 +63,9 @@ def test_tile_is_stored_before_it_is_reported(bench: Bench) -> None:
 
 def test_arrays_come_back_unchanged(bench: Bench) -> None:
     done = bench.run(rays(bench))
-    assert isinstance(done, TraceDone)
+    assert isinstance(done, CallDone)
     expected = renderer.trace(bench.plan, np.zeros((1, 3)), np.ones((1, 3)))
-    assert done.hits["t"].tobytes() == expected.t.tobytes()
+    assert done.answer["t"].tobytes() == expected.t.tobytes()
 
 
 def test_error_comes_back_with_its_code(bench: Bench) -> None:
@@ -95,7 +95,7 @@ def test_crash_is_blamed_on_the_running_task(bench: Bench) -> None:
     assert reports[first] == WorkerDied()
     assert isinstance(reports[second], TileDone | Interrupted)
     until(lambda: bench.worker() != worker)
-    assert isinstance(bench.run(rays(bench)), TraceDone)
+    assert isinstance(bench.run(rays(bench)), CallDone)
 
 
 def test_interrupted_task_is_not_blamed(bench: Bench) -> None:

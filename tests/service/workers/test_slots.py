@@ -17,11 +17,11 @@ import pytest
 from schemas.tiles import Tile
 from service.workers.heartbeats import Lease
 from service.workers.tasks import (
+    CallDone,
     Interrupted,
     TaskFailed,
     TileDone,
     TileTask,
-    TraceDone,
     TraceTask,
     WorkerDied,
 )
@@ -88,7 +88,9 @@ def test_stopped_worker_is_found_behind_a_full_pipe(make: Make) -> None:
     bench = make(lease=Lease(silent_seconds=1.0))
     os.kill(bench.worker(), signal.SIGSTOP)
     many = np.ones((1 << 20, 3))
-    assert isinstance(bench.run(TraceTask(bench.plan.document, many, many)), WorkerDied | Interrupted)
+    assert isinstance(
+        bench.run(TraceTask(bench.plan.document, many, many, user="ann")), WorkerDied | Interrupted
+    )
     assert isinstance(bench.run(bench.tile()), TileDone)
 
 
@@ -110,16 +112,16 @@ def test_worker_killed_within_a_large_answer_is_replaced(make: Make) -> None:
     bench = make(scene(128, 64, samples=256, light_samples=64))
     rays = 150_000
     directions = np.tile([[0.0, 0.0, -1.0]], (rays, 1))
-    task = TraceTask(bench.plan.document, np.zeros((rays, 3)), directions)
+    task = TraceTask(bench.plan.document, np.zeros((rays, 3)), directions, user="ann")
     begun = time.monotonic()
-    assert isinstance(bench.run(task), TraceDone)
+    assert isinstance(bench.run(task), CallDone)
     lasted = time.monotonic() - begun
     for share in np.linspace(0.7, 1.0, 5):
         worker = bench.worker()
         bench.submit(task)
         time.sleep(share * lasted)
         os.kill(worker, signal.SIGKILL)
-        assert isinstance(bench.collect(1)[task], WorkerDied | TraceDone)
+        assert isinstance(bench.collect(1)[task], WorkerDied | CallDone)
         until(partial(bench.is_replaced, worker))
     assert isinstance(bench.run(bench.tile()), TileDone)
 
