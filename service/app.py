@@ -230,6 +230,7 @@ def assemble(
         database=database,
         store=store,
         assets=asset_store,
+        engine=engine,
         dispatcher=dispatcher,
         retention_thread=RetentionThread(database, store, asset_store, retention.rules_of(settings), reserve),
         reserve=reserve,

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 CLIENT = Path(__file__).parents[1] / "service" / "client"
-SOURCES = {f"async_{name}.py": f"{name}.py" for name in ("client", "connection", "jobs")}
+SOURCES = {f"async_{name}.py": f"{name}.py" for name in ("client", "connection", "jobs", "operations")}
 HEADER = "# Generated from {source} by tools/generate_sync_client.py: edit that file, then run this script.\n"
 
 RULES = [

@@ -124,6 +124,27 @@ class UserList(Message):
     next: str | None = Field(default=None, description="`cursor` of the next page, if there is one.")
 
 
+class WorkerInfo(Message):
+    """A worker, and what it is at."""
+
+    name: str = Field(description="Number of its slot, or its address in a cluster.")
+    pid: int | None = Field(description="Its process; null if it has not started, or is in a cluster.")
+    memory_bytes: int | None = Field(description="Memory of its process; null where it is not known.")
+    task: str | None = Field(
+        description="What it is at: `tile`, `sample`, `advance`, `compose`, or a call such as `trace`."
+    )
+    jobs: tuple[str, ...] = Field(description="The jobs that the task is for; none for a call.")
+    users: tuple[str, ...] = Field(description="The users of these jobs.")
+    seconds: float = Field(ge=0, description="For how long it has been at the task.")
+
+
+class WorkerList(Message):
+    """The workers of one server."""
+
+    server: str = Field(description="Host and process of the server that answers; others have their own.")
+    workers: tuple[WorkerInfo, ...] = Field(description="Its workers.")
+
+
 Seconds = Annotated[float, Field(ge=0, le=1e10, allow_inf_nan=False)]
 
 

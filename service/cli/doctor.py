@@ -57,11 +57,24 @@ def doctor(
             "s3://NAME/PREFIX, and name the damaged ones. Exit with 1 if there is one.",
         ),
     ] = None,
+    server: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Show instead what the workers of a running service are at, and what each of its users "
+            "uses. For admins.",
+        ),
+    ] = None,
     database: DatabaseOption = None,
     config: ConfigOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show what is installed, found and configured, and from where."""
+    if server is not None:
+        from service.cli.activity import show_activity
+
+        show_activity(server, as_json=as_json)
+        return
     if data is not None:
         from service.cli.stored_files import check_stored
 

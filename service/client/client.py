@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
-from schemas.api.administration import Pruned
 from schemas.api.comparisons import ComparisonAnswer
 from schemas.api.inspections import TraceAnswer
 from schemas.api.jobs import Job, JobList, JobLog, TileBatch, TileEvent, Version
@@ -18,9 +17,9 @@ from schemas.quality import Quality
 from service.client import calls, flows
 from service.client.batches import Encoding, PixelBatch
 from service.client.comparing import PictureSource, sent
-from service.client.connection import Connection
 from service.client.following import Following, OnProgress, leaving, notify, succeeded
 from service.client.jobs import RemoteJob
+from service.client.operations import Operations
 from service.client.parcels import SceneSource, pack, rows, sendable
 from service.client.pictures import Picture, PictureKind
 
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from service.client.parcels import Assets
 
 
-class Client(Connection):
+class Client(Operations):
     """Talks to one service. Leaving early, by Ctrl-C or by cancelling a task, never stops a job.
 
     Parameters
@@ -168,29 +167,6 @@ class Client(Connection):
     def unpin(self, job_id: str) -> RemoteJob:
         """Let the picture of a job expire again."""
         return self._job(job_id, "/pin", "DELETE")
-
-    def prune(
-        self,
-        *,
-        keep_seconds: float | None = None,
-        max_stored_bytes: int | None = None,
-        keep_asset_seconds: float | None = None,
-        dry_run: bool = True,
-    ) -> Pruned:
-        """List what the service would delete by these rules, or its own; ``dry_run=False`` deletes it.
-
-        Raises
-        ------
-        NotAllowedError
-            The key is not that of an admin.
-        """
-        rules = flows.given(
-            keep_seconds=keep_seconds,
-            max_stored_bytes=max_stored_bytes,
-            keep_asset_seconds=keep_asset_seconds,
-            dry_run=dry_run,
-        )
-        return self._send(calls.post("/v1/prune", rules, Pruned))
 
     def tiles(self, job_id: str, *, after: int = 0, wait: float = 0.0) -> TileBatch:
         """The tile events numbered above `after`; waits up to `wait` seconds for the first."""

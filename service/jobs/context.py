@@ -24,6 +24,7 @@ from service.storage.database.connection import BUSY_SECONDS, Database, patience
 from service.storage.reserve import Reserve
 from service.storage.tiles import TileStore
 from service.telemetry.spans import JobSpans
+from service.workers.engines import Engine
 
 P = ParamSpec("P")
 Answer = TypeVar("Answer")
@@ -38,6 +39,7 @@ class Service:
     store: TileStore
     assets: AssetStore
     reserve: Reserve
+    engine: Engine
     dispatcher: Dispatcher
     retention_thread: RetentionThread
     job_events: JobEvents

@@ -1,14 +1,18 @@
-"""What each user uses of the service: open jobs, stored bytes, CPU seconds."""
+"""Use of the service: open jobs, stored bytes and CPU seconds of each user, and what each worker is at."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import resource
+from collections import defaultdict
+from collections.abc import Collection, Sequence
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Select, func, select
 from sqlalchemy.orm import Session
 
-from schemas.api.administration import UserUse
+from schemas.api.administration import UserUse, WorkerInfo
 from service.storage.database.models import (
     AssetOwnerRow,
     AssetRow,
@@ -17,6 +21,8 @@ from service.storage.database.models import (
     RenderRow,
     ShareRow,
 )
+from service.workers.states import WorkerState
+from service.workers.tasks import JobTask
 
 
 def page(session: Session, limit: int, after: str | None) -> list[UserUse]:
@@ -71,3 +77,39 @@ def _file_bytes(session: Session, names: Sequence[str]) -> dict[str, int]:
 def _summed(session: Session, query: Select[str, int]) -> dict[str, int]:
     """Sums, which PostgreSQL has as decimals, and of nothing as null."""
     return {owner: int(total or 0) for owner, total in session.execute(query)}
+
+
+def at_work(session: Session, states: Collection[WorkerState]) -> tuple[WorkerInfo, ...]:
+    """Describe workers, with the open jobs that their tasks are for."""
+    renders = {state.task.job for state in states if isinstance(state.task, JobTask)}
+    query = select(RenderRow.id, JobRow.id, JobRow.owner).join(
+        RenderRow, JobRow.render_number == RenderRow.number
+    )
+    jobs: dict[str, list[tuple[str, str]]] = defaultdict(list)
+    for render, job, owner in session.execute(
+        query.where(RenderRow.id.in_(renders), JobRow.finished_at.is_(None)).order_by(JobRow.number)
+    ):
+        jobs[render].append((job, owner))
+    return tuple(_worker(state, jobs) for state in states)
+
+
+def _worker(state: WorkerState, jobs: dict[str, list[tuple[str, str]]]) -> WorkerInfo:
+    task = state.task
+    sharing = jobs[task.job] if isinstance(task, JobTask) else []
+    return WorkerInfo(
+        name=state.name,
+        pid=state.pid,
+        memory_bytes=_memory(state.pid) if state.pid else None,
+        task=type(task).__name__.removesuffix("Task").lower() if task else None,
+        jobs=tuple(job for job, _ in sharing),
+        users=tuple(dict.fromkeys(owner for _, owner in sharing)),
+        seconds=state.seconds,
+    )
+
+
+def _memory(pid: int) -> int | None:
+    """Return the resident bytes of a process, where the system reports them and it still runs."""
+    with suppress(OSError):
+        pages = Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1]
+        return int(pages) * resource.getpagesize()
+    return None

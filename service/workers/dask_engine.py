@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import threading
+import time
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from service.errors import UnusableWorkerError
 from service.settings import Settings
 from service.supervision import SupervisedThread
 from service.workers.dask_worker import BEGUN, NAME, SlotPlugin, execute, stop
+from service.workers.states import WorkerState
 from service.workers.tasks import Interrupted, Outcome, Report, Task, WorkerDied
 from service.workers.worker import WorkerSetup
 
@@ -46,6 +48,7 @@ class _Flight:
     task: Task
     future: Future
     worker: str | None = None
+    begun: float = 0.0
     stopping: bool = False
 
 
@@ -70,6 +73,7 @@ class DaskEngine:
         # Of the thread with the event loop alone.
         self._client: Client | None = None
         self._flights: dict[str, _Flight] = {}
+        self._addresses: tuple[str, ...] = ()
         self._following: set[asyncio.Task[None]] = set()
 
     def start(self, report: Report) -> None:
@@ -92,6 +96,11 @@ class DaskEngine:
     def interrupt(self, wanted: Callable[[Task], bool]) -> None:
         """Take back the tasks that are ``wanted``; where one runs, its process is killed."""
         self._loop.call_soon_threadsafe(self._interrupt, wanted)
+
+    def workers(self) -> list[WorkerState]:
+        """What each worker of the cluster is at; none without a cluster."""
+        running = {flight.worker: flight for flight in tuple(self._flights.values())}
+        return [_state(address, running.get(address)) for address in self._addresses]
 
     def alive(self) -> bool:
         """Whether the cluster is there and has a worker."""
@@ -133,11 +142,12 @@ class DaskEngine:
             self._client = client
             # A client that has connected again has another scheduler, which knows nothing of the slots.
             while client.status == "running" and client.scheduler_comm is connection:
-                self._workers = len(await client.nthreads())
+                self._addresses = tuple(await client.nthreads())
+                self._workers = len(self._addresses)
                 await asyncio.sleep(WATCH_SECONDS)
             log.warning("cluster lost, looking for it again")
         finally:
-            self._client, self._workers = None, 0
+            self._client, self._workers, self._addresses = None, 0, ()
             if client.status == "running":
                 with suppress(OSError, TimeoutError):
                     await asyncio.wait_for(client.run(stop, None, on_error="ignore"), FAREWELL_SECONDS)
@@ -165,7 +175,7 @@ class DaskEngine:
     def _note_begun(self, event: tuple[float, dict[str, str]]) -> None:
         flight = self._flights.get(event[1]["key"])
         if flight is not None:
-            flight.worker = event[1]["worker"]
+            flight.worker, flight.begun = event[1]["worker"], time.monotonic()
 
     def _interrupt(self, wanted: Callable[[Task], bool]) -> None:
         for flight in self._flights.values():
@@ -190,6 +200,12 @@ class DaskEngine:
         following = self._loop.create_task(coroutine)
         self._following.add(following)
         following.add_done_callback(self._following.discard)
+
+
+def _state(address: str, flight: _Flight | None) -> WorkerState:
+    if flight is None:
+        return WorkerState(address, None, None, 0.0)
+    return WorkerState(address, None, flight.task, time.monotonic() - flight.begun)
 
 
 async def _prepare(client: Client, plugin: SlotPlugin) -> None:

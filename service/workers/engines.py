@@ -11,6 +11,7 @@ from service.access.hosts import is_loopback
 from service.errors import EngineError, EngineMissingError, UnsafeClusterError
 from service.settings import Settings
 from service.workers.slots import SlotEngine
+from service.workers.states import WorkerState
 from service.workers.tasks import Report, Task
 from service.workers.worker import WorkerSetup
 
@@ -29,6 +30,9 @@ class Engine(Protocol):
 
     def interrupt(self, wanted: Callable[[Task], bool]) -> None:
         """Stop the running tasks that are ``wanted``; they are reported as interrupted."""
+
+    def workers(self) -> list[WorkerState]:
+        """What each worker is at. May be called by any thread."""
 
     def alive(self) -> bool:
         """Whether a task submitted now would be executed. May be called by any thread."""

@@ -23,6 +23,7 @@ import structlog
 from service.supervision import SupervisedThread
 from service.workers.fork_server import fork_server
 from service.workers.heartbeats import beats
+from service.workers.states import WorkerState
 from service.workers.tasks import (
     TOOK_TOO_LONG,
     CallTask,
@@ -73,6 +74,10 @@ class SlotEngine:
         for slot in self._slots:
             slot.interrupt(wanted)
 
+    def workers(self) -> list[WorkerState]:
+        """What each slot is at."""
+        return [slot.state(str(number)) for number, slot in enumerate(self._slots, 1)]
+
     def alive(self) -> bool:
         """Whether any worker process has started and none of them is known to be lost."""
         return any(slot.pid is not None for slot in self._slots)
@@ -109,6 +114,7 @@ class Slot:
         self._lock = threading.Lock()
         self._tasks: deque[Task] = deque()
         self._came: dict[Task, float] = {}
+        self._begun = 0.0
         self._verdict: tuple[Task, Outcome] | None = None
         self._thread = SupervisedThread("slot", self._run)
         self.pid: int | None = None
@@ -125,6 +131,11 @@ class Slot:
         """
         tasks = tuple(self._tasks)
         return WINDOW if any(isinstance(task, CallTask) for task in tasks) else len(tasks)
+
+    def state(self, name: str) -> WorkerState:
+        """What the process is at, under a name of the slot."""
+        task = self._first()
+        return WorkerState(name, self.pid, task, time.monotonic() - self._begun if task else 0.0)
 
     def submit(self, task: Task) -> None:
         """Have a task executed after those that were given before."""
@@ -251,7 +262,7 @@ class Slot:
 
     def _send_first(self) -> None:
         """Give the process, which has nothing to do, the first task."""
-        first = self._tasks[0]
+        first, self._begun = self._tasks[0], time.monotonic()
         try:
             self._connection.send(after(first, time.monotonic() - self._came.pop(first)))
         except OSError:

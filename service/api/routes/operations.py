@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import socket
 from importlib.metadata import version as installed
 from typing import Annotated, Any
 
@@ -14,7 +16,7 @@ from prometheus_client import CONTENT_TYPE_LATEST
 from pydantic import BaseModel, Field
 from sqlalchemy.exc import SQLAlchemyError
 
-from schemas.api.administration import Pruned, PruneRequest, UserList
+from schemas.api.administration import Pruned, PruneRequest, UserList, WorkerList
 from schemas.api.jobs import Version
 from schemas.reading import read_document
 from service.api.authentication import Admin, CurrentUser
@@ -150,6 +152,22 @@ def list_users(
     with here.database.reading() as session:
         found = usage.page(session, limit + 1, cursor)
     return UserList(users=tuple(found[:limit]), next=found[limit - 1].user if len(found) > limit else None)
+
+
+@staff_router.get(
+    "/v1/workers",
+    responses=problem(403, "Only an admin may do this.", "forbidden"),
+    summary="List workers",
+    response_description="The workers of the server that answers.",
+)
+def list_workers(here: Here, user: Admin) -> WorkerList:  # noqa: ARG001  (checked)
+    """List the workers of this server, what each is at, for whom and since when.
+
+    Of several servers on one database each has its own, and one hands out jobs.
+    """
+    with here.database.reading() as session:
+        workers = usage.at_work(session, here.engine.workers())
+    return WorkerList(server=f"{socket.gethostname()}:{os.getpid()}", workers=workers)
 
 
 DRY_RUN: dict[str, Any] = {"max_stored_bytes": 10_000_000_000, "dry_run": True}

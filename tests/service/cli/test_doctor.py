@@ -11,6 +11,7 @@ from accuracy import self_test
 from renderer.materials import optics
 from service.cli.doctor import Check, _service
 from service.cli.errors import ExitCode
+from service.server import RunningServer
 from service.settings import Settings
 from tests.service.cli.conftest import Outcome, Penumbra, ended
 
@@ -122,6 +123,15 @@ def test_traces_are_sent_to_a_host_without_its_secrets(monkeypatch: pytest.Monke
     assert service_checks()["traces"].found == f"sent to https://collector:4318 (from {variable})"
     monkeypatch.setenv("OTEL_SDK_DISABLED", "true")
     assert "not sent" in service_checks()["traces"].found
+
+
+def test_workers_and_users_of_a_running_service(here: Penumbra, server: RunningServer) -> None:
+    found = here("doctor", "--server", server.url, "--json").document
+    assert [worker["name"] for worker in found["workers"]] == ["1", "2"]
+    assert all(user["cpu_seconds"] >= 0 for user in found["users"])
+    lines = here("doctor", "--server", server.url).out.splitlines()
+    assert len(lines) == len(found["workers"]) + len(found["users"])
+    assert lines[0].startswith(f"1\t{found['workers'][0]['pid']}\t")
 
 
 def test_numerics_are_right_here(here: Penumbra) -> None:

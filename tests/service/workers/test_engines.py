@@ -13,6 +13,7 @@ import pytest
 
 import renderer
 from service.storage.tiles import StoredTile
+from service.workers.states import WorkerState
 from service.workers.tasks import (
     CallDone,
     Interrupted,
@@ -82,6 +83,19 @@ def test_room_is_for_a_few_tasks(bench: Bench) -> None:
     assert bench.engine.room() < room
     assert bench.collect(room).keys() == set(tasks)
     assert bench.engine.room() == room
+
+
+def test_workers_say_what_they_are_at(bench: Bench) -> None:
+    def state() -> WorkerState:
+        [found] = bench.engine.workers()
+        return found
+
+    assert state().task is None
+    task = bench.tile()
+    bench.submit(task)
+    until(lambda: state().task is task and state().seconds > 0)
+    bench.collect(1)
+    until(lambda: state().task is None)
 
 
 def test_crash_is_blamed_on_the_running_task(bench: Bench) -> None:

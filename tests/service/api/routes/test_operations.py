@@ -11,16 +11,18 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import httpx2
 import pytest
 
+from service.server import RunningServer
 from service.settings import Settings
 from tests.service.conftest import Start
 from tests.service.in_process import InProcess, in_process
 from tests.service.processes import fork_servers_of, workers_of
 from tests.service.sending import SMALL, png, problem_of, put, textured
-from tests.service.support import API_ON_BOTH, TIMEOUT, scene, until
+from tests.service.support import API_ON_BOTH, TIMEOUT, long_scene, scene, submit, until
 
 # The number of threads that answer requests.
 REQUEST_THREADS = 40
@@ -50,6 +52,20 @@ def test_users_are_listed_with_what_they_use(api: httpx2.Client) -> None:
     assert local["stored_bytes"] > size + len(content)
     assert local["cpu_seconds"] > 0
     assert api.get("/v1/users", params={"cursor": "local"}).json()["users"] == []
+
+
+def test_workers_are_listed_with_whom_they_work_for(server: RunningServer, client: httpx2.Client) -> None:
+    job = submit(client, long_scene())
+
+    def busy() -> list[dict[str, Any]]:
+        return [one for one in client.get("/v1/workers").json()["workers"] if job in one["jobs"]]
+
+    until(busy)
+    [worker, *_] = busy()
+    assert (worker["users"], worker["task"]) == (["local"], "tile")
+    assert worker["pid"] in workers_of(server.process.pid)
+    assert worker["memory_bytes"] > 10_000_000
+    client.delete(f"/v1/jobs/{job}")
 
 
 @pytest.fixture
