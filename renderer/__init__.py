@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from renderer.assets import AssetSource
     from renderer.compiling import compile_scene
     from renderer.errors import ImageFileError, RenderError, SceneError
-    from renderer.integrator import TileResult, render_tile
+    from renderer.fixed_tiles import TileRendering, TileResult, render_tile
     from renderer.plan.plan import RenderPlan
     from renderer.rendering import render
     from renderer.results import RenderResult, TileEvent
@@ -25,6 +25,7 @@ __all__ = [
     "RenderResult",
     "SceneError",
     "TileEvent",
+    "TileRendering",
     "TileResult",
     "compile_scene",
     "load_scene",
@@ -37,11 +38,11 @@ HOMES = {
     "assets": ("AssetSource",),
     "compiling": ("compile_scene",),
     "errors": ("ImageFileError", "RenderError", "SceneError"),
-    "integrator": ("TileResult", "render_tile"),
     "plan.plan": ("RenderPlan",),
     "rendering": ("render",),
     "results": ("RenderResult", "TileEvent"),
     "scenes": ("LoadedScene", "load_scene"),
+    "fixed_tiles": ("TileRendering", "TileResult", "render_tile"),
     "tracing": ("Hits", "trace"),
 }
 """Modules that are loaded when one of their names is first used: comparing pictures renders nothing."""

@@ -24,13 +24,18 @@ class Film:
     tile : Tile
     pass_ : Pass
         With a stride, one value stands for stride x stride pixels.
+
+    Attributes
+    ----------
+    mean : (h, w, 3) float64
+        Mean of the samples of each pixel; 0 where there are none yet.
     """
 
     def __init__(self, tile: Tile, pass_: Pass) -> None:
         self._tile, self._stride = tile, pass_.stride
         self._samples = pass_.last - pass_.first
         height, width = -(-tile.height // pass_.stride), -(-tile.width // pass_.stride)
-        self._mean = np.zeros((height, width, 3))
+        self.mean = np.zeros((height, width, 3))
 
     def add(self, columns: Integers, rows: Integers, radiance: Floats) -> None:
         """Take the samples (3, P * S) of P pixels, those of one pixel together, ordered by number.
@@ -40,11 +45,11 @@ class Film:
         # By halves, in an order that the number of samples alone decides: no pixel depends on its block.
         total = halving_sum(radiance.reshape(-1, self._samples).T).reshape(3, columns.size)
         x, y = (columns - self._tile.x0) // self._stride, (rows - self._tile.y0) // self._stride
-        self._mean[y, x] = (total / self._samples).T
+        self.mean[y, x] = (total / self._samples).T
 
     def image(self) -> Image:
         """The mean over the pass's samples; what is brighter than float32 can say is as bright as it can."""
-        return np.minimum(self._mean, BRIGHTEST).astype(np.float32)
+        return np.minimum(self.mean, BRIGHTEST).astype(np.float32)
 
 
 def compose(parts: Sequence[tuple[Pass, Image]]) -> Image:

@@ -4,21 +4,20 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
+from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
-from renderer.film import Film
 from renderer.interaction import Points, Rays, points_of
-from renderer.layers import Layers, Spread, record
+from renderer.layers import Layers, record
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.arrays import Floats, put
 from renderer.math.streams import keys
 from renderer.plan.plan import RenderPlan
 from renderer.samplers import PATTERNS
-from renderer.tiling import Block, blocks
+from renderer.tiling import Block
 from renderer.waves import WaitingWaves, Wave, camera_wave, ordered
 from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 from schemas.tiles import Pass, Tile
@@ -32,60 +31,8 @@ WORK = ("shading_points", "texture_lookups")
 _local = threading.local()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TileResult:
-    """One tile of one pass.
-
-    Attributes
-    ----------
-    pixels : (h, w, 3) float32
-        Linear mean over the pass's samples; for the preview one value a stride x stride block.
-    counts : dict
-        Rays by kind: camera, shadow, mirror, transmission; layers where they were requested.
-    work : dict
-        `shading_points`: points where rays hit shapes. `texture_lookups`: textures looked up at them; a bump
-        map takes four for a point. Both with those of layers.
-    cpu_seconds : float
-        Of this thread's process.
-    layers : dict of str to array
-        What the pass has recorded for the plan's layers, for `layers.LayerBuffers`.
-    """
-
-    pixels: NDArray[np.float32]
-    counts: dict[str, int]
-    work: dict[str, int]
-    cpu_seconds: float
-    layers: Layers = field(default_factory=dict)
-
-
-def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
-    """Render one tile of one pass.
-
-    A pure function: the result depends on nothing but its arguments, and a pixel not on the tile.
-
-    Parameters
-    ----------
-    plan : RenderPlan
-    tile : Tile
-        Of `tiling.tiles(plan, pass_)`, or any other within the picture.
-    pass_ : Pass
-        One of `plan.passes`.
-    """
-    begun = time.process_time()
-    counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
-    film = Film(tile, pass_)
-    layers = plan.layers_in(pass_)
-    sampled = {layer.name: Spread(tile, pass_) for layer in layers if layer.sampled}
-    for block in blocks(tile, pass_):
-        samples = radiance(plan, camera_rays(plan, block, pass_), counts)
-        for part in sampled.values():
-            part.add(block.columns, block.rows, samples)
-        # Last, as it may add up the samples in place.
-        film.add(block.columns, block.rows, samples)
-    records = record(layers, tile, partial(centre_points, plan, counts))
-    records |= {name: part.record for name, part in sampled.items()}
-    work = {name: counts.pop(name) for name in WORK}
-    return TileResult(film.image(), dict(counts), work, time.process_time() - begun, records)
+class OutOfTimeError(Exception):
+    """The time ran out before what was asked for was rendered."""
 
 
 def render_layers(plan: RenderPlan, tile: Tile) -> tuple[Layers, dict[str, int]]:
@@ -94,11 +41,14 @@ def render_layers(plan: RenderPlan, tile: Tile) -> tuple[Layers, dict[str, int]]
     return record(plan.layers, tile, partial(centre_points, plan, counts)), dict(counts)
 
 
-def camera_rays(plan: RenderPlan, block: Block, pass_: Pass) -> Rays:
-    """Rays through a block, those of one pixel together, in the order of their sample numbers."""
+def camera_rays(plan: RenderPlan, block: Block, pass_: Pass, part: slice = slice(None)) -> Rays:
+    """Rays through a block, those of one pixel together, in the order of their sample numbers.
+
+    Of all of them, those in `part` are returned.
+    """
     count = pass_.last - pass_.first
-    columns, rows = block.columns.repeat(count), block.rows.repeat(count)
-    samples = np.tile(np.arange(pass_.first, pass_.last, dtype=np.int64), block.columns.size)
+    columns, rows = block.columns.repeat(count)[part], block.rows.repeat(count)[part]
+    samples = np.tile(np.arange(pass_.first, pass_.last, dtype=np.int64), block.columns.size)[part]
     pixels = plan.camera.numbers(columns, rows)
     across, down = PATTERNS[plan.antialiasing.pattern](
         keys(plan.seed, PIXEL_DIMENSIONS, pixels), samples, plan.antialiasing.samples
@@ -155,12 +105,24 @@ class Surfaces:
         self.doubts[points.rays] = points.doubts
 
 
-def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfaces | None = None) -> Floats:
+def radiance(
+    plan: RenderPlan,
+    rays: Rays,
+    counts: Counter[str],
+    surfaces: Surfaces | None = None,
+    *,
+    until: float = inf,
+) -> Floats:
     """Radiance (3, N) along camera rays (N,), over all bounces.
 
     Into `surfaces` goes what is known of those that the camera rays hit.
 
     Each depth has a sum of its own, to which a camera ray's paths add in their own order.
+
+    Raises
+    ------
+    OutOfTimeError
+        If a wave of rays is left at the time `until` of `time.monotonic`.
     """
     seen, points = local_radiance(plan, rays, counts)
     counts["camera"] += rays.t.size
@@ -169,6 +131,8 @@ def radiance(plan: RenderPlan, rays: Rays, counts: Counter[str], surfaces: Surfa
     sums = [seen]
     waiting = WaitingWaves(successors(plan, points, camera_wave(rays)))
     while waiting:
+        if time.monotonic() >= until:
+            raise OutOfTimeError
         wave = waiting.next()
         seen, points = local_radiance(plan, wave.rays, counts)
         if wave.depth == len(sums):

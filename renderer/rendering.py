@@ -13,7 +13,7 @@ from renderer.compiling import at_quality
 from renderer.convergence import trend
 from renderer.errors import tile_errors
 from renderer.film import Image, clamped, compose, enlarge
-from renderer.integrator import TileResult, render_tile
+from renderer.fixed_tiles import TileResult, render_tile
 from renderer.layers import LayerBuffers
 from renderer.passes import Tally, run_pass
 from renderer.plan.plan import RenderPlan

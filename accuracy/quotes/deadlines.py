@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Self, TypeVar
 
-from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
+from renderer.adaptive.time_limits import TimeLimit
+from renderer.integrator import OutOfTimeError
 
 Result = TypeVar("Result")
 

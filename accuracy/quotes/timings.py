@@ -13,7 +13,7 @@ from accuracy.quotes.deadlines import Deadline, within
 from accuracy.statistics import BELIEVED, factor
 from accuracy.variations import Variant, variants
 from renderer.compiling import compile_scene
-from renderer.integrator import render_tile
+from renderer.fixed_tiles import render_tile
 from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene

@@ -16,9 +16,10 @@ from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.target_plan import target_plan
 from renderer.adaptive.tile_rendering import render_request
-from renderer.adaptive.time_limits import LAST_SECONDS, OutOfTimeError, TimeLimit, reserve
+from renderer.adaptive.time_limits import LAST_SECONDS, TimeLimit, reserve
 from renderer.errors import tile_errors
 from renderer.film import BRIGHTEST
+from renderer.integrator import OutOfTimeError
 from renderer.layers import LayerBuffers
 from renderer.passes import Tally, run_pass
 from renderer.plan.plan import RenderPlan

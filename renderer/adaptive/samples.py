@@ -40,7 +40,7 @@ class Samples:
         Whether these are differences from a control variate.
     counts, work : dict
     cpu_seconds : float
-        As in `integrator.TileResult`.
+        As in `TileResult`.
     layers : dict of str to array
         What the centres of pixels show, in the pass that records it.
     layer_seconds : float

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from renderer.integrator import OutOfTimeError
 from renderer.math.arrays import Integers
 
 BATCH = 32768
@@ -24,10 +25,6 @@ its error and the layer of errors. Measured on `soft` at 1024 x 1024 with one co
 
 MOST_RESERVED = 0.25
 """Largest share of a time limit that is kept for the last decision."""
-
-
-class OutOfTimeError(Exception):
-    """The time ran out before a tile was finished."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,10 +19,10 @@ from starlette.exceptions import HTTPException
 
 import renderer
 from accuracy.comparison import NotComparableError
-from renderer.adaptive.time_limits import OutOfTimeError
 from renderer.assets import AssetError, NoSuchAssetError
 from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
+from renderer.integrator import OutOfTimeError
 from renderer.meshes.obj import ObjError
 from schemas.errors import SHOWN, Problem, ProblemDocument
 from schemas.limits import LimitsError

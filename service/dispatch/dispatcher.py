@@ -199,7 +199,7 @@ class Dispatcher:
     def _round(self) -> None:
         self._pause_until = 0.0
         # Outside of the transaction: it may start processes.
-        room = self._engine.room()
+        room, idle = self._engine.room(), self._engine.idle()
         self._starved = room == 0 and not self._flights.tasks
         charges = self.desk.charges
         try:
@@ -209,7 +209,7 @@ class Dispatcher:
                 term = standing.number if standing else None
                 if term != self._leadership.term:
                     self._forget_tasks()
-                result = None if standing is None else self._decide(session, standing, room)
+                result = None if standing is None else self._decide(session, standing, room, idle)
         except SQLAlchemyError as error:
             log.warning("database not usable, trying again", error=type(error).__name__)
             self._thread.note_failure()
@@ -225,7 +225,7 @@ class Dispatcher:
         self._outages.beating = self._database.shared or bool(self._flights.tasks or self._deadline)
         self._thread.note_success()
 
-    def _decide(self, session: Session, term: Term, room: int) -> Round:
+    def _decide(self, session: Session, term: Term, room: int, idle: int) -> Round:
         """Write the results of all events; also look for renders that other servers cancelled."""
         flights, taken_back = self._flights, Counter[Cause]()
         follows = term.number != self._leadership.term
@@ -244,6 +244,7 @@ class Dispatcher:
             flying=flights.tasks,
             leaving=flights.leaving,
             room=room,
+            idle=idle,
             max_attempts=self._settings.max_attempts,
             worker_bytes=self._settings.worker_memory_bytes,
             retries=taken_back,

@@ -7,6 +7,7 @@ are one write.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 
 from sqlalchemy import and_, bindparam, case, exists, literal_column, select, update
 from sqlalchemy.orm import Session
@@ -22,6 +23,7 @@ from service.workers.tasks import (
     ComposeTask,
     InputDamaged,
     JobTask,
+    Preempted,
     SampleTask,
     TileDone,
     TileTask,
@@ -170,7 +172,7 @@ def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
         step.attempt,
     )
     if render.target_error is None:
-        return TileTask(*place)
+        return TileTask(*place, resumed=step.cpu_seconds is not None)
     if step.pass_index == 0:
         return SampleTask(*place, merged=0, seconds_left=None)
     return SampleTask(
@@ -187,19 +189,37 @@ def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) ->
     step = _handed_out(session, render, task)
     if step is None:
         return False
-    fairness.settle(session, step, done.cpu_seconds)
+    cpu_seconds = _pay(session, render, step, done.cpu_seconds)
     render.last_seq += 1
     render.done_steps += 1
     render.done_work += (
         done.counts["camera"] if isinstance(task, SampleTask) else rows.work(task.pass_, task.tile)
     )
-    render.cpu_seconds += done.cpu_seconds
     render.rays = progress.add_counts(render.rays, done.counts)
     render.work = progress.add_counts(render.work, done.work)
     if render.target_error is None:
-        progress.note_step(render, task.pass_.index, done)
-    step.state, step.seq, step.crc32, step.cpu_seconds = DONE, render.last_seq, done.crc32, done.cpu_seconds
+        progress.note_step(render, task.pass_.index, replace(done, cpu_seconds=cpu_seconds))
+    step.state, step.seq, step.crc32 = DONE, render.last_seq, done.crc32
     return True
+
+
+def preempt(session: Session, render: RenderRow, task: TileTask, stopped: Preempted) -> bool:
+    """Let a step wait for its next time slice. False if it is a stale attempt."""
+    step = _handed_out(session, render, task)
+    if step is None:
+        return False
+    _pay(session, render, step, stopped.cpu_seconds)
+    step.state = WAITING
+    fairness.activate_all_of(session, render)
+    return True
+
+
+def _pay(session: Session, render: RenderRow, step: TileRow, cpu_seconds: float) -> float:
+    """Charge the cost of a task to its user and its render; return what the step has cost so far."""
+    fairness.settle(session, step, cpu_seconds)
+    render.cpu_seconds += cpu_seconds
+    step.cpu_seconds = (step.cpu_seconds or 0.0) + cpu_seconds
+    return step.cpu_seconds
 
 
 def take_back(session: Session, render: RenderRow, task: TileTask) -> bool:
@@ -236,7 +256,7 @@ def repair(session: Session, render: RenderRow, damaged: InputDamaged, most: int
         step = session.get(TileRow, (render.number, pass_index, tile))
         if step is not None and step.state == DONE:
             # Its event gets a new number once it is finished: watchers have read beyond the old one.
-            step.state, step.seq, step.crc32 = WAITING, None, None
+            step.state, step.seq, step.crc32, step.cpu_seconds = WAITING, None, None, None
             render.done_steps -= 1
             if render.target_error is None:
                 progress.take_back_step(render, pass_index)

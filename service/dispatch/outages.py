@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from service.dispatch.leadership import LEASE_SECONDS, Term
-from service.workers.tasks import AdvanceDone, ComposeDone, Outcome, TileDone
+from service.workers.tasks import AdvanceDone, ComposeDone, Outcome, Preempted, TileDone
+
+_STORED = TileDone | Preempted | AdvanceDone | ComposeDone
 
 
 class Outages:
@@ -46,5 +48,5 @@ class Outages:
 
     def note(self, outcomes: Iterable[Outcome], *, store_closed: bool) -> None:
         """Note whether the store takes results; once closed it is open again with the next result."""
-        stored = any(isinstance(outcome, TileDone | AdvanceDone | ComposeDone) for outcome in outcomes)
+        stored = any(isinstance(outcome, _STORED) for outcome in outcomes)
         self._store_closed = store_closed or (self._store_closed and not stored)

@@ -16,7 +16,7 @@ from schemas.api.jobs import Failure, JobState
 from service.dispatch import adaptive_passes as targets
 from service.dispatch import ledger
 from service.dispatch.holding import LATE_SECONDS, backoff
-from service.lifecycle import damage, rows, sharing
+from service.lifecycle import damage, fairness, rows, sharing
 from service.lifecycle.damage import DamagedRenderError, using
 from service.storage.database.models import JobRow, RenderRow
 from service.workers.tasks import (
@@ -32,6 +32,7 @@ from service.workers.tasks import (
     Interrupted,
     JobTask,
     Outcome,
+    Preempted,
     TaskFailed,
     TileDone,
     TileTask,
@@ -70,6 +71,8 @@ class Round:
         Renders that are being cancelled.
     room
         How many tasks the engine takes.
+    idle
+        How many of them begin at once: the others wait at a worker for the end of its task.
     max_attempts
         How many workers a task may cost.
     worker_bytes
@@ -80,6 +83,7 @@ class Round:
     flying: Collection[JobTask]
     leaving: Collection[str]
     room: int
+    idle: int
     max_attempts: int
     worker_bytes: int
 
@@ -141,7 +145,10 @@ class Round:
             self.tasks.append(task)
 
     def _claim_tiles(self, session: Session) -> None:
-        for task in ledger.tile_claims(session, max(0, self.room - len(self.tasks))):
+        # Where several users want the workers, nothing waits behind a task of which nobody knows how long it
+        # takes: the next worker is free within a time slice, and goes to the user whose turn it is.
+        room = min(self.room, self.idle) if fairness.is_contended(session) else self.room
+        for task in ledger.tile_claims(session, max(0, room - len(self.tasks))):
             self.tasks.append(task)
 
     def _end_late(self, session: Session) -> None:
@@ -169,6 +176,8 @@ class Round:
         match outcome:
             case TileDone():
                 ledger.land(session, render, task, outcome)
+            case Preempted():
+                ledger.preempt(session, render, task, outcome)
             case TaskFailed(code=code, message=message, passes=False):
                 _fail(session, render, code, message, retryable=code == REQUEST_DAMAGED)
             case InputDamaged() if ledger.take_back(session, render, task):

@@ -13,6 +13,7 @@ from service.jobs import lifecycle as jobs
 from service.jobs.context import Service
 from service.lifecycle.documents import passes_of, work_of
 from service.storage.database.models import JobRow, RenderRow, TileRow
+from service.workers.heartbeats import SLICE_SECONDS
 from service.workers.tasks import WHOLE
 
 MOST_STEPS = 50
@@ -80,15 +81,23 @@ def _passes(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
 
 
 def _step(step: TileRow) -> LogEntry:
-    died = f" {step.deaths} of its workers died." if step.deaths else " The service was stopped meanwhile."
+    name = f"Tile {step.tile} of pass {step.pass_index}"
     return LogEntry(
         event="step_repeated",
-        message=f"Tile {step.tile} of pass {step.pass_index} was started {step.attempt} times.{died}",
+        message=f"{name} was started {step.attempt} times. {_cause(step)}",
         pass_index=step.pass_index,
         tile=step.tile,
         attempts=step.attempt,
         workers_lost=step.deaths,
     )
+
+
+def _cause(step: TileRow) -> str:
+    if step.deaths:
+        return f"{step.deaths} of its workers died."
+    if (step.cpu_seconds or 0.0) > SLICE_SECONDS / 2:
+        return "It takes longer than its turn, and continued each time."
+    return "The service was stopped meanwhile."
 
 
 def _pass(cost: dict[str, Any]) -> LogEntry:

@@ -2,9 +2,10 @@
 
 Start-time fair queueing. Each user has a clock, `served`: the CPU seconds charged to the user. The next tile
 is of the active user whose clock is behind all others. A tile is charged when it is handed out, at the price
-that is expected, and put right when it is finished; a call is charged with what it has cost. A user who comes
-back after a pause starts from the present (`turn`, the clock of the user served last): a pause is no credit.
-So a new user waits for no more than the tiles that are handed out already, however much another has waiting.
+that is expected, and put right when it is finished or its time slice is over, whatever was expected; a call
+is charged with what it has cost. A user who comes back after a pause starts from the present (`turn`, the
+clock of the user served last): a pause is no credit. So a new user waits for no more than the tiles that are
+handed out already, each for a time slice at most, however much another has waiting.
 
 A user's jobs start by priority and age, each with its coarse picture before any of them continues. So a
 queued job starts when its user's clock has come as far as the coarse pictures of the jobs before it take it,
@@ -25,6 +26,7 @@ from sqlalchemy.orm import Session
 from schemas.api.jobs import JobState
 from service.storage.database.conditions import WAITS_TO_START
 from service.storage.database.models import Base, JobRow, RenderRow, ShareRow, TileRow
+from service.workers.heartbeats import SLICE_SECONDS
 
 _NEXT = (
     select(ShareRow)
@@ -33,6 +35,11 @@ _NEXT = (
     .limit(2)
 )
 _NOW = select(func.max(ShareRow.turn))
+_WANTING = select(JobRow.owner).where(JobRow.finished_at.is_(None), JobRow.paused_at.is_(None)).limit(1)
+# The ends of the index of open jobs: one user may have thousands of them.
+_ENDS = select(
+    *(_WANTING.order_by(end).scalar_subquery() for end in (JobRow.owner.asc(), JobRow.owner.desc()))
+)
 
 
 def activate(session: Session, owners: Iterable[str]) -> None:
@@ -66,6 +73,12 @@ def activate_all_of(session: Session, render: RenderRow) -> None:
     activate(session, session.scalars(select(JobRow.owner).where(*sharing).distinct()).all())
 
 
+def is_contended(session: Session) -> bool:
+    """Whether jobs of more than one user are open."""
+    first, last = session.execute(_ENDS).one()
+    return bool(first != last)
+
+
 def next_share(session: Session, resting: Collection[str]) -> tuple[ShareRow | None, float]:
     """Return the user whose turn it is, without ``resting`` ones, and the clock up to which it lasts."""
     first, second = [*session.scalars(_NEXT, {"resting": list(resting)}).all(), None, None][:2]
@@ -73,11 +86,11 @@ def next_share(session: Session, resting: Collection[str]) -> tuple[ShareRow | N
 
 
 def charge(share: ShareRow, step: TileRow, cpu_seconds: float) -> None:
-    """Charge a user with what a step is expected to cost."""
+    """Charge a user with what a step is expected to cost, up to the end of its time slice."""
     share.turn = share.served
-    share.served += cpu_seconds
-    share.charged += cpu_seconds
-    step.payer, step.charge = share.owner, cpu_seconds
+    step.payer, step.charge = share.owner, min(cpu_seconds, SLICE_SECONDS)
+    share.served += step.charge
+    share.charged += step.charge
 
 
 def settle(session: Session, step: TileRow, cpu_seconds: float) -> None:
@@ -90,10 +103,10 @@ def settle(session: Session, step: TileRow, cpu_seconds: float) -> None:
 
 
 def coarse_cpu_seconds(render: RenderRow) -> float:
-    """Predict the charge for a coarse picture, as `rows.expected_cpu_seconds` does for its step."""
+    """Predict what is charged for a coarse picture when it is handed out."""
     stride = render.passes[0]["stride"]
     work = -(-render.width // stride) * -(-render.height // stride)
-    return render.predicted_cpu_seconds * work / render.total_work
+    return min(render.predicted_cpu_seconds * work / render.total_work, SLICE_SECONDS)
 
 
 # All columns are in the index of the queue, which has them in this order: no row is read, and none sorted.

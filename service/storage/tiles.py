@@ -22,6 +22,7 @@ from schemas.tiles import Pass, Tile
 from service.errors import RequestDamagedError, StoreAwayError, StoreDamagedError
 from service.storage.checking import checked
 from service.storage.checksums import (
+    LOSSES,
     Checksum,
     Expected,
     checksum_of,
@@ -43,7 +44,7 @@ Step = tuple[int, int]
 Checksums = Mapping[str, Checksum]
 """Checksums of the files of a job, by their names below its own."""
 UNKNOWN: Checksums = {}
-LAYERS_SUFFIX, SAMPLES_SUFFIX = ".npz", ".samples"
+LAYERS_SUFFIX, SAMPLES_SUFFIX, UNFINISHED_SUFFIX = ".npz", ".samples", ".unfinished"
 """End the names of what belongs to the pixels of a step."""
 TILES, SPEC = "tiles", "spec.json"
 NPY_HEAD_BYTES = 4096
@@ -153,6 +154,19 @@ class TileStore:
     def get_layers(self, job: str, parts: Sequence[StoredTile]) -> Iterator[Layers]:
         """Return the layers of several steps; raise StoreDamagedError if they are not what was written."""
         return _get_arrays(self.objects, [f"{tile_name(job, part)}{LAYERS_SUFFIX}" for part in parts])
+
+    def put_unfinished(self, job: str, tile: Tile, pass_: Pass, arrays: Layers) -> None:
+        """Keep a tile that was preempted.
+
+        Attempts share the file: what any of them has left is right, some of it only less far.
+        """
+        _put_arrays(self.objects, _unfinished_name(job, tile, pass_), arrays)
+
+    def get_unfinished(self, job: str, tile: Tile, pass_: Pass) -> Layers | None:
+        """Return what ``put_unfinished`` was given; None if it is lost, so that the tile begins anew."""
+        with suppress(*LOSSES):
+            return next(_get_arrays(self.objects, [_unfinished_name(job, tile, pass_)]))
+        return None
 
     def put_file(self, job: str, name: str, data: bytes) -> None:
         """Keep a result of a job under a name."""
@@ -325,6 +339,10 @@ def _arrays(name: str, data: bytes) -> Layers:
 
 def _name(job: str, tile: Tile, pass_: Pass, attempt: int) -> str:
     return f"{job}/{pass_prefix(pass_.index)}{tile.index}.{attempt}"
+
+
+def _unfinished_name(job: str, tile: Tile, pass_: Pass) -> str:
+    return f"{job}/{pass_prefix(pass_.index)}{tile.index}{UNFINISHED_SUFFIX}"
 
 
 def tile_name(job: str, part: StoredTile) -> str:

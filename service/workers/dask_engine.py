@@ -87,6 +87,11 @@ class DaskEngine:
         with self._lock:
             return max(0, WINDOW * self._workers - self._load)
 
+    def idle(self) -> int:
+        """How many workers have nothing to do; 0 without a cluster."""
+        with self._lock:
+            return max(0, self._workers - self._load)
+
     def submit(self, task: Task) -> None:
         """Give a task to the cluster, which chooses the worker."""
         with self._lock:

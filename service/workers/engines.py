@@ -25,6 +25,9 @@ class Engine(Protocol):
     def room(self) -> int:
         """How many more tasks are taken now without letting any of them wait long."""
 
+    def idle(self) -> int:
+        """How many tasks would begin at once if they were submitted now."""
+
     def submit(self, task: Task) -> None:
         """Execute a task. The outcome is reported, never returned or raised."""
 

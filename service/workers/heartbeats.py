@@ -14,6 +14,10 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import NamedTuple
 
+SLICE_SECONDS = 2.0
+"""Length of a time slice. Users take turns with these: one who comes waits for one of them, or two where a
+second task waits at each worker. Keeping an unfinished tile and reading it again takes some 10 ms."""
+
 # Bytes of beats that are read at once.
 MANY = 4096
 
@@ -30,11 +34,14 @@ class Lease:
         Without a sign of life after that.
     task_seconds
         At one task.
+    slice_seconds
+        At one tile before it is preempted.
     """
 
     start_seconds: float = 120.0
     silent_seconds: float = 30.0
     task_seconds: float = 3600.0
+    slice_seconds: float = SLICE_SECONDS
 
     @property
     def beat_seconds(self) -> float:

@@ -21,7 +21,8 @@ from renderer.adaptive.requests import LevelRequest, first_levels, tile_request
 from renderer.adaptive.samples import preview
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.tile_rendering import render_request
-from renderer.adaptive.time_limits import OutOfTimeError, TimeLimit
+from renderer.adaptive.time_limits import TimeLimit
+from renderer.integrator import OutOfTimeError
 from service.storage.checksums import Checksum, is_lost
 from service.storage.tiles import PassMap, Pixels, StoredTile, TileStore, damaged_steps
 from service.workers import layers

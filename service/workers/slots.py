@@ -65,6 +65,10 @@ class SlotEngine:
         """How many more tasks are taken now."""
         return sum(WINDOW - slot.load() for slot in self._slots)
 
+    def idle(self) -> int:
+        """How many slots have nothing to do."""
+        return sum(slot.load() == 0 for slot in self._slots)
+
     def submit(self, task: Task) -> None:
         """Give a task to the slot with the fewest."""
         min(self._slots, key=Slot.load).submit(task)

@@ -25,13 +25,17 @@ OUT_OF_MEMORY, TOOK_TOO_LONG, REQUEST_DAMAGED = "out_of_memory", "took_too_long"
 # Two tasks are the same only if they are the same object: a tile that is tried again is a new task.
 @dataclass(frozen=True, eq=False)
 class TileTask:
-    """Render a tile of a job in a pass, and keep the pixels in the store."""
+    """Render a tile of a job in a pass, and keep the pixels in the store.
+
+    Where it is ``resumed``, an earlier task was preempted, and what that had rendered is in the store.
+    """
 
     job: str
     spec_sha256: str
     tile: Tile
     pass_: Pass
     attempt: int
+    resumed: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +184,13 @@ class TileDone:
 
 
 @dataclass(frozen=True)
+class Preempted:
+    """A tile is not finished at the end of its time slice; what was rendered by then is in the store."""
+
+    cpu_seconds: float
+
+
+@dataclass(frozen=True)
 class AdvanceDone:
     """A pass is merged: picture, state and demand are in the store.
 
@@ -304,6 +315,7 @@ def memory_limit(worker_bytes: int) -> str:
 
 Outcome = (
     TileDone
+    | Preempted
     | AdvanceDone
     | ComposeDone
     | CallDone

@@ -65,6 +65,7 @@ from service.workers.tasks import (
     Interrupted,
     JobTask,
     Outcome,
+    Preempted,
     PreviewTask,
     QuoteTask,
     SampleTask,
@@ -117,6 +118,7 @@ class Worker:
         self._store = TileStore(place.within(JOBS))
         self._assets = AssetStore(place.within(ASSETS), setup.limits)
         self._passes = PassWorker(self._store, setup.workers)
+        self._slice_seconds = setup.lease.slice_seconds
         self.plans = KeptPlans(setup.memory_bytes)
 
     @singledispatchmethod
@@ -125,13 +127,20 @@ class Worker:
         raise TypeError(type(task).__name__)
 
     @execute.register
-    def render(self, task: TileTask) -> TileDone:
-        """Render a tile of fixed quality."""
-        result = renderer.render_tile(self._plan(task), task.tile, task.pass_)
+    def render(self, task: TileTask) -> TileDone | Preempted:
+        """Render a tile of fixed quality, or what of it fits in a time slice."""
+        begun = time.process_time()
+        plan, kept = self._plan(task), self._unfinished(task) if task.resumed else None
+        tile = renderer.TileRendering(plan, task.tile, task.pass_, kept)
+        # Making the plan is no part of the slice: it could be all of it each time.
+        if not tile.run(time.monotonic() + self._slice_seconds):
+            self._store.put_unfinished(task.job, task.tile, task.pass_, tile.arrays())
+            return Preempted(time.process_time() - begun)
+        result = tile.result()
         if result.layers:
             self._store.put_layers(task.job, task.tile, task.pass_, task.attempt, result.layers)
         crc32 = self._store.put_tile(task.job, task.tile, task.pass_, task.attempt, result.pixels)
-        return TileDone(crc32, result.counts, result.cpu_seconds, result.work)
+        return TileDone(crc32, result.counts, time.process_time() - begun, result.work)
 
     @execute.register
     def sample(self, task: SampleTask) -> TileDone | Interrupted:
@@ -231,6 +240,9 @@ class Worker:
             case SampleTask(merged=merged):
                 return InputDamaged(merged=merged > 0)
         return InputDamaged()
+
+    def _unfinished(self, task: TileTask) -> Layers | None:
+        return self._store.get_unfinished(task.job, task.tile, task.pass_)
 
     def _layers(self, task: ComposeTask) -> Layers:
         return layers.composed(self._store, task.job, (task.height, task.width), task.layers, task.parts)

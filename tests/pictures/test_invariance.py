@@ -11,7 +11,7 @@ from renderer.film import compose
 from renderer.tiling import tiles
 from tests.documents import Json, bulb, camera, lamp, mesh, phong, sampled, scene, sun, triangle
 from tests.pictures import pictures
-from tests.pictures.parts import DOUBLE, SINGLE, image_of, plan_of, png, same
+from tests.pictures.parts import DOUBLE, SINGLE, Files, image_of, plan_of, png, same
 from tests.solids import outward
 
 FILES = {"picture.png": png(pictures.codes(6, 5)), "bumps.png": png(pictures.bumps())}
@@ -64,6 +64,26 @@ def test_passes_in_any_order(name: str) -> None:
     for order in itertools.permutations(rounds):
         parts = {pass_.index: renderer.render_tile(plan, tile, pass_).pixels for pass_ in order}
         assert same(compose([(pass_, parts[pass_.index]) for pass_ in rounds]), expected)
+
+
+@pytest.mark.parametrize("name", ["random", "lens", "picture", "mirror and glass"])
+def test_tile_in_time_slices_has_the_same_bytes(name: str) -> None:
+    """Each slice is over at once, after 50 rays, in the middle of a pixel or not."""
+    loaded = renderer.load_scene(wide(DRAWN[name], 37, 29), assets=Files(FILES))
+    plan = renderer.compile_scene(loaded, layers=("depth", "error"))
+    pass_ = plan.passes[-1]
+    (whole,) = tiles(plan, pass_, 128)
+    expected, slices = renderer.render_tile(plan, whole, pass_), 1
+    kept = renderer.TileRendering(plan, whole, pass_).arrays()
+    tile = renderer.TileRendering(plan, whole, pass_, kept | {"portion": np.array(50)})
+    while not tile.run(until=0.0):
+        kept = tile.arrays() | {"portion": np.array(50)}
+        tile, slices = renderer.TileRendering(plan, whole, pass_, kept), slices + 1
+    found = tile.result()
+    assert slices > 9
+    assert same(found.pixels, expected.pixels)
+    assert same(found.layers["error"], expected.layers["error"])
+    assert (found.counts, found.work) == (expected.counts, expected.work)
 
 
 @EVERY

@@ -18,18 +18,18 @@ GATE = "FAULTY_COMPOSE_GATE"
 """Variable that names a file: while it is there, workers wait before they write a final picture. The first
 that waits makes a file of this name with ``.reached`` after it."""
 
-_rendered = renderer.render_tile
+_tile_rendering = renderer.TileRendering
 _encoded = image_files.encode_npy
 
 
-def _render_tile(plan: renderer.RenderPlan, *rest: Any) -> Any:
+def _faulty_rendering(plan: renderer.RenderPlan, *rest: Any, **options: Any) -> Any:
     match plan.document.name:
         case "poison":
             os.kill(os.getpid(), signal.SIGKILL)
         case "endless":
             while True:
                 time.sleep(1.0)
-    return _rendered(plan, *rest)
+    return _tile_rendering(plan, *rest, **options)
 
 
 def _encode_npy(*arguments: Any) -> bytes:
@@ -41,7 +41,7 @@ def _encode_npy(*arguments: Any) -> bytes:
 
 
 if __name__ in {"__main__", "__mp_main__"}:
-    vars(renderer)["render_tile"] = _render_tile
+    vars(renderer)["TileRendering"] = _faulty_rendering
     if GATE in os.environ:
         vars(image_files)["encode_npy"] = _encode_npy
 if __name__ == "__main__":

@@ -38,7 +38,6 @@ PUBLIC = {
     "/",
     "/jobs",
     "/jobs/{job_id}",
-    "/service",
     "/compare",
     "/compare/{a}/{b}",
     "/web/{path:path}",

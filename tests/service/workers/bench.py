@@ -50,7 +50,7 @@ class Bench:
         self._kind = kind
         self.store = TileStore(Folder(folder / "jobs"))
         Folder(folder).begin("assets")
-        setup = WorkerSetup(str(folder), Limits(), memory_bytes, lease or Lease())
+        setup = WorkerSetup(str(folder), Limits(), memory_bytes, lease or Lease(slice_seconds=TIMEOUT))
         self.engine = engine_of(Settings.model_validate({"engine": kind, "workers": 1}), setup)
         self.reports: queue.Queue[tuple[Task, Outcome]] = queue.Queue()
         document = document or scene(128, 64, samples=256, light_samples=64)

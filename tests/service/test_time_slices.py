@@ -1,0 +1,80 @@
+"""A tile that takes longer than its time slice: it is preempted, charged, and continued where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import pytest
+
+import renderer
+from schemas.api.administration import Role
+from service.storage.tiles import StoredTile
+from service.workers.heartbeats import Lease
+from service.workers.tasks import Preempted, TileDone
+from tests.service.conftest import Start
+from tests.service.sending import bearer, make_keys
+from tests.service.support import TIMEOUT, finish, job_of, scene, submit, until, wait
+from tests.service.workers.bench import Bench
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    """Time slices that are over after the fewest rays."""
+    bench = Bench(tmp_path, scene(48, 48), lease=Lease(slice_seconds=0.0))
+    yield bench
+    bench.engine.close()
+
+
+def test_preempted_tile_is_continued(bench: Bench) -> None:
+    task, slices = bench.tile(), 0
+    while isinstance(outcome := bench.run(task), Preempted):
+        assert outcome.cpu_seconds > 0
+        task, slices = replace(task, attempt=task.attempt + 1, resumed=True), slices + 1
+    assert isinstance(outcome, TileDone)
+    assert slices > 2
+    expected = renderer.render_tile(bench.plan, task.tile, task.pass_)
+    stored = bench.store.get_tile("job", StoredTile(task.tile, task.pass_, task.attempt, outcome.crc32))
+    assert stored.tobytes() == expected.pixels.tobytes()
+    assert outcome.counts == expected.counts
+
+
+@pytest.mark.parametrize("lost", [b"", b"damaged"], ids=["missing", "damaged"])
+def test_tile_begins_anew_where_its_slices_are_lost(bench: Bench, tmp_path: Path, lost: bytes) -> None:
+    task = bench.tile()
+    assert isinstance(bench.run(task), Preempted)
+    (unfinished,) = (tmp_path / "jobs" / "job" / "tiles").glob("*.unfinished")
+    unfinished.write_bytes(lost) if lost else unfinished.unlink()
+    assert isinstance(bench.run(replace(task, attempt=2, resumed=True)), Preempted)
+    assert unfinished.stat().st_size > 1000
+
+
+def glass() -> dict[str, Any]:
+    """Balls of glass in one another: the coarse picture alone takes some 25 CPU seconds."""
+    document = scene(256, 256, samples=1, light_samples=1)
+    document["materials"]["ball"] = {"type": "phong", "color": [0, 0, 0], "transmission": 1, "max_depth": 64}
+    document["shapes"] = [
+        {"type": "ellipsoid", "center": [0, 0.5, 0], "radius": 2 - size / 8, "material": "ball"}
+        for size in range(8)
+    ]
+    return document
+
+
+@pytest.mark.slow
+def test_users_wait_for_no_tile_of_another(start: Start, tmp_path: Path) -> None:
+    keys = make_keys(tmp_path, ann=Role.SUBMIT, bob=Role.SUBMIT)
+    url = start(max_cpu_seconds=1e9, max_queued_cpu_seconds=1e9, max_user_cpu_seconds=1e9).url
+    with (
+        httpx2.Client(base_url=url, timeout=TIMEOUT, headers=bearer(keys["ann"])) as ann,
+        httpx2.Client(base_url=url, timeout=TIMEOUT, headers=bearer(keys["bob"])) as bob,
+    ):
+        job = submit(ann, glass())
+        # Its tiles are at both workers, and wait there.
+        until(lambda: job_of(ann, job)["state"] == "running")
+        finish(bob, submit(bob, scene(32, 32)))
+        assert job_of(ann, job)["progress"]["done"] == 0
+        found = wait(ann, job, lambda found: found["cost"]["cpu_seconds"] > 0)
+    assert found["progress"]["done"] == 0
