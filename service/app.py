@@ -44,8 +44,15 @@ from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.jobs import retention
 from service.jobs.context import Service
-from service.jobs.limits import BodyMemoryLimit, PixelLimit, Readers, StreamLimit, UploadCount
 from service.jobs.pricing import QuotedPrices
+from service.jobs.request_limits import (
+    BodyMemoryLimit,
+    PixelLimit,
+    Readers,
+    RecentFiles,
+    StreamLimit,
+    UploadCount,
+)
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
@@ -240,14 +247,16 @@ def assemble(
         notifications=NotificationListener(database, dispatcher, job_events),
         spans=job_spans,
         body_memory=BodyMemoryLimit(
-            max(BODIES * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)
+            # One client may have half of them.
+            2 * max(BODIES // 2 * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)
         ),
         readers=Readers(READERS),
         writers=CapacityLimiter(WRITERS),
         probes=CapacityLimiter(PROBES),
-        streams=StreamLimit(settings.max_user_streams),
+        streams=StreamLimit(settings.max_user_streams, settings.max_connections),
         uploads=UploadCount(),
         encoding=PixelLimit(ENCODED_PIXELS),
+        unfinished=RecentFiles(),
     )
 
 

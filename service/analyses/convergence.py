@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from functools import lru_cache
 from typing import Literal
 
 from accuracy.convergence_plot import draw
@@ -75,7 +76,7 @@ def encoded(found: Convergence, form: Form) -> bytes:
         case "csv":
             return _table(found).encode()
         case "svg" | "png":
-            return _plot(found, form)
+            return _drawn(found.model_dump_json(), form)
 
 
 def _table(found: Convergence) -> str:
@@ -96,7 +97,10 @@ def _table(found: Convergence) -> str:
     return text.getvalue()
 
 
-def _plot(found: Convergence, form: Form) -> bytes:
+# A plot takes a quarter of a second of a processor, and its file some 20 KiB.
+@lru_cache(maxsize=256)
+def _drawn(document: str, form: Form) -> bytes:
+    found = Convergence.model_validate_json(document)
     title = f"Job {found.job}, {found.state.value}"
     passes = [entry.model_dump() for entry in found.passes]
     return draw(passes, form=form, title=title, target=found.target_error, unknown=found.reason)

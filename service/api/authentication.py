@@ -25,7 +25,7 @@ SAFE = ("GET", "HEAD", "OPTIONS")
 
 
 async def authenticate(request: Request, here: Here) -> Principal:
-    """Return the user of a request.
+    """Return the user of a request, and note it for `claimant_of`.
 
     Raises
     ------
@@ -38,6 +38,12 @@ async def authenticate(request: Request, here: Here) -> Principal:
     CrossSiteError
         If a page of another site sent a request that changes something.
     """
+    user = await _authenticated(request, here)
+    request.state.user = user
+    return user
+
+
+async def _authenticated(request: Request, here: Service) -> Principal:
     key = bearer(request)
     if key is None:
         _check_origin(request)
@@ -122,6 +128,12 @@ async def _admin(user: CurrentUser) -> Principal:
 
 Admin = Annotated[Principal, Depends(_admin)]
 """A user who is an admin; 403 for all others."""
+
+
+def claimant_of(request: Request) -> str:
+    """Return who shares memory and processors with others: the user, or an address where all are one user."""
+    user: Principal = request.state.user
+    return request.client.host if user.is_everyone and request.client else user.name
 
 
 JOB_PATH = Path(max_length=64, description="The job's id.")

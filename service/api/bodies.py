@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Coroutine
+from collections.abc import AsyncIterator, Awaitable
 from contextlib import asynccontextmanager
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, TypeVar
 
+from anyio import CancelScope
 from fastapi import Depends, Request
 from starlette.requests import ClientDisconnect
 
 from schemas.limits import Limits
+from service.api.authentication import claimant_of
 from service.api.request_headers import joined
 from service.errors import (
     BodyIncompleteError,
@@ -37,7 +39,7 @@ async def chunks(request: Request, limit: int, first_seconds: float) -> AsyncIte
     limit
         Most bytes.
     first_seconds
-        Seconds that the first bytes may take; those that follow must arrive at `SLOWEST` on average.
+        Seconds that the first bytes may take, and each pause; all must arrive at `SLOWEST` on average.
 
     Raises
     ------
@@ -73,10 +75,12 @@ def _announced(request: Request) -> int:
 
 async def _arriving(request: Request, first_seconds: float) -> AsyncIterator[bytes]:
     stream, size = request.stream(), 0
-    begun = asyncio.get_running_loop().time()
+    now = asyncio.get_running_loop().time
+    begun = now()
     try:
         while True:
-            async with asyncio.timeout_at(begun + first_seconds + size / SLOWEST):
+            # A body that has come fast may not pause for as long as a slow one would have taken.
+            async with asyncio.timeout_at(min(begun + size / SLOWEST, now()) + first_seconds):
                 chunk = await anext(stream, None)
             if chunk is None:
                 return
@@ -112,7 +116,7 @@ async def _json(request: Request, here: Here, limits: Limits) -> AsyncIterator[b
     media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if media_type != "application/json" and not media_type.endswith("+json"):
         raise MediaTypeError("Send the body as application/json.")
-    with here.body_memory.account() as count_bytes:
+    with here.body_memory.account(claimant_of(request)) as count_bytes:
         parts = []
         async for chunk in chunks(request, limits.max_body_bytes, here.settings.client_timeout_seconds):
             count_bytes(len(chunk))
@@ -128,21 +132,27 @@ TraceBody = Annotated[bytes, Depends(_trace_body)]
 """As long as the rays that a request may have need."""
 
 
-async def while_connected(request: Request, answer: Coroutine[Any, Any, Answer]) -> Answer:
-    """Await the answer to a request whose body was read; cancel it as soon as the client disconnects.
+async def while_connected(request: Request, answer: Awaitable[Answer]) -> Answer:
+    """Await the answer to a request; cancel it as soon as the client disconnects.
+
+    A thread that it waits for is waited for, unless it calls ``anyio.from_thread.check_cancelled``.
 
     Raises
     ------
     DisconnectedError
         Nobody receives it; it ends the handler.
     """
+    with CancelScope() as scope:
+        watching = asyncio.ensure_future(_cancel_at_end(request, scope))
+        try:
+            return await answer
+        finally:
+            watching.cancel()
+    raise DisconnectedError("The client disconnected before the answer.")
+
+
+async def _cancel_at_end(request: Request, scope: CancelScope) -> None:
     # After the body nothing is received but the end of the connection.
-    answering, ended = asyncio.ensure_future(answer), asyncio.ensure_future(request.receive())
-    try:
-        await asyncio.wait((answering, ended), return_when=asyncio.FIRST_COMPLETED)
-        if not answering.done():
-            raise DisconnectedError("The client disconnected before the answer.")
-        return answering.result()
-    finally:
-        answering.cancel()
-        ended.cancel()
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
+    scope.cancel()

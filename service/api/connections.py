@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import sys
-from collections import Counter
 from http import HTTPStatus
 
 import h11
@@ -13,8 +13,10 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 from service.api import problems
+from service.api.bodies import SLOWEST
 from service.api.middleware import ALWAYS, HEADER, RequestIds, SafeHeaders, request_id
 from service.errors import BusyError, UnavailableError
+from service.jobs.request_limits import SharedRoom
 from service.settings import Settings
 
 PROBES = ("/livez", "/readyz")
@@ -22,7 +24,7 @@ PROBES = ("/livez", "/readyz")
 MOST_PROBES = 32
 """Connections beyond the limits, for probes alone."""
 
-HALF_CLOSED_SECONDS = 2.0
+HALF_CLOSED_SECONDS = 1.0
 """A client that has closed its side may read on: most answers come sooner. One that is gone looks alike."""
 
 log = structlog.get_logger()
@@ -30,22 +32,24 @@ log = structlog.get_logger()
 MALFORMED = "This is no request of HTTP/1.1, or its head is too long."
 CROWDED = "The service has as many connections as it may. Try again in a moment."
 CROWDED_ADDRESS = (
-    "Your address has {} connections to this service, the maximum. Close some of them, or send several "
-    "requests on one."
+    "Your address has {} connections to this service, the maximum at the moment. Close some of them, or send "
+    "several requests on one."
 )
 
 
 class Connection(H11Protocol):
-    """A connection that is closed where no head of a request is complete in time, and counted.
+    """A connection that is counted, and closed where a head does not come or an answer is not read in time.
 
-    Otherwise a few clients could hold all connections there may be. Uvicorn has no such timeout: its
-    ``timeout_keep_alive`` begins with the end of an answer, so it never closes a connection that has sent
-    nothing yet, and it ends with the next byte; ``h11_max_incomplete_event_size`` bounds the bytes of a head,
-    and not how long it takes to come. Its ``limit_concurrency`` refuses everything, probes too.
+    Otherwise a few clients could hold all connections there may be. Uvicorn has no such timeout: it waits for
+    readers for ever, and its ``timeout_keep_alive`` begins with the end of an answer, so it never closes a
+    connection that has sent nothing yet, and it ends with the next byte; ``h11_max_incomplete_event_size``
+    bounds the bytes of a head, and not how long it takes to come. Its ``limit_concurrency`` refuses
+    everything, probes too.
     """
 
     limits: ConnectionLimits
     _timer: asyncio.TimerHandle | None = None
+    _reader: asyncio.TimerHandle | None = None
     _is_half_closed = False
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -59,6 +63,7 @@ class Connection(H11Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Make room for another connection."""
         super().connection_lost(exc)
+        self.resume_writing()
         self._stop()
         self.limits.leave(self)
 
@@ -68,6 +73,25 @@ class Connection(H11Protocol):
         self._start()
         if self._is_half_closed:
             self.close_if_idle()
+
+    def pause_writing(self) -> None:
+        """Begin to watch a client that does not read its answer as fast as it is sent."""
+        super().pause_writing()
+        self._watch_reader(math.inf)
+
+    def resume_writing(self) -> None:
+        """Go on: the client has read nearly all that was sent."""
+        super().resume_writing()
+        if self._reader is not None:
+            self._reader.cancel()
+
+    def _watch_reader(self, before: float) -> None:
+        """Give up a client that has read too little since the last time; nothing is added meanwhile."""
+        left, seconds = self.transport.get_write_buffer_size(), self.limits.idle_seconds
+        if before - left < SLOWEST * seconds:
+            self.transport.abort()
+        else:
+            self._reader = self.loop.call_later(seconds, self._watch_reader, left)
 
     def eof_received(self) -> bool:  # type: ignore[override]
         """Keep the connection of a client that reads the answer to its last request; say whether."""
@@ -114,9 +138,14 @@ class Connection(H11Protocol):
             self.transport.close()
         return True
 
+    def _end_if_idle(self) -> None:
+        # An answer that ended so long ago and is not read yet is not waited for.
+        if self.close_if_idle():
+            self.transport.abort()
+
     def _start(self) -> None:
         self._stop()
-        self._timer = self.loop.call_later(self.limits.idle_seconds, self.close_if_idle)
+        self._timer = self.loop.call_later(self.limits.idle_seconds, self._end_if_idle)
 
     def _stop(self) -> None:
         if self._timer is not None:
@@ -132,46 +161,43 @@ class ConnectionLimits:
     Parameters
     ----------
     most : int
-        Connections of all clients.
-    most_of_address : int
-        Connections of one address.
+        Connections of all clients, which addresses share.
+    most_of_address : int or None
+        Connections of one address; None where all have that of a proxy.
     idle_seconds : float
         How long a connection may be without a request, from its beginning or from the end of an answer.
     """
 
-    def __init__(self, most: int, most_of_address: int, idle_seconds: float) -> None:
+    def __init__(self, most: int, most_of_address: int | None, idle_seconds: float) -> None:
         self.idle_seconds = idle_seconds
-        self._most, self._most_of_address = most, most_of_address
+        self._room, self._most_of_address = SharedRoom(most), most_of_address
         self._within: set[Connection] = set()
-        self._count_of: Counter[str] = Counter()
         # In the order in which they came.
         self._beyond: dict[Connection, None] = {}
 
     def enter(self, connection: Connection) -> Exception | None:
         """Count a connection; where it is beyond a limit, return what is answered to all but probes."""
-        if self._count_of[connection.address] >= self._most_of_address:
-            refusal: Exception = BusyError(CROWDED_ADDRESS.format(self._most_of_address))
-        elif len(self._within) >= self._most:
-            refusal = UnavailableError(CROWDED)
-        else:
+        claimant = self._claimant(connection)
+        held = self._room.held(claimant)
+        if held < (self._most_of_address or math.inf) and self._room.take(claimant):
             self._within.add(connection)
-            self._count_of[connection.address] += 1
             return None
         self._beyond[connection] = None
         if len(self._beyond) > MOST_PROBES:
             # It came last, and closes only where all others are being answered.
             closed = next(other for other in self._beyond if other.close_if_idle())
             del self._beyond[closed]
-        return refusal
+        return BusyError(CROWDED_ADDRESS.format(held)) if held else UnavailableError(CROWDED)
+
+    def _claimant(self, connection: Connection) -> str:
+        return str(id(connection)) if self._most_of_address is None else connection.address
 
     def leave(self, connection: Connection) -> None:
         """Count a connection that has ended no more."""
         self._beyond.pop(connection, None)
         if connection in self._within:
             self._within.remove(connection)
-            self._count_of[connection.address] -= 1
-            if not self._count_of[connection.address]:
-                del self._count_of[connection.address]
+            self._room.give_back(self._claimant(connection))
 
 
 class _ProbesAlone:
@@ -191,7 +217,7 @@ class _ProbesAlone:
 def connection_type(settings: Settings) -> type[H11Protocol]:
     """Make the protocol of a server's connections. Behind a proxy all have the same address."""
     proxied = settings.behind_proxy or settings.trusted_proxies
-    most_of_address = settings.max_connections if proxied else settings.max_address_connections
+    most_of_address = None if proxied else settings.max_address_connections
 
     class LimitedConnection(Connection):
         limits = ConnectionLimits(settings.max_connections, most_of_address, settings.client_timeout_seconds)

@@ -15,8 +15,15 @@ from service.dispatch.dispatcher import Dispatcher
 from service.dispatch.job_events import JobEvents
 from service.dispatch.notifications import NotificationListener
 from service.errors import UnavailableError
-from service.jobs.limits import BodyMemoryLimit, PixelLimit, Readers, StreamLimit, UploadCount
 from service.jobs.pricing import QuotedPrices
+from service.jobs.request_limits import (
+    BodyMemoryLimit,
+    PixelLimit,
+    Readers,
+    RecentFiles,
+    StreamLimit,
+    UploadCount,
+)
 from service.jobs.retention import RetentionThread
 from service.settings import Settings
 from service.storage.assets import AssetStore
@@ -54,6 +61,7 @@ class Service:
     streams: StreamLimit
     uploads: UploadCount
     encoding: PixelLimit
+    unfinished: RecentFiles
 
     async def read(
         self, user: str, function: Callable[P, Answer], *args: P.args, **kwargs: P.kwargs

@@ -1,23 +1,17 @@
-"""Limits on jobs and CPU seconds in the queue, on requests that are handled or wait, and on their memory."""
+"""Limits on the jobs and CPU seconds of each user and of all in the queue."""
 
 from __future__ import annotations
 
-import asyncio
 import math
-from collections import Counter
-from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
-from weakref import WeakValueDictionary
 
-from anyio import CapacityLimiter
 from sqlalchemy import bindparam, case, func, select
 from sqlalchemy.orm import Session
 
 import renderer
 from schemas.errors import Problem
 from service.access.principals import Principal
-from service.errors import BusyError, QueueFullError
+from service.errors import QueueFullError
 from service.settings import Settings
 from service.storage.database.models import JobRow
 
@@ -121,145 +115,3 @@ def _refuse(queue: Queue, shares: tuple[Share, ...], cost: float) -> None:
         f"{whose} is full: at most {full[0].limit:.0f} {amount}. Try again in {math.ceil(wait)} seconds.",
         {"Retry-After": str(math.ceil(wait))} | queue.headers(),
     )
-
-
-class StreamLimit:
-    """Bounds the requests of each user that wait for events. Used by one thread, that of the event loop.
-
-    Each holds a connection. Without authentication all users are one, and there is no limit.
-
-    Parameters
-    ----------
-    most : int
-        Requests of one user.
-    """
-
-    def __init__(self, most: int) -> None:
-        self.most = most
-        self._count_of: Counter[str] = Counter()
-
-    def allows(self, principal: Principal) -> bool:
-        """Whether another request of a user may wait."""
-        return principal.is_everyone or self._count_of[principal.name] < self.most
-
-    @contextmanager
-    def waiting(self, principal: Principal) -> Iterator[None]:
-        """Count a request until the block ends; BusyError if the user has too many."""
-        if not self.allows(principal):
-            raise BusyError(
-                f"{self.most} of your requests wait, the maximum. Close a page or a program that watches one."
-            )
-        self._count_of[principal.name] += 1
-        try:
-            yield
-        finally:
-            self._count_of[principal.name] -= 1
-
-
-class Readers:
-    """Bounds the documents that are read at once, and those of one user to half of them.
-
-    Parameters
-    ----------
-    most : int
-        Documents of all users.
-    """
-
-    def __init__(self, most: int) -> None:
-        self._most = most
-        self.limiter = CapacityLimiter(most)
-        self._of: WeakValueDictionary[str, CapacityLimiter] = WeakValueDictionary()
-
-    def of(self, user: str) -> CapacityLimiter:
-        """Return the limiter of one user; it exists while any request of theirs has it."""
-        return self._of.setdefault(user, CapacityLimiter(max(1, self._most // 2)))
-
-
-class PixelLimit:
-    """Bounds the pixels of the pictures that are encoded at once. Used by the event loop's thread alone.
-
-    Parameters
-    ----------
-    most : int
-        Pixels of all of them; a larger picture is encoded alone.
-    """
-
-    def __init__(self, most: int) -> None:
-        self.most = most
-        self._taken = 0
-        # They are served in the order in which they came: small pictures pass no large one.
-        self._turn, self._freed = asyncio.Lock(), asyncio.Event()
-
-    @asynccontextmanager
-    async def room(self, pixels: int) -> AsyncIterator[None]:
-        """Wait for room, and take it until the block ends."""
-        wanted = min(pixels, self.most)
-        async with self._turn:
-            while self._taken + wanted > self.most:
-                self._freed.clear()
-                await self._freed.wait()
-            self._taken += wanted
-        try:
-            yield
-        finally:
-            self._taken -= wanted
-            self._freed.set()
-
-
-class BodyMemoryLimit:
-    """Bounds the bytes of all bodies in memory. Used by one thread, that of the event loop.
-
-    Parameters
-    ----------
-    most : int
-        Bytes of all of them.
-    """
-
-    def __init__(self, most: int) -> None:
-        self.most, self.bytes = most, 0
-
-    @contextmanager
-    def account(self) -> Iterator[Callable[[int], None]]:
-        """Return a function that counts bytes of one body until the block ends; it may raise BusyError."""
-        held = 0
-
-        def add(count: int) -> None:
-            nonlocal held
-            if self.bytes + count > self.most:
-                message = "The service holds too many requests. Try again in a moment."
-                raise BusyError(message)
-            self.bytes += count
-            held += count
-
-        try:
-            yield add
-        finally:
-            self.bytes -= held
-
-
-class UploadCount:
-    """Counts the bytes of each user's uploads under way. Used by one thread, that of the event loop."""
-
-    def __init__(self) -> None:
-        self._bytes_of: Counter[str] = Counter()
-
-    def bytes_of(self, principal: Principal) -> int:
-        """How many bytes of a user have arrived that are not entered yet."""
-        return self._bytes_of[principal.name]
-
-    @contextmanager
-    def counting(self, principal: Principal) -> Iterator[Callable[[int], None]]:
-        """Return a function that counts bytes of one upload until the block ends."""
-        held = 0
-
-        def add(count: int) -> None:
-            nonlocal held
-            held += count
-            self._bytes_of[principal.name] += count
-
-        try:
-            yield add
-        finally:
-            self._bytes_of[principal.name] -= held
-            if not self._bytes_of[principal.name]:
-                del self._bytes_of[principal.name]

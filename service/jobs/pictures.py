@@ -8,13 +8,14 @@ from __future__ import annotations
 import errno
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import IO, Any, Literal, TypeVar
 
 import numpy as np
 import structlog
+from anyio import from_thread
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
@@ -48,6 +49,7 @@ from service.storage.tiles import Pixels, StoredTile, TileStore
 from service.workers import layers
 from service.workers.tasks import WHOLE
 
+Part = TypeVar("Part")
 Kind = Literal["png", "npy", "exr"]
 log = structlog.get_logger()
 
@@ -144,7 +146,11 @@ def _encoded(service: Service, finished: Finished, requested: ImageRequest) -> P
     if render.image_sha256 is not None:
         return Picture(_final(service, finished, requested), etag, 1.0)
     share = _layer_share(finished, requested.layer) if requested.layer else progress.share(render)
-    return Picture(_temporary(service, finished, requested), etag, share)
+    content = service.unfinished.get(etag)
+    if content is None:
+        content = _temporary(service, finished, requested)
+        service.unfinished.keep(etag, content)
+    return Picture(content, etag, share)
 
 
 def _find(session: Session, job_id: str, requested: ImageRequest) -> JobRow:
@@ -235,6 +241,13 @@ def unnamed(folder: Path, write: Callable[[IO[bytes]], None]) -> Stored:
         return replace(stored_file(os.dup(file.fileno())), modified=None)
 
 
+def wanted(parts: Iterable[Part]) -> Iterator[Part]:
+    """Yield parts of a picture as long as the client that it is made for is connected."""
+    for part in parts:
+        from_thread.check_cancelled()
+        yield part
+
+
 def _temporary(service: Service, finished: Finished, requested: ImageRequest) -> Stored:
     """Encode a picture to a file that is there as long as it is sent."""
     return unnamed(service.settings.data, lambda file: _write(file, service.store, finished, requested))
@@ -245,13 +258,13 @@ def _write(file: IO[bytes], store: TileStore, finished: Finished, requested: Ima
     render = finished.render
     size = render.height, render.width
     if requested.layer:
-        layer, sheets = LAYERS[requested.layer], finished.layer(store, requested.layer)
+        layer, sheets = LAYERS[requested.layer], wanted(finished.layer(store, requested.layer))
         shape = layer.blank(*size).shape
         image_files.write_npy(file, shape, layer.dtype, (sheet[layer.name] for sheet in sheets))
     elif requested.kind == "exr":
-        _write_exr(file.name, size, finished.bands(store, render.layers), render.layers)
+        _write_exr(file.name, size, wanted(finished.bands(store, render.layers)), render.layers)
     else:
-        pixels = (pixels for pixels, _ in finished.bands(store, ()))
+        pixels = (pixels for pixels, _ in wanted(finished.bands(store, ())))
         if requested.kind == "npy":
             image_files.write_npy(file, (*size, 3), np.float32, pixels)
         else:

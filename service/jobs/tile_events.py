@@ -22,7 +22,7 @@ from service.jobs.bands import BAND_PIXELS, means
 from service.jobs.context import Service
 from service.jobs.damaged_files import IMAGE, note_loss
 from service.jobs.lifecycle import find, shown
-from service.jobs.pictures import finished_of, target_pixels, unnamed, visible_events
+from service.jobs.pictures import finished_of, target_pixels, unnamed, visible_events, wanted
 from service.lifecycle import damage, rows
 from service.lifecycle.documents import failure_of, progress_of
 from service.storage.checksums import LOSSES
@@ -137,7 +137,7 @@ def _write(service: Service, job_id: str, after: int, encoding: int, file: IO[by
     tiles = 0
     if news.render is not None:
         display = Display.model_validate(news.render.display)
-        for event, pixels in _pixels(service, news.render, news):
+        for event, pixels in wanted(_pixels(service, news.render, news)):
             _write_parcel(file, event, pixels, display, encoding)
             tiles += 1
     # How many there are is known at the end.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
@@ -10,7 +11,7 @@ from fastapi.concurrency import run_in_threadpool
 from schemas.api.jobs import Job, JobList, JobLog, JobRequest, JobState, Region
 from schemas.api.plans import PlanDocument
 from service.api.authentication import ChangedJob, CurrentUser, JobId
-from service.api.bodies import JsonBody
+from service.api.bodies import JsonBody, while_connected
 from service.api.request_headers import joined
 from service.api.routes.parameters import (
     IdempotencyKey,
@@ -20,6 +21,7 @@ from service.api.routes.parameters import (
     preferred_wait,
     problem,
 )
+from service.errors import BusyError
 from service.jobs import lifecycle as jobs
 from service.jobs import logs as job_logs
 from service.jobs import submission as submissions
@@ -83,10 +85,12 @@ async def submit(
         submitted = prepared
     wait = preferred_wait(prefer, here.settings.max_wait_seconds)
     # The job is accepted in any case, and a preference need not be honoured.
-    if wait and here.streams.allows(user):
-        with here.streams.waiting(user):
-            await jobs.until(here, submitted.job, wait, lambda status: status.state.final)
-        response.headers["Preference-Applied"] = f"wait={wait:g}"
+    with suppress(BusyError):
+        if wait:
+            with here.streams.waiting(user):
+                ended = jobs.until(here, submitted.job, wait, lambda status: status.state.final)
+                await while_connected(request, ended)
+            response.headers["Preference-Applied"] = f"wait={wait:g}"
     job = await run_in_threadpool(jobs.show, here, submitted.job)
     response.headers["Location"] = job.links.self
     if submitted.replayed:

@@ -12,7 +12,8 @@ from fastapi.responses import Response
 from schemas.api.plans import Convergence
 from service.analyses import convergence
 from service.analyses.convergence import MEDIA_TYPES, Form
-from service.api.authentication import JobId
+from service.api.authentication import JobId, claimant_of
+from service.api.bodies import while_connected
 from service.api.request_headers import check_preconditions
 from service.api.routes.parameters import BINARY, CHANGED, negotiate, problem
 from service.api.routes.stored import stored_response
@@ -149,10 +150,10 @@ async def get_layer(here: Here, request: Request, job_id: JobId, name: LayerPart
 
 async def _answer(service: Service, request: Request, job_id: str, requested: ImageRequest) -> Response:
     try:
-        return await _look(service, request, job_id, requested)
+        return await while_connected(request, _look(service, request, job_id, requested))
     except FileNotFoundError:
         # The job has ended or was deleted meanwhile, or files were lost: a second look finds what there is.
-        return await _look(service, request, job_id, requested)
+        return await while_connected(request, _look(service, request, job_id, requested))
 
 
 async def _look(service: Service, request: Request, job_id: str, requested: ImageRequest) -> Response:
@@ -164,7 +165,7 @@ async def _look(service: Service, request: Request, job_id: str, requested: Imag
         unchanged = check_preconditions(request, known) if known else None
         if unchanged:
             return unchanged
-        async with service.encoding.room(look.pixels):
+        async with service.encoding.room(claimant_of(request), look.pixels):
             picture = await run_in_threadpool(pictures.picture, service, job_id, requested)
     headers = {"ETag": picture.etag, "X-Progress": f"{picture.share:.4f}", **REVALIDATED}
     media_type = pictures.MEDIA_TYPES[requested.kind]
@@ -225,16 +226,25 @@ CONVERGENCE: dict[int | str, dict[str, Any]] = {
     ),
     summary="Get error against time",
 )
-def get_convergence(here: Here, request: Request, job_id: JobId, form: FormChoice = None) -> Response:
+async def get_convergence(here: Here, request: Request, job_id: JobId, form: FormChoice = None) -> Response:
     """Get what each pass has cost, the error after it, and what half of that error would cost."""
     chosen = form or _form_of(request)
-    etag = convergence.etag_of(here, job_id, chosen)
+    etag = await run_in_threadpool(convergence.etag_of, here, job_id, chosen)
     headers = {"ETag": etag, "Vary": "Accept", **REVALIDATED}
-    return check_preconditions(request, headers) or Response(
-        convergence.encoded(convergence.convergence(here, job_id), chosen),
-        media_type=MEDIA_TYPES[chosen],
-        headers=headers,
-    )
+    unchanged = check_preconditions(request, headers)
+    if unchanged:
+        return unchanged
+    content = await while_connected(request, _convergence(here, claimant_of(request), job_id, chosen))
+    return Response(content, media_type=MEDIA_TYPES[chosen], headers=headers)
+
+
+async def _convergence(service: Service, claimant: str, job_id: str, form: Form) -> bytes:
+    found = await run_in_threadpool(convergence.convergence, service, job_id)
+    if form in ("json", "csv"):
+        return await run_in_threadpool(convergence.encoded, found, form)
+    # A plot is drawn alone, like the largest pictures: Python draws no two of them at once anyway.
+    async with service.encoding.room(claimant, service.encoding.most):
+        return await run_in_threadpool(convergence.encoded, found, form)
 
 
 def _form_of(request: Request) -> Form:

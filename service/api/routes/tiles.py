@@ -12,13 +12,15 @@ from fastapi.sse import EventSourceResponse, format_sse_event
 
 from schemas.api import batches
 from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
-from service.api.authentication import CurrentUser, JobId, authenticate
+from service.api.authentication import CurrentUser, JobId, authenticate, claimant_of
+from service.api.bodies import while_connected
 from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
 from service.api.routes.stored import streamed
 from service.errors import DamagedJobError, KeyExpiredError, UnauthenticatedError, UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs import tile_events
-from service.jobs.context import Here
+from service.jobs.context import Here, Service
+from service.storage.objects import Stored
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["tiles"])
 
@@ -77,19 +79,24 @@ async def get_tiles(
     if wait:
         with here.streams.waiting(user):
             seconds = min(wait, here.settings.max_wait_seconds)
-            await jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
+            news = jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
+            await while_connected(request, news)
         # The key may have been revoked meanwhile.
         await authenticate(request, here)
     response.headers["Vary"] = "Accept"
     if negotiate(request, FORMS) != batches.MEDIA_TYPE:
         return await run_in_threadpool(tile_events.batch, here, job_id, after)
     form = tile_events.ENCODINGS[encoding]
-    news = await run_in_threadpool(tile_events.batch, here, job_id, after)
-    async with here.encoding.room(BATCH_WEIGHT * tile_events.pixels_of(news.events)):
-        batch = await run_in_threadpool(tile_events.pixel_batch, here, job_id, after, form)
+    batch = await while_connected(request, _pixel_batch(here, claimant_of(request), job_id, after, form))
     return await run_in_threadpool(
         streamed, 200, batch, (0, batch.size), batches.MEDIA_TYPE, {"Vary": "Accept"}
     )
+
+
+async def _pixel_batch(service: Service, claimant: str, job_id: str, after: int, form: int) -> Stored:
+    news = await run_in_threadpool(tile_events.batch, service, job_id, after)
+    async with service.encoding.room(claimant, BATCH_WEIGHT * tile_events.pixels_of(news.events)):
+        return await run_in_threadpool(tile_events.pixel_batch, service, job_id, after, form)
 
 
 async def known(here: Here, job_id: JobId) -> Job:

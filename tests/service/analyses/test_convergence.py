@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import time
 from typing import Any
 from xml.etree import ElementTree
 
@@ -148,3 +149,17 @@ def test_form_is_chosen_by_its_name_or_its_media_type(api: httpx2.Client, target
     assert (named.headers["Vary"], named.headers["Cache-Control"]) == ("Accept", "private, no-cache")
     again = api.get(path, params=params, headers={"If-None-Match": named.headers["ETag"]})
     assert (again.status_code, again.content) == (304, b"")
+
+
+def test_plot_is_drawn_once(api: httpx2.Client, target_job: str, random_job: str) -> None:
+    def drawn(job: str, times: int) -> float:
+        """Processor seconds that this process, with the service in it, takes for the plot of a job."""
+        before = time.process_time()
+        for _ in range(times):
+            assert api.get(path_of(job), params={"format": "png"}).headers["Content-Type"] == "image/png"
+        return time.process_time() - before
+
+    # The first loads the library.
+    drawn(target_job, 1)
+    once = drawn(random_job, 1)
+    assert drawn(random_job, 20) < 10 * once

@@ -140,6 +140,11 @@ def test_body_that_does_not_come_is_given_up(hasty: RunningServer, length: str) 
     assert status_of(hasty, length) == 408
 
 
+def test_body_that_stops_at_its_last_byte_is_given_up(hasty: RunningServer) -> None:
+    size = 8 << 20
+    assert status_of(hasty, f"Content-Length: {size}", b" " * (size - 1)) == 408
+
+
 def test_body_that_breaks_off_affects_no_other_request(server: RunningServer, client: httpx2.Client) -> None:
     with connected(server) as connection:
         connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\n{")

@@ -14,12 +14,14 @@ import httpx2
 import pytest
 
 from schemas.api.administration import Role
+from schemas.limits import Limits
 from service.server import RunningServer, running
 from service.settings import Settings
-from tests.service.sending import bearer, make_keys, problem_of
+from tests.service.sending import bearer, make_keys, problem_of, put
 from tests.service.support import TIMEOUT, long_scene, scene, submit, until
 
 MOST, MOST_OF_ADDRESS, MOST_STREAMS = 12, 4, 2
+LONGEST_BODY = 1 << 16
 # More than the server keeps for probes beyond its limits.
 MANY = 60
 ADDRESSES = [f"127.0.0.{number}" for number in range(1, 6)]
@@ -104,12 +106,21 @@ def test_connection_outlives_the_pool_of_a_client(server: RunningServer) -> None
         assert connection.getresponse().status == 200
 
 
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RunningServer, dict[str, str]]]:
+    """A server that requires keys, with little room, and its keys."""
+    data = tmp_path_factory.mktemp("shared")
+    made = make_keys(data, ann=Role.SUBMIT, bob=Role.SUBMIT)
+    limits = {"max_connections": MANY, "max_address_connections": MANY, "max_user_streams": MOST_STREAMS}
+    body = {"limits": Limits(max_body_bytes=LONGEST_BODY), "max_trace_rays": 1}
+    with running(settings(data, **limits, **body, client_timeout_seconds=1)) as server:
+        yield server, made
+
+
 @pytest.fixture
-def users(tmp_path: Path) -> Iterator[tuple[httpx2.Client, httpx2.Client]]:
-    """Two users of a server that requires keys."""
-    made = make_keys(tmp_path, ann=Role.SUBMIT, bob=Role.SUBMIT)
-    wanted = settings(tmp_path, max_address_connections=MOST, max_user_streams=MOST_STREAMS)
-    with running(wanted) as server, ExitStack() as stack:
+def users(shared: tuple[RunningServer, dict[str, str]]) -> Iterator[tuple[httpx2.Client, httpx2.Client]]:
+    server, made = shared
+    with ExitStack() as stack:
         ann, bob = (
             stack.enter_context(httpx2.Client(base_url=server.url, timeout=TIMEOUT, headers=bearer(key)))
             for key in made.values()
@@ -122,6 +133,65 @@ def paused(client: httpx2.Client) -> str:
     job = submit(client, long_scene())
     client.post(f"/v1/jobs/{job}/pause").raise_for_status()
     return job
+
+
+def begun(
+    shared: tuple[RunningServer, dict[str, str]], line: str, *more: str, address: str = "127.0.0.1"
+) -> socket.socket:
+    """A connection on which ann has sent the head of a request."""
+    server, made = shared
+    host, port = server.url.removeprefix("http://").split(":")
+    lines = (f"{line} HTTP/1.1", "Host: 127.0.0.1", f"Authorization: Bearer {made['ann']}", *more, "", "")
+    connection = socket.socket()
+    # So little that nearly all of an answer stays with the server.
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    connection.bind((address, 0))
+    connection.connect((host, int(port)))
+    connection.sendall("\r\n".join(lines).encode())
+    return connection
+
+
+def test_abandoned_waits_leave_room_for_others(
+    shared: tuple[RunningServer, dict[str, str]], users: tuple[httpx2.Client, httpx2.Client]
+) -> None:
+    ann, _ = users
+    waiting = f"/v1/jobs/{paused(ann)}/tiles?after=1000&wait="
+    with ExitStack() as stack:
+
+        def is_full() -> bool:
+            stack.enter_context(begun(shared, f"GET {waiting}50"))
+            return ann.get(f"{waiting}0.1").status_code == 429
+
+        until(is_full)
+    until(lambda: ann.get(f"{waiting}0.1").status_code == 200, seconds=15)
+
+
+def test_unfinished_bodies_of_one_user_leave_room_for_others(
+    shared: tuple[RunningServer, dict[str, str]], users: tuple[httpx2.Client, httpx2.Client]
+) -> None:
+    _, bob = users
+    sent = [f"Content-Length: {LONGEST_BODY}", "Content-Type: application/json"]
+    with ExitStack() as stack:
+        for _ in range(20):
+            connection = stack.enter_context(begun(shared, "POST /v1/plans", *sent))
+            connection.sendall(b" " * (LONGEST_BODY - 1))
+        assert bob.post("/v1/jobs", json={"scene": scene(33, 32)}).status_code == 202
+
+
+@pytest.mark.slow
+def test_answers_that_are_not_read_are_given_up(
+    shared: tuple[RunningServer, dict[str, str]], users: tuple[httpx2.Client, httpx2.Client]
+) -> None:
+    ann, _ = users
+    # More than buffers of the system take.
+    mesh = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" + b"# a comment\n" * (1 << 20)
+    asset = put(ann, mesh).json()["name"].removeprefix("sha256:")
+    with ExitStack() as stack:
+        for _ in range(MANY // 2):
+            stack.enter_context(begun(shared, f"GET /v1/assets/{asset}", address=STRANGER))
+        assert problem_of(ask(shared[0], "/version", STRANGER), 429)["code"] == "busy"
+        assert ask(shared[0], "/version", ADDRESSES[1]).status_code == 200
+        until(lambda: ask(shared[0], "/version", STRANGER).status_code == 200)
 
 
 def exchanged(server: RunningServer, request: bytes, *, half_closed: bool = False) -> bytes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import resource
+import socket
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -114,3 +115,26 @@ def test_pictures_take_little_memory_alone_and_together(
     assert (answer.status_code, added <= ONE_MIB) == (200, True), added
     codes = np.asarray(Image.open(io.BytesIO(content)))
     np.testing.assert_array_equal(codes, image_files.displayed(image(client, first), Display()))
+
+
+def test_pictures_that_nobody_waits_for_are_not_encoded(
+    server: RunningServer, client: httpx2.Client, jobs: list[str]
+) -> None:
+    host, port = server.url.removeprefix("http://").split(":")
+    wanted = [(job, width) for width in (96, 192, 384) for job in jobs]
+    for job, width in wanted:
+        with socket.create_connection((host, int(port)), TIMEOUT) as gone:
+            gone.sendall(
+                f"GET /v1/jobs/{job}/image.png?width={width} HTTP/1.1\r\nHost: {host}\r\n\r\n".encode()
+            )
+    small = finish(client, submit(client, scene(16, 9, samples=1)))["id"]
+
+    def encoded(name: str) -> int:
+        return len(list((server.data / "jobs").glob(f"*/{name}")))
+
+    assert client.get(f"/v1/jobs/{small}/image.png").status_code == 200
+    # It passes the large ones.
+    assert encoded("*image-*.png") < len(wanted) // 2
+    # One that comes last would be encoded after all others.
+    assert client.get(f"/v1/jobs/{jobs[-1]}/image.exr").status_code == 200
+    assert encoded("*image-*.png") < len(wanted) // 2

@@ -1,25 +1,27 @@
-"""How many pixels are encoded at once."""
+"""How many pixels are encoded at once, and whose."""
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 
 import pytest
 
-from service.jobs.limits import PixelLimit
+from service.jobs.request_limits import PixelLimit
 
-MOST = 10
+MOST = 640
+"""Pictures of up to 10 pixels are small."""
 
 
-async def encoded(wanted: list[int], cancelled: int | None = None) -> tuple[list[int], int]:
-    """The order in which pictures of these sizes get room, and the most pixels that have had it at once."""
+async def encoded(wanted: Sequence[tuple[str, int]], cancelled: int | None = None) -> tuple[list[int], int]:
+    """The order in which pictures of users get room, and the most pixels that have had it at once."""
     limit = PixelLimit(MOST)
     begun: list[int] = []
     now = most = 0
 
-    async def encode(place: int, pixels: int) -> None:
+    async def encode(place: int, user: str, pixels: int) -> None:
         nonlocal now, most
-        async with limit.room(pixels):
+        async with limit.room(user, pixels):
             begun.append(place)
             now += pixels
             most = max(most, now)
@@ -30,7 +32,7 @@ async def encoded(wanted: list[int], cancelled: int | None = None) -> tuple[list
             finally:
                 now -= pixels
 
-    tasks = [asyncio.create_task(encode(*one)) for one in enumerate(wanted)]
+    tasks = [asyncio.create_task(encode(place, *one)) for place, one in enumerate(wanted)]
     if cancelled is not None:
         await asyncio.sleep(0)
         tasks[cancelled].cancel()
@@ -38,20 +40,22 @@ async def encoded(wanted: list[int], cancelled: int | None = None) -> tuple[list
     return begun, most
 
 
-def test_pictures_have_room_in_the_order_of_their_requests() -> None:
-    begun, most = asyncio.run(encoded([4, 4, 9, 1, 1, 1]))
-    assert begun == [0, 1, 2, 3, 4, 5]
-    assert most <= MOST
+def test_pictures_of_one_user_leave_room_for_those_of_others() -> None:
+    begun, most = asyncio.run(encoded([("ann", MOST)] * 4 + [("bob", MOST)] * 2 + [("cy", 100)]))
+    # The first is at work, and then they come in turns.
+    assert begun == [0, 6, 1, 4, 2, 5, 3]
+    assert most == MOST
 
 
-def test_picture_larger_than_the_room_is_encoded_alone() -> None:
-    begun, most = asyncio.run(encoded([3, 3 * MOST, 3]))
-    assert begun == [0, 1, 2]
-    assert most == 3 * MOST
+def test_small_picture_waits_for_no_large_one() -> None:
+    begun, most = asyncio.run(encoded([("ann", 3 * MOST), ("ann", MOST), ("bob", 10)]))
+    assert begun == [0, 2, 1]
+    assert most == 3 * MOST + 10
 
 
 @pytest.mark.parametrize("cancelled", [0, 1, 2])
 def test_request_that_ends_early_leaves_its_room(cancelled: int) -> None:
-    begun, most = asyncio.run(encoded([MOST, MOST, MOST, 1], cancelled))
-    assert begun[-1] == 3
+    wanted = [("ann", MOST), ("ann", MOST), ("bob", MOST), ("ann", 100)]
+    begun, most = asyncio.run(encoded(wanted, cancelled))
+    assert {0, 1, 2, 3} - {cancelled} <= set(begun)
     assert most == MOST
