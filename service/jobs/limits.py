@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
-from sqlalchemy import bindparam, case, func, select
-from sqlalchemy.orm import Session
+from sqlalchemy import Row, bindparam, case, func, select
 
 import renderer
 from schemas.errors import Problem
@@ -16,12 +16,13 @@ from service.settings import Settings
 from service.storage.database.models import JobRow
 
 _MINE = JobRow.owner == bindparam("owner")
-_COUNTED = select(
-    func.count(),
-    func.coalesce(func.sum(JobRow.load), 0.0),
-    func.coalesce(func.sum(case((_MINE, 1), else_=0)), 0),
-    func.coalesce(func.sum(case((_MINE, JobRow.load), else_=0.0)), 0.0),
+COUNTED = select(
+    func.count().label("jobs"),
+    func.coalesce(func.sum(JobRow.load), 0.0).label("cpu_seconds"),
+    func.coalesce(func.sum(case((_MINE, 1), else_=0)), 0).label("my_jobs"),
+    func.coalesce(func.sum(case((_MINE, JobRow.load), else_=0.0)), 0.0).label("my_cpu_seconds"),
 ).where(JobRow.finished_at.is_(None))
+"""The jobs of all users in the queue, and those of ``owner``, with their CPU seconds."""
 # The longest Retry-After, seconds: by then other jobs may be cancelled.
 LONGEST_WAIT = 3600.0
 
@@ -57,12 +58,14 @@ class Queue:
 
 
 def check_queue(
-    session: Session, settings: Settings, principal: Principal, job: JobRow, rate: float
+    counted: Row[Any], settings: Settings, principal: Principal, job: JobRow, rate: float
 ) -> Queue:
     """Check that a job fits into the queue; one that is answered from the store always does.
 
     Parameters
     ----------
+    counted
+        What `COUNTED` has selected.
     rate
         CPU seconds that are rendered in a second.
 
@@ -73,17 +76,16 @@ def check_queue(
     renderer.SceneError
         If it would not fit into an empty queue either.
     """
-    jobs, seconds, my_jobs, my_seconds = session.execute(_COUNTED, {"owner": principal.name}).one()
     my_most = principal.max_jobs or settings.max_user_jobs
     # An earlier version has made keys with infinite limits, and none can be used beyond that of all jobs.
     mine = principal.max_cpu_seconds or settings.max_user_cpu_seconds
     my_most_seconds = min(settings.max_queued_cpu_seconds, mine)
     adds = 0 if job.state.final else 1
     shares = (
-        Share("jobs", my_most, my_jobs + adds),
-        Share("cpu", my_most_seconds, my_seconds + job.load),
-        Share("all jobs", settings.max_queued_jobs, jobs + adds),
-        Share("all cpu", settings.max_queued_cpu_seconds, seconds + job.load),
+        Share("jobs", my_most, counted.my_jobs + adds),
+        Share("cpu", my_most_seconds, counted.my_cpu_seconds + job.load),
+        Share("all jobs", settings.max_queued_jobs, counted.jobs + adds),
+        Share("all cpu", settings.max_queued_cpu_seconds, counted.cpu_seconds + job.load),
     )
     if job.load > my_most_seconds:
         _refuse_expensive(job.load, my_most_seconds)

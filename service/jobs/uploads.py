@@ -73,8 +73,8 @@ def hashes_of(scene: Scene) -> set[str]:
     return {name.removeprefix(PREFIX) for name in names}
 
 
-def enter_uses(session: Session, render: int, hashes: set[str]) -> None:
-    """Keep assets as long as a render exists.
+def check_uses(session: Session, hashes: set[str]) -> None:
+    """Check that assets are still there.
 
     Raises
     ------
@@ -83,6 +83,10 @@ def enter_uses(session: Session, render: int, hashes: set[str]) -> None:
     """
     if known_hashes(session, hashes) != hashes:
         raise UnavailableError("An asset of the scene was removed just now. Send the request again.")
+
+
+def enter_uses(session: Session, render: int, hashes: set[str]) -> None:
+    """Keep assets as long as a render exists."""
     rows = [{"render": render, "sha256": sha256} for sha256 in sorted(hashes)]
     if rows:
         session.execute(insert(AssetUseRow), rows)

@@ -1,8 +1,8 @@
 """A process between a server and its peer: it forwards everything, drops everything, or all for listeners.
 
-``python -m tests.service.between TARGET [pools]`` listens on a port of loopback, which it prints. A process
-that is stopped closes no connection, and takes what is sent until its buffers are full: so a network looks
-that is cut in two.
+``python -m tests.service.between TARGET [pools] [far]`` listens on a port of loopback, which it prints. A
+process that is stopped closes no connection, and takes what is sent until its buffers are full: so a network
+looks that is cut in two.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import sys
 from contextlib import suppress
 
 SIZE = 65536
+FAR_SECONDS = 0.02
 
 
 class Between:
@@ -27,10 +28,12 @@ class Between:
     pools : bool
         Whether PostgreSQL gets SELECT in place of LISTEN: a pool of transactions gives the next one another
         connection, which has not listened.
+    far : bool
+        Whether each answer takes `FAR_SECONDS` longer.
     """
 
-    def __init__(self, target: str, *, pools: bool = False) -> None:
-        command = [sys.executable, "-m", __name__, target, *(["pools"] * pools)]
+    def __init__(self, target: str, *, pools: bool = False, far: bool = False) -> None:
+        command = [sys.executable, "-m", __name__, target, *(["pools"] * pools), *(["far"] * far)]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE)
         assert self._process.stdout is not None
         self.port = int(self._process.stdout.readline())
@@ -60,10 +63,13 @@ class _Passage:
     def __init__(self, *, pools: bool) -> None:
         self._pools = pools
 
-    async def pass_on(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def pass_on(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, seconds: float = 0.0
+    ) -> None:
         """Pass on until one side ends, and then end the other."""
         with suppress(OSError):
             while data := await reader.read(SIZE):
+                await asyncio.sleep(seconds)
                 self.listens |= b"LISTEN" in data
                 if self._pools:
                     # Of the same length; what follows becomes the name of the column.
@@ -74,13 +80,14 @@ class _Passage:
         writer.close()
 
 
-async def _run(target: str, *, pools: bool) -> None:
+async def _run(target: str, *, pools: bool, seconds: float) -> None:
     passages: list[_Passage] = []
 
     async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         passages.append(passage := _Passage(pools=pools))
         there_reader, there_writer = await asyncio.open_unix_connection(target)
-        await asyncio.gather(passage.pass_on(reader, there_writer), passage.pass_on(there_reader, writer))
+        back = passage.pass_on(there_reader, writer, seconds)
+        await asyncio.gather(passage.pass_on(reader, there_writer), back)
 
     def deafen() -> None:
         for passage in passages:
@@ -94,4 +101,5 @@ async def _run(target: str, *, pools: bool) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(_run(sys.argv[1], pools="pools" in sys.argv[2:]))
+    seconds = FAR_SECONDS if "far" in sys.argv[2:] else 0.0
+    asyncio.run(_run(sys.argv[1], pools="pools" in sys.argv[2:], seconds=seconds))

@@ -26,6 +26,7 @@ from service.jobs import lifecycle as jobs
 from service.jobs import logs as job_logs
 from service.jobs import submission as submissions
 from service.jobs.context import Here
+from service.jobs.entry import enter
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
@@ -80,7 +81,7 @@ async def submit(
     sent = submissions.Submission(user, body, idempotency_key, anew)
     prepared = await here.read(user.name, submissions.prepare, here, sent)
     if isinstance(prepared, submissions.Prepared):
-        submitted = await here.write(submissions.enter, here, prepared)
+        submitted = await here.write(enter, here, prepared)
     else:
         submitted = prepared
     wait = preferred_wait(prefer, here.settings.max_wait_seconds)

@@ -9,13 +9,13 @@ import sqlite3
 import threading
 import time
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from typing import Any
 
 from sqlalchemy import Connection, Engine, event, text
 from sqlalchemy.engine.interfaces import DBAPIConnection, ExceptionContext
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
@@ -142,6 +142,18 @@ class Database:
         finally:
             self._lock.release()
 
+    @contextmanager
+    def pipelined(self, session: Session) -> Iterator[None]:
+        """Send the statements of the block without waiting for an answer after each; none may return rows.
+
+        Raises
+        ------
+        sqlalchemy.exc.DBAPIError
+            What the first one of them has raised that failed.
+        """
+        with _pipeline(session.connection()) if self.shared else nullcontext():
+            yield
+
     def notify(self, session: Session, **notice: Any) -> None:
         """Notify the other servers on this database, if there may be some, once it is committed."""
         if self.shared:
@@ -245,9 +257,24 @@ def _begin_postgresql(connection: Connection) -> None:
         return
     silence_ms = options.get("silence_ms", SILENCE_TIMEOUT_MS)
     # Set for this transaction alone, so that connections may come from a pool that others use too.
-    connection.exec_driver_sql(
+    set_and_lock = (
         # Zero would be no limit.
         f"SELECT set_config('lock_timeout', '{_patience_ms(options) + 1}', true),"
         f" set_config('idle_in_transaction_session_timeout', '{silence_ms}', true),"
         f" pg_advisory_xact_lock({lock})"
     )
+    # Together with the beginning of the transaction, which the driver would send and wait for first.
+    with _pipeline(connection):
+        driver.execute(set_and_lock)
+
+
+@contextmanager
+def _pipeline(connection: Connection) -> Iterator[None]:
+    driver: Any = connection.connection.dbapi_connection
+    raised = connection.dialect.loaded_dbapi.Error
+    try:
+        with driver.pipeline():
+            yield
+    except raised as error:
+        about = {"connection_invalidated": driver.closed, "dialect": connection.dialect}
+        raise DBAPIError.instance(None, None, error, raised, **about) from error

@@ -8,15 +8,15 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from sqlalchemy import func, select, text
+from sqlalchemy import func, insert, select, text
 from sqlalchemy.engine import make_url
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import IntegrityError, OperationalError
 
 from service.errors import DatabaseUrlError
 from service.storage.database import connection
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from service.storage.database.models import AssetRow
+from service.storage.database.models import AssetRow, Base
 from tests.postgres_server import PostgresServer
 from tests.service.between import Between
 from tests.service.support import BOTH
@@ -134,3 +134,18 @@ def test_log_of_sqlite_gives_the_disk_back(database: Database, tmp_path: Path) -
         assert log.stat().st_size > 12_000_000
     write(2)
     assert log.stat().st_size < 6_000_000
+
+
+@BOTH
+def test_error_of_a_pipeline_is_raised_as_any_other(database: Database) -> None:
+    totals = Base.metadata.tables["totals"]
+
+    def enter_twice() -> None:
+        with database.writing() as session, database.pipelined(session):
+            for _ in range(2):
+                session.execute(insert(totals), {"name": "twice", "amount": 1})
+
+    with pytest.raises(IntegrityError):
+        enter_twice()
+    with database.writing() as session:
+        assert session.scalar(select(func.count()).select_from(totals)) == 0
