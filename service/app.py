@@ -202,8 +202,8 @@ def stop(service: Service) -> None:
     """Stop all that was started, and close the database."""
     service.retention_thread.stop()
     service.notifications.stop()
-    service.credentials.stop()
     service.dispatcher.stop()
+    service.credentials.stop()
     service.database.close()
 
 

@@ -12,9 +12,9 @@ import re
 import secrets
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from sqlalchemy import and_, delete, exists, or_, select
+from sqlalchemy import RowMapping, and_, delete, exists, or_, select
 from sqlalchemy.orm import Session
 
 from schemas.api.administration import Role
@@ -59,28 +59,23 @@ def digest(secret: str) -> str:
     return hashlib.sha256(secret.encode()).hexdigest()
 
 
-def add(
-    session: Session,
-    user: str,
-    role: Role,
-    *,
-    max_jobs: int | None = None,
-    max_cpu_seconds: float | None = None,
-    expires_at: datetime | None = None,
-) -> Key:
-    """Create a key for a user and return it: its secret cannot be read again."""
+def new_key(user: str, role: Role, **limits: Any) -> tuple[Key, dict[str, Any]]:
+    """Make a key for a user, and the values of its row, from which the secret cannot be read.
+
+    Parameters
+    ----------
+    limits
+        ``max_jobs``, ``max_cpu_seconds`` and ``expires_at``.
+    """
     key = Key(secrets.token_hex(6), new_token())
-    row = KeyRow(
-        id=key.id,
-        secret_sha256=digest(key.secret),
-        user=user,
-        role=role.value,
-        max_jobs=max_jobs,
-        max_cpu_seconds=max_cpu_seconds,
-        created_at=datetime.now(UTC),
-        expires_at=expires_at,
-    )
-    session.add(row)
+    values = {"id": key.id, "secret_sha256": digest(key.secret), "user": user, "role": role.value}
+    return key, values | {"created_at": datetime.now(UTC)} | limits
+
+
+def add(session: Session, user: str, role: Role, **limits: Any) -> Key:
+    """Create a key for a user, with limits as for `new_key`, and return it."""
+    key, values = new_key(user, role, **limits)
+    session.add(KeyRow(**values))
     return key
 
 
@@ -98,10 +93,11 @@ def page(session: Session, limit: int, after: str | None) -> Sequence[KeyRow]:
     return session.scalars(query).all()
 
 
-def valid(session: Session) -> Sequence[KeyRow]:
-    """Return the keys that are neither revoked nor expired."""
+def valid(session: Session) -> Sequence[RowMapping]:
+    """Return user, role, id and end of the keys that are neither revoked nor expired."""
     lasting = or_(KeyRow.expires_at.is_(None), KeyRow.expires_at > datetime.now(UTC))
-    return session.scalars(select(KeyRow).where(KeyRow.revoked_at.is_(None), lasting)).all()
+    query = select(KeyRow.user, KeyRow.role, KeyRow.id, KeyRow.expires_at)
+    return session.execute(query.where(KeyRow.revoked_at.is_(None), lasting)).mappings().all()
 
 
 def revoke(session: Session, key_id: str) -> bool:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import ValidationError
+from sqlalchemy import insert
 from sqlalchemy.orm import Session
 
 from schemas.api.administration import KeyRequest
@@ -20,7 +21,8 @@ from service.storage.database.models import KeyRow
 COLUMNS = tuple(KeyRequest.model_fields)
 NUMBERS: dict[str, type[float]] = {"max_jobs": int, "max_cpu_seconds": float}
 MAX_BYTES = 1 << 20
-"""Longest roster: some 50,000 names, which are one transaction of a second."""
+MAX_USERS = 5_000
+"""Users of one roster, whose keys are written in one transaction of half a second."""
 
 
 class Enrolment(NamedTuple):
@@ -43,6 +45,8 @@ def read(content: bytes) -> list[KeyRequest]:
     """
     (_, header), *lines = _lines(content)
     problems = list(_unknown_columns(header))
+    if len(lines) > MAX_USERS:
+        problems.append(_problem(1, f"A roster has {MAX_USERS:,} users at most. Split it.", "too_many"))
     found: dict[str, KeyRequest] = {}
     for number, cells in lines if not problems else ():
         try:
@@ -101,19 +105,21 @@ def _problem(line: int, detail: str, code: str) -> Problem:
     return Problem(pointer="", detail=detail, code=code, line=line, column=1)
 
 
-def enrol(session: Session, roster: Iterable[KeyRequest]) -> list[Enrolment]:
+def enrol(session: Session, roster: Sequence[KeyRequest]) -> list[Enrolment]:
     """Create a key for each user who has no valid one. Keys that are there stay as they are."""
-    valid = {row.user: row for row in keys.valid(session)}
-    return [_enrolment(session, asked, valid.get(asked.user)) for asked in roster]
+    found = {row["user"]: _enrolment(dict(row)) for row in keys.valid(session)}
+    made = [keys.new_key(**dict(asked)) for asked in roster if asked.user not in found]
+    if made:
+        # In one statement and without objects: others wait for the transaction.
+        session.execute(insert(KeyRow), [values for _, values in made])
+    found |= {values["user"]: _enrolment(values, str(key)) for key, values in made}
+    return [found[asked.user] for asked in roster]
 
 
-def _enrolment(session: Session, asked: KeyRequest, row: KeyRow | None) -> Enrolment:
-    key = None
-    if row is None:
-        key = keys.add(session, **dict(asked))
-        row = session.get_one(KeyRow, key.id)
-    expires_at = row.expires_at.isoformat(timespec="minutes") if row.expires_at else ""
-    return Enrolment(row.user, row.role, row.id, expires_at, str(key or ""))
+def _enrolment(row: Mapping[str, Any], key: str = "") -> Enrolment:
+    end = row.get("expires_at")
+    expires_at = end.isoformat(timespec="minutes") if end else ""
+    return Enrolment(row["user"], row["role"], row["id"], expires_at, key)
 
 
 def write(enrolments: Iterable[Enrolment]) -> str:

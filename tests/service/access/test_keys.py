@@ -168,7 +168,14 @@ def test_roster_makes_one_key_a_user_however_often_it_is_sent(guarded: InProcess
     wrong = b"user,role,max_jobs\nkim,boss,x\n\nkim,,\nkim,,1,2\n"
     found = problem_of(ask("admin", "POST", "/v1/rosters", content=wrong), 422)["errors"]
     assert [problem["line"] for problem in found] == [2, 2, 5]
-    for text in ("", "name\n", "user,rol\n", 'user\n"', "user\nj\xf6".encode("latin-1")):
+    for text in (
+        "",
+        "user" + 5001 * "\nkim",
+        "name\n",
+        "user,rol\n",
+        'user\n"',
+        "user\nj\xf6".encode("latin-1"),
+    ):
         problem_of(ask("admin", "POST", "/v1/rosters", content=text), 422)
 
 
