@@ -13,10 +13,16 @@ Share = Annotated[float, Field(strict=True, ge=0, le=1)]
 
 
 class SentPicture(Closed):
-    """A picture of a job that has succeeded, or a file in the request: one of the two."""
+    """A picture of a job that has succeeded, an uploaded file, or a file in the request: one of them."""
 
     job: str | None = Field(
         default=None, max_length=64, description="The id of a job; its `error` and `samples` layers are used."
+    )
+    asset: str | None = Field(
+        default=None,
+        max_length=71,
+        description="An uploaded PNG, NPY or EXR file, `sha256:` and its SHA-256: for pictures that make the "
+        "request too large.",
     )
     content: str | None = Field(default=None, description="A PNG, NPY or EXR file in Base64.")
     encoding: Encoding | None = Field(

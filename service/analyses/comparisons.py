@@ -16,9 +16,11 @@ from service.access.principals import Principal
 from service.analyses.calls import ask_worker
 from service.errors import UnknownJobError
 from service.jobs import lifecycle as jobs
+from service.jobs.admission import asset_problem, known_assets
 from service.jobs.context import Service
 from service.jobs.damaged_files import IMAGE
 from service.lifecycle import rows
+from service.storage.assets import Kind
 from service.storage.database.models import RenderRow
 from service.workers import layers
 from service.workers.tasks import ComparedPicture, CompareTask
@@ -34,7 +36,9 @@ async def compare(service: Service, principal: Principal, body: bytes) -> Compar
 def _task(service: Service, principal: Principal, body: bytes) -> CompareTask:
     request, _ = read_document(body, ComparisonRequest, limits=service.settings.limits)
     sent = {"image": request.image, "reference": request.reference}
-    problems = [problem for role, picture in sent.items() for problem in _problems(role, picture)]
+    problems = [
+        problem for role, picture in sent.items() for problem in _problems(service, principal, role, picture)
+    ]
     if problems:
         raise renderer.SceneError(problems)
     image, reference = (_compared(service, principal, role, picture) for role, picture in sent.items())
@@ -43,16 +47,20 @@ def _task(service: Service, principal: Principal, body: bytes) -> CompareTask:
     return CompareTask(bare, image, reference, user=principal.name)
 
 
-def _problems(role: str, picture: SentPicture) -> Iterator[Problem]:
-    if (picture.job is None) == (picture.content is None):
-        detail = "Give a picture either as 'job' or as 'content'."
+def _problems(service: Service, principal: Principal, role: str, picture: SentPicture) -> Iterator[Problem]:
+    if [picture.job, picture.asset, picture.content].count(None) != 2:
+        detail = "Give a picture either as 'job', as 'asset' or as 'content'."
         yield Problem(pointer=f"/{role}", detail=detail, code="one_of")
+    elif picture.asset is not None:
+        known = known_assets(service, principal, {picture.asset})
+        problem = asset_problem(f"/{role}/asset", picture.asset, known, (Kind.PICTURE, Kind.ARRAY))
+        yield from () if problem is None else (problem,)
 
 
 def _compared(service: Service, principal: Principal, role: str, picture: SentPicture) -> ComparedPicture:
     if picture.job is None:
         content = _decoded(role, picture.content or "")
-        return ComparedPicture(None, "", content, picture.encoding, ())
+        return ComparedPicture(None, "", content, picture.encoding, (), asset=picture.asset)
     render = _rendered(service, principal, role, picture.job)
     names = tuple(name for name in SIDECARS if name in render.layers)
     files = (f"{render.final_prefix}{file}" for file in (IMAGE, *map(layers.file_name, names)))

@@ -20,7 +20,7 @@ from service.client.async_operations import AsyncOperations
 from service.client.batches import Encoding, PixelBatch
 from service.client.comparing import PictureSource, sent
 from service.client.following import AsyncOnProgress, Following, leaving, notify_async, succeeded
-from service.client.parcels import SceneSource, pack, rows, sendable
+from service.client.parcels import SceneSource, pack, rows
 from service.client.pictures import Picture, PictureKind
 
 if TYPE_CHECKING:
@@ -357,7 +357,7 @@ class AsyncClient(AsyncOperations):
             "image": await to_thread.run_sync(sent, image, encoding),
             "reference": await to_thread.run_sync(sent, reference, reference_encoding),
         }
-        return await self._send(calls.post("/v1/comparisons", pictures | sendable(options), ComparisonAnswer))
+        return await self._run(flows.comparison(pictures, options))
 
     async def version(self) -> Version:
         """The version of the service."""

@@ -20,7 +20,7 @@ from service.client.comparing import PictureSource, sent
 from service.client.following import Following, OnProgress, leaving, notify, succeeded
 from service.client.jobs import RemoteJob
 from service.client.operations import Operations
-from service.client.parcels import SceneSource, pack, rows, sendable
+from service.client.parcels import SceneSource, pack, rows
 from service.client.pictures import Picture, PictureKind
 
 if TYPE_CHECKING:
@@ -351,7 +351,7 @@ class Client(Operations):
             "image": sent(image, encoding),
             "reference": sent(reference, reference_encoding),
         }
-        return self._send(calls.post("/v1/comparisons", pictures | sendable(options), ComparisonAnswer))
+        return self._run(flows.comparison(pictures, options))
 
     def version(self) -> Version:
         """The version of the service."""

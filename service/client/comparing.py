@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import io
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,12 +17,15 @@ import numpy.typing as npt
 
 from schemas.api.jobs import Job, JobState
 from service.client.errors import NoImageError
+from service.client.parcels import PREFIX
 from service.client.pictures import Picture
 
 if TYPE_CHECKING:
     from service.client.client import Client
 
 JOB = "job:"
+MOST_INLINE_BYTES = 4 << 20
+"""Larger files are uploaded first: two of them in Base64 may be more than a service accepts in a request."""
 LAYERS = ("error", "samples", "shape")
 """Layers that a comparison uses besides the picture."""
 
@@ -46,7 +50,15 @@ class Parts:
     layers: Mapping[str, npt.NDArray[Any]]
 
 
-def sent(source: PictureSource, encoding: str | None) -> dict[str, str]:
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """A picture as a request names it, and the content that is uploaded before, by its SHA-256."""
+
+    document: Mapping[str, str]
+    contents: Mapping[str, bytes] = field(default_factory=dict)
+
+
+def sent(source: PictureSource, encoding: str | None) -> Sent:
     """A picture as a request names it.
 
     Raises
@@ -58,10 +70,14 @@ def sent(source: PictureSource, encoding: str | None) -> dict[str, str]:
     """
     stated = {"encoding": encoding} if encoding else {}
     if isinstance(source, str) and source.startswith(JOB):
-        return {"job": source.removeprefix(JOB)} | stated
+        return Sent({"job": source.removeprefix(JOB)} | stated)
     if isinstance(source, Job):
-        return {"job": source.id} | stated
-    return {"content": base64.b64encode(_file(source)).decode("ascii")} | stated
+        return Sent({"job": source.id} | stated)
+    content = _file(source)
+    if len(content) <= MOST_INLINE_BYTES:
+        return Sent({"content": base64.b64encode(content).decode("ascii")} | stated)
+    sha256 = hashlib.sha256(content).hexdigest()
+    return Sent({"asset": f"{PREFIX}{sha256}"} | stated, {sha256: content})
 
 
 def _file(source: Any) -> bytes:

@@ -9,10 +9,12 @@ from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
+from schemas.api.comparisons import ComparisonAnswer
 from schemas.api.jobs import Job
 from schemas.errors import SceneError
 from service.client import calls
 from service.client.calls import Answer, Call
+from service.client.comparing import Sent
 from service.client.errors import RequestInvalidError
 from service.client.parcels import Parcel, sendable
 
@@ -41,11 +43,27 @@ def about_scene(
     return _asking(parcel, calls.post(path, {"scene": parcel.document, **sendable(members)}, model))
 
 
-def _asking(parcel: Parcel, call: Call[Answer]) -> Flow[Answer]:
-    """Upload the contents that the server lacks, then send the call."""
-    for sha256, content in parcel.contents.items():
+def comparison(pictures: Mapping[str, Sent], options: Mapping[str, Any]) -> Flow[ComparisonAnswer]:
+    """Compare two pictures, each of which may be uploaded first."""
+    for picture in pictures.values():
+        yield from _uploading(picture.contents)
+    named = {role: picture.document for role, picture in pictures.items()}
+    answer: ComparisonAnswer = yield calls.post(
+        "/v1/comparisons", named | sendable(options), ComparisonAnswer
+    )
+    return answer
+
+
+def _uploading(contents: Mapping[str, bytes]) -> Flow[None]:
+    """Upload what the server lacks."""
+    for sha256, content in contents.items():
         if not (yield calls.has_asset(sha256)):
             yield calls.put_asset(sha256, content)
+
+
+def _asking(parcel: Parcel, call: Call[Answer]) -> Flow[Answer]:
+    """Upload the contents that the server lacks, then send the call."""
+    yield from _uploading(parcel.contents)
     with _placing(parcel):
         answer: Answer = yield call
     return answer

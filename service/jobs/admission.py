@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -27,12 +27,15 @@ from service.jobs import uploads
 from service.jobs.context import Service
 from service.jobs.pricing import check_cost, priced, target_of
 from service.jobs.texture_memory import too_large
-from service.storage.assets import PREFIX, is_mesh, is_sha256
+from service.storage.assets import PREFIX, Kind, is_sha256, kind_of
 
 Model = TypeVar("Model", bound=BaseModel)
 
-NO_PICTURE = f"This is a mesh, not a picture. Use one of {', '.join(FORMATS)}."
-NO_MESH = "This is a picture, not a mesh. Use OBJ, PLY or glTF (GLB)."
+_PHRASES = {Kind.PICTURE: "a picture", Kind.MESH: "a mesh", Kind.ARRAY: "an array of pixels (NPY)"}
+WANTED = {
+    Kind.PICTURE: f"a picture that can be used here. Use one of {', '.join(FORMATS)}.",
+    Kind.MESH: "a mesh. Use OBJ, PLY or glTF (GLB).",
+}
 
 
 @dataclass(frozen=True)
@@ -116,23 +119,23 @@ def _unusable_assets(service: Service, principal: Principal, scene: Scene) -> li
         for number, shape in enumerate(scene.shapes)
         if isinstance(shape, MeshFile)
     }
-    known = _known(service, principal, {*pictures.values(), *meshes.values()})
-    return [*_problems(pictures, known, meshes=False), *_problems(meshes, known, meshes=True)]
+    known = known_assets(service, principal, {*pictures.values(), *meshes.values()})
+    return [*_problems(pictures, known, Kind.PICTURE), *_problems(meshes, known, Kind.MESH)]
 
 
-def _problems(named: Mapping[str, str], known: Mapping[str, str], *, meshes: bool) -> Iterator[Problem]:
+def _problems(named: Mapping[str, str], known: Mapping[str, str], wanted: Kind) -> Iterator[Problem]:
     """What is wrong with assets, each at the first place that names it."""
     uses: dict[str, list[str]] = {}
     for place, asset in named.items():
         uses.setdefault(asset, []).append(place)
     for asset, (first, *others) in uses.items():
-        problem = _problem(first, asset, known, meshes)
+        problem = asset_problem(first, asset, known, (wanted,))
         if problem is not None:
             detail = problem.detail + also_named(len(others))
             yield problem.model_copy(update={"detail": detail})
 
 
-def _known(service: Service, principal: Principal, assets: set[str]) -> dict[str, str]:
+def known_assets(service: Service, principal: Principal, assets: set[str]) -> dict[str, str]:
     """Return the media types of those assets that a user may use, by their names in scenes."""
     hashes = {asset.removeprefix(PREFIX) for asset in assets if asset.startswith(PREFIX)}
     wanted = {sha256 for sha256 in hashes if is_sha256(sha256)}
@@ -144,12 +147,12 @@ def _known(service: Service, principal: Principal, assets: set[str]) -> dict[str
     return {PREFIX + sha256: kind for sha256, kind in kinds.items() if service.assets.find(sha256)}
 
 
-def _problem(place: str, asset: str, known: Mapping[str, str], mesh: bool) -> Problem | None:
-    """What is wrong with an asset, which should be a mesh or else a picture."""
+def asset_problem(place: str, asset: str, known: Mapping[str, str], wanted: Sequence[Kind]) -> Problem | None:
+    """Say what is wrong with an asset, which should be of one of these kinds."""
     if asset in known:
-        detail = NO_MESH if mesh else NO_PICTURE
-        fits = is_mesh(known[asset]) == mesh
-        return None if fits else Problem(pointer=place, detail=detail, code="asset")
+        kind = kind_of(known[asset])
+        detail = f"This is {_PHRASES[kind]}, not {WANTED[wanted[0]]}"
+        return None if kind in wanted else Problem(pointer=place, detail=detail, code="asset")
     if asset.startswith(PREFIX) and is_sha256(asset.removeprefix(PREFIX)):
         detail = "You have uploaded no such asset. Send it to /v1/assets first."
         return Problem(pointer=place, detail=detail, code="unknown_asset")

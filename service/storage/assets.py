@@ -8,11 +8,14 @@ from collections.abc import AsyncIterator, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import IO
 
+import numpy as np
 from anyio import to_thread
+from numpy.lib.format import MAGIC_PREFIX
 from PIL import Image
 
 from renderer.assets import AssetError, NoSuchAssetError, too_many_pixels
@@ -38,9 +41,18 @@ _MESHES = {
     "obj": "model/obj",
     "ply": "application/x-ply",
 }
+_ARRAY = "application/x-npy"
 _BEGINNING = 1 << 16
 DAMAGED = ".damaged"
 """Ends the name of an asset whose bytes have another hash than its name."""
+
+
+class Kind(StrEnum):
+    """The kinds of assets: a picture that a texture may name, a mesh, and an array that is only compared."""
+
+    PICTURE = "picture"
+    MESH = "mesh"
+    ARRAY = "array"
 
 
 @dataclass(frozen=True)
@@ -193,8 +205,22 @@ def read_header(path: Path, limits: Limits) -> Header:
         If it is neither a picture nor a mesh, or a mesh of too many triangles.
     """
     with path.open("rb") as file:
-        kind = _mesh_kind(file.read(_BEGINNING))
+        beginning = file.read(_BEGINNING)
+    if beginning.startswith(MAGIC_PREFIX):
+        return _array_header(path)
+    kind = _mesh_kind(beginning)
     return _mesh_header(path, kind, limits) if kind else _image_header(path, limits)
+
+
+def _array_header(path: Path) -> Header:
+    try:
+        # Nothing but its head is read.
+        shape = np.load(path, mmap_mode="r", allow_pickle=False).shape
+    except (OSError, ValueError, EOFError) as error:
+        raise UploadUnusableError("This NPY file is damaged, or has objects in it.") from error
+    if len(shape) != len("HWC") or 0 in shape:
+        raise UploadUnusableError("An NPY file of a picture has the shape (height, width, channels).")
+    return Header(_ARRAY, shape[1], shape[0])
 
 
 def _mesh_kind(beginning: bytes) -> str | None:
@@ -243,9 +269,11 @@ def _given(path: Path) -> str:
     return f"This is {kind.phrase}," if kind and kind.group not in {"picture", "mesh"} else "The body is"
 
 
-def is_mesh(media_type: str) -> bool:
-    """Whether a kind of file is that of meshes; all others are pictures."""
-    return media_type in _MESHES.values()
+def kind_of(media_type: str) -> Kind:
+    """Return what an asset is by its media type."""
+    if media_type == _ARRAY:
+        return Kind.ARRAY
+    return Kind.MESH if media_type in _MESHES.values() else Kind.PICTURE
 
 
 def is_sha256(text: str) -> bool:

@@ -30,9 +30,9 @@ def compared(task: CompareTask, store: TileStore, assets: renderer.AssetSource) 
         If one of them cannot be used, or they cannot be compared.
     """
     with _refusing("/image"):
-        image = _picture(task.image, "image", store)
+        image = _picture(task.image, "image", store, assets)
     with _refusing("/reference"):
-        reference = _picture(task.reference, "reference", store)
+        reference = _picture(task.reference, "reference", store, assets)
     with _refusing(""):
         return _answer(_compared(task, image, reference, store, assets), task.request)
 
@@ -45,7 +45,9 @@ def _refusing(pointer: str) -> Iterator[None]:
         raise RefusedError([Problem(pointer=pointer, detail=str(error), code=CODE)]) from None
 
 
-def _picture(asked: ComparedPicture, role: str, store: TileStore) -> Picture:
+def _picture(asked: ComparedPicture, role: str, store: TileStore, assets: renderer.AssetSource) -> Picture:
+    if asked.asset is not None:
+        return picture_of(_uploaded(asked.asset, assets), role, asked.encoding)
     if asked.job is None:
         return picture_of(asked.content, role, asked.encoding)
     name = f"{asked.prefix}image.npy"
@@ -58,6 +60,13 @@ def _picture(asked: ComparedPicture, role: str, store: TileStore) -> Picture:
     except (FileNotFoundError, StoreDamagedError) as error:
         raise NotComparableError("The stored picture is damaged. Submit the job again.") from error
     return picture_of(content, f"job:{asked.job}", asked.encoding, sheets)
+
+
+def _uploaded(asset: str, assets: renderer.AssetSource) -> bytes:
+    try:
+        return assets.read(asset)
+    except KeyError as error:
+        raise NotComparableError("The uploaded file is no longer there. Upload it again.") from error
 
 
 def _compared(

@@ -127,7 +127,7 @@ class PreviewTask(CallTask):
 
 @dataclass(frozen=True)
 class ComparedPicture:
-    """A picture of a job, with these of its layers, or the content of a file where there is no job.
+    """A picture of a job, with these of its layers, or an asset, or the content of a file.
 
     It lies in the store under the name of its ``render``, in files whose names begin with ``prefix``; what is
     known of each is in ``expected``, and ``spec_sha256`` is the digest of its request.
@@ -141,6 +141,7 @@ class ComparedPicture:
     prefix: str = ""
     spec_sha256: str = ""
     expected: dict[str, Expected] = field(default_factory=dict, repr=False)
+    asset: str | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,8 @@ from schemas.api.comparisons import ComparisonAnswer
 from service.cli.compare import read
 from service.client import Client, NotFoundError
 from service.server import RunningServer
-from tests.service.sending import mistakes
+from tests.service.conftest import Start
+from tests.service.sending import mistakes, name_of, problem_of, put, textured
 from tests.service.support import TIMEOUT, finish, image, long_scene, scene, submit
 
 
@@ -116,3 +117,26 @@ def test_client_and_command_line_compare_files_and_jobs(
     assert set(picture.layers) == {"samples"}
     with pytest.raises(NotFoundError):
         read("job:none", None, server.url)
+
+
+def test_uploaded_picture_is_compared(api: httpx2.Client) -> None:
+    content = npy(gradient())
+    for wrong in (npy(gradient()[0]), content[:200], npy(np.array([[[None]]], object))):
+        assert problem_of(put(api, wrong), 422)["code"] == "upload_unusable"
+    assert put(api, content).json()["width"] == 32
+    named = {"asset": name_of(content)}
+    uploaded, inline = ask(api, named, named), ask(api, GOOD, GOOD)
+    assert (uploaded.status_code, uploaded.json()) == (200, inline.json())
+    missing = {"asset": "sha256:" + "0" * 64}
+    assert mistakes(ask(api, missing, named)) == [("/image/asset", "unknown_asset")]
+    assert mistakes(ask(api, named, named | GOOD)) == [("/reference", "one_of")]
+    # It is no texture.
+    plan = api.post("/v1/plans", json={"scene": textured(name_of(content))})
+    assert mistakes(plan) == [("/scene/textures/a~1b/asset", "asset")]
+
+
+@pytest.mark.slow
+def test_picture_larger_than_a_request_is_compared(start: Start) -> None:
+    pixels = np.random.default_rng(1).random((1024, 1024, 3), np.float32)
+    with Client(start(workers=1).url) as client:
+        assert client.compare(pixels, pixels[:, ::-1]).diagnosis[0].cause == "flipped_horizontally"

@@ -50,7 +50,9 @@ class Rendered:
     ids=["float32", "float64", "not contiguous", "a result"],
 )
 def test_array_is_sent_as_npy(picture: Any) -> None:
-    assert np.array_equal(np.load(io.BytesIO(base64.b64decode(sent(picture, None)["content"]))), PIXELS)
+    assert np.array_equal(
+        np.load(io.BytesIO(base64.b64decode(sent(picture, None).document["content"]))), PIXELS
+    )
 
 
 def test_forms_of_pictures(tmp_path: Path) -> None:
@@ -58,8 +60,8 @@ def test_forms_of_pictures(tmp_path: Path) -> None:
     image.save(tmp_path / "a.png")
     content = (tmp_path / "a.png").read_bytes()
     for form in (content, bytearray(content), memoryview(content), Picture(content, 1.0), tmp_path / "a.png"):
-        assert base64.b64decode(sent(form, None)["content"]) == content
-    made = Image.open(io.BytesIO(base64.b64decode(sent(image, None)["content"])))
+        assert base64.b64decode(sent(form, None).document["content"]) == content
+    made = Image.open(io.BytesIO(base64.b64decode(sent(image, None).document["content"])))
     assert (made.format, made.getpixel((1, 1))) == ("PNG", (10, 20, 30))
 
 
