@@ -121,10 +121,11 @@ class Verdict(Scale):
     tolerance: Share = Field(
         default=0.01, description="Linear difference of a block's mean that is always tolerated."
     )
-    samples: SampleCount | None = Field(
+    samples: SampleCount | Literal["any"] | None = Field(
         default=None,
         description="Fewest random samples of a pixel: a picture noisier than theirs is not accepted, and "
-        "noise excuses no more than theirs does. It needs a reference with the layers `error` and `samples`.",
+        "noise excuses no more than theirs does. It needs a reference with the layers `error` and `samples`. "
+        "By default 1 where the reference has them and 16 samples or more, else `any` noise is accepted.",
     )
     limit: Share = Field(default=0.05, description="Limit of the metric `frac_over`, in linear values.")
     diagnosed: Share = Field(

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from accuracy.comparison import Comparison, Picture, Policy, compare
+from accuracy.comparison import Comparison, Picture, Policy, compare, variances
 from accuracy.comparison.metrics import metrics
 from schemas.grading.acceptance import Acceptance, Error, Metric, Verdict
 from service.grading import sentences
@@ -21,6 +21,9 @@ NOISE = ("error", "samples")
 """Layers that describe the noise of a picture."""
 
 BIAS, NOISY = "bias_blocks", "noisy_blocks"
+
+KNOWN = 16
+"""Samples of a pixel from which on a reference knows how noisy a single one is."""
 
 
 def compared(accept: Acceptance, image: Picture, reference: Picture, blocks: float = 1.0) -> Comparison:
@@ -35,6 +38,8 @@ def compared(accept: Acceptance, image: Picture, reference: Picture, blocks: flo
     ------
     NotComparableError
         They differ in size.
+    BrokenTestError
+        The test bounds noise, and the reference does not state its own.
     MissingExtraError
         The test uses FLIP, which is not installed.
     """
@@ -42,7 +47,7 @@ def compared(accept: Acceptance, image: Picture, reference: Picture, blocks: flo
         # Partial credit depends on the share of biased blocks, so the verdict must too.
         image = noiseless(image)
     flip = isinstance(accept, Metric) and accept.metric == "flip"
-    return compare(image, reference, policy=_policy(accept, blocks), with_flip=flip)
+    return compare(image, reference, policy=_policy(accept, reference, blocks), with_flip=flip)
 
 
 def accepted(accept: Acceptance, found: Comparison, selection: Selection) -> Outcome:
@@ -66,20 +71,34 @@ def accepted(accept: Acceptance, found: Comparison, selection: Selection) -> Out
     return replace(outcome, metrics=numbers)
 
 
-def _policy(accept: Acceptance, blocks: float) -> Policy:
+def _policy(accept: Acceptance, reference: Picture, blocks: float) -> Policy:
     match accept:
         case Verdict():
             return Policy(
                 tolerance=accept.tolerance,
                 most_bias=accept.full * blocks,
                 limit=accept.limit,
-                single=False,
-                samples=accept.samples,
+                samples=_fewest_samples(accept, reference),
             )
         case Metric():
             return Policy(tolerance=accept.tolerance, limit=accept.limit)
         case _:
             return Policy()
+
+
+def _fewest_samples(accept: Verdict, reference: Picture) -> int | None:
+    """The fewest random samples whose noise is allowed; None for any noise."""
+    known = variances.known(reference)
+    if accept.samples is None:
+        return 1 if known and reference.layers["samples"].min() >= KNOWN else None
+    if accept.samples == "any":
+        return None
+    if known:
+        return accept.samples
+    raise BrokenTestError(
+        f"It allows the noise of {accept.samples} samples, and {reference.name} does not state its own. Give "
+        "the reference the layers error and samples: render it with random patterns, or state 'samples: any'."
+    )
 
 
 def noiseless(picture: Picture) -> Picture:
@@ -141,7 +160,9 @@ def _by_verdict(accept: Verdict, found: Comparison, share: float) -> Outcome:
 
 def _partial(accept: Verdict, found: Comparison, share: float) -> float:
     """The share a mismatch earns: always below 1, even when few blocks are biased."""
-    by_share = share_of(share, accept)
+    # A block that is wrong beyond doubt costs something even where no other is.
+    certain = found.judgement.test == "block"
+    by_share = share_of(share + accept.full if certain else share, accept)
     by_cause = accept.diagnosed if found.causes else 0.0
     return max(by_share if by_share < 1.0 else 0.0, by_cause)
 

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from tests.service.grading.assignments import Assignment, image_test
+from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels
 from tests.service.grading.likeness import test_sample_counts as striped
 
 FILE = "reference.npz"
+RIGHT = pixels(SCENE)
+BAND = {"at": 0.5, "share": 0.5}
 
 
 def noise_test(**accept: object) -> dict[str, object]:
@@ -36,7 +38,28 @@ def test_noise_beyond_the_fewest_samples_is_not_accepted(stripes: Assignment) ->
     stripes.hand_in("picture.npy", noisy(drawn(16, 1), 0.1))
     tested = stripes.test(noise_test(samples=4))
     assert (tested.points, tested.metric) == (0, "noisy_blocks")
+    assert stripes.test(noise_test(samples="any")).points == 10
+    # One sample is what is bounded by default.
+    stripes.hand_in("picture.npy", noisy(drawn(16, 1), 0.5))
+    assert stripes.test(noise_test()).points == 0
+    stripes.hand_in("picture.npy", drawn(1, 1))
     assert stripes.test(noise_test()).points == 10
+
+
+def test_noise_is_not_bounded_by_a_reference_that_does_not_state_its_own(assignment: Assignment) -> None:
+    assignment.hand_in("picture.npy", RIGHT)
+    tested = assignment.test(image_test(accept={"by": "verdict", "samples": 4}))
+    assert (tested.status, tested.points) == ("error", 0)
+    assert "layers error and samples" in tested.message
+
+
+@pytest.mark.parametrize(("scale", "least"), [({}, 0), ({"zero": 0.5}, 5), ({"bands": [BAND]}, 5)])
+def test_one_wrong_block_costs_points(assignment: Assignment, scale: dict[str, object], least: float) -> None:
+    boxed = RIGHT.copy()
+    boxed[8:16, 8:24] = (1, 0, 1)
+    assignment.hand_in("picture.npy", boxed)
+    tested = assignment.test(image_test(accept={"by": "verdict", "full": 0.2, **scale}))
+    assert least <= tested.points < 10
 
 
 def test_noise_hides_no_mistake_and_gives_a_signal(stripes: Assignment) -> None:
