@@ -20,6 +20,7 @@ MANIFEST_LIMITS = Limits(max_body_bytes=1024 * 1024, max_values=100_000)
 
 _NO_PICTURE = "No test of the kind 'image' has this id: these mistakes are found in submitted pictures."
 _CHARGED = "This mistake is listed before. List all tests that it costs points in together with it, once."
+_NOT_BEFORE = "No test with this id is listed before. A test may require those that come before it."
 _TWICE = "An earlier test has this id, upper case or lower. Give each test its own: files are named after it."
 
 
@@ -39,7 +40,11 @@ def read_manifest(data: bytes, *, yaml: bool) -> Manifest:
         With every problem, each with its pointer, line and column.
     """
     document = read_yaml(data, MANIFEST_LIMITS) if yaml else read_text(data, MANIFEST_LIMITS)
-    document.repeated += (*_repeated_ids(document), *_impossible_charges(document))
+    document.repeated += (
+        *_repeated_ids(document),
+        *_impossible_requirements(document),
+        *_impossible_charges(document),
+    )
     return checked(document, Manifest, limits=MANIFEST_LIMITS)
 
 
@@ -51,6 +56,15 @@ def _repeated_ids(document: Document) -> Iterator[Finding]:
             if name.lower() in seen:
                 yield Finding(("tests", index, "id"), "id_twice", _TWICE)
             seen.add(name.lower())
+
+
+def _impossible_requirements(document: Document) -> Iterator[Finding]:
+    before: set[object] = set()
+    for index, test in enumerate(_listed(document.content, "tests")):
+        for place, name in _texts(test, "requires"):
+            if name not in before:
+                yield Finding(("tests", index, "requires", place), "unknown_test", _NOT_BEFORE)
+        before.add(str(member(test, "id")))
 
 
 def _impossible_charges(document: Document) -> Iterator[Finding]:

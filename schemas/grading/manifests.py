@@ -155,6 +155,11 @@ class Criterion(Closed):
         default=False, strict=True, description="Whether its points are added on top of the full score."
     )
     hidden: bool = Field(default=False, strict=True, description="Whether it is hidden from students.")
+    requires: tuple[Id, ...] | None = Field(
+        default=None,
+        description="Ids of tests listed before: without all points in them this one earns none. By default "
+        "a test of the kind `time` requires those of the kind `scene` that submit the same file.",
+    )
     tags: tuple[Name, ...] = Field(default=(), description="Words to sort tests by.")
     advice: Annotated[str, Field(strict=True, max_length=2000)] | None = Field(
         default=None, description="What a student who lost points reads after the reason."
@@ -296,3 +301,10 @@ class Manifest(Closed):
     tests: Annotated[tuple[Test, ...], Field(min_length=1, max_length=MOST_TESTS)] = Field(
         description="The tests, in the order of the report."
     )
+
+    def required(self, test: Criterion) -> tuple[str, ...]:
+        """Ids of the tests without which a test earns nothing."""
+        if test.requires is not None or not isinstance(test, TimeTest):
+            return test.requires or ()
+        scenes = (other for other in self.tests if isinstance(other, SceneTest))
+        return tuple(other.id for other in scenes if other.submitted.file == test.submitted.file)

@@ -12,6 +12,7 @@ from accuracy.comparison.heat import encoded, side_by_side
 from accuracy.comparison.regions import named
 from renderer.errors import MissingExtraError
 from renderer.math.arrays import Floats
+from renderer.scenes import load_scene
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.grading.acceptance import Acceptance
 from schemas.grading.manifests import ImageTest, SceneTest
@@ -20,7 +21,7 @@ from service.grading.accepting import accepted, compared, noiseless
 from service.grading.errors import BrokenTestError, NotGradableError
 from service.grading.evidence import evidence
 from service.grading.likeness.fingerprints import Fingerprint, fingerprint
-from service.grading.likeness.signals import signals
+from service.grading.likeness.signals import signals, signals_of_scene
 from service.grading.mistakes.counterfactuals import explain, is_certain
 from service.grading.outcomes import Outcome, of_picture
 from service.grading.programs.program_mistakes import ProgramMistake
@@ -28,7 +29,7 @@ from service.grading.programs.repairing import Pardon, Repair, pardoned
 from service.grading.rendering import rendered
 from service.grading.selection import Selection, select
 from service.grading.settings import Run
-from service.grading.wanted import Wanted, read_picture, wanted
+from service.grading.wanted import Wanted, read_picture, reference_picture, wanted
 
 LABEL = "picture, reference, difference"
 
@@ -45,7 +46,11 @@ def scene(test: SceneTest, run: Run) -> Iterator[Outcome]:
     """Render a submitted scene and compare it with its reference, in the same two steps."""
     made = rendered(run.submitted(test.submitted, test))
     picture = picture_of(made.content(), test.submitted.file, "linear", made.layers)
-    yield from _graded(test, run, picture, None)
+    file, folder = test.submitted.file, run.submission
+    handed_in = load_scene(folder.read(file), assets=folder.assets(file))
+    found = signals_of_scene(handed_in, reference_picture(test.reference, run), test=test.id)
+    for outcome in _graded(test, run, picture, None):
+        yield replace(outcome, signals=found)
 
 
 @dataclass(frozen=True, slots=True)

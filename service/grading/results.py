@@ -103,7 +103,7 @@ def graded(
     submitted: str | None = None,
 ) -> Grade:
     """The whole result."""
-    grades = [test.grade for test in tests]
+    grades = _with_requirements(manifest, [test.grade for test in tests])
     verdict = _verdict(grades)
     return Grade(
         title=manifest.title,
@@ -122,6 +122,24 @@ def graded(
         tool=GradeTool(version=version("penumbra-render")),
         timings=timings,
     )
+
+
+def _with_requirements(manifest: Manifest, grades: Sequence[TestGrade]) -> list[TestGrade]:
+    """The grades of all tests; those whose required tests are not passed earn nothing."""
+    done = {grade.id: grade for grade in grades}
+    for test in manifest.tests:
+        missed = [done[name] for name in manifest.required(test) if done[name].status != "passed"]
+        if missed and done[test.id].points > 0:
+            done[test.id] = _without(done[test.id], missed)
+    return [*done.values()]
+
+
+def _without(grade: TestGrade, missed: Sequence[TestGrade]) -> TestGrade:
+    """A grade without points, because of the required tests that are not passed."""
+    names = " and ".join("a hidden test" if each.hidden else each.id for each in missed)
+    open_: Status = "error" if any(each.status in UNGRADED for each in missed) else "failed"
+    message = sentences.joined(f"It earns points only with all points in {names}.", grade.message)
+    return grade.model_copy(update={"points": 0.0, "status": open_, "message": message})
 
 
 def timings(begun: tuple[float, float, datetime], cpu_seconds: float) -> GradeTimings:

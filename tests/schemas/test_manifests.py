@@ -184,3 +184,18 @@ def test_charged_once_names_picture_tests() -> None:
         "/charged_once/2/mistakes/0": "not_a_choice",
         "/charged_once/2/tests": "wrong_length",
     }
+
+
+def test_required_tests_come_before() -> None:
+    document = manifest()
+    del document["charged_once"]
+    test = document["tests"][0]
+    document["tests"] = [
+        test | {"id": "first", "requires": ["second"]},
+        test | {"id": "second", "requires": ["first", "second", "third"]},
+    ]
+    assert {pointer: problem.code for pointer, problem in problems(document).items()} == {
+        "/tests/0/requires/0": "unknown_test",
+        "/tests/1/requires/1": "unknown_test",
+        "/tests/1/requires/2": "unknown_test",
+    }

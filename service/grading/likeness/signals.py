@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from accuracy.comparison import Comparison
+from accuracy.comparison import Comparison, Picture
+from renderer.scenes import LoadedScene
 from schemas.grading.grades import Signal
+from service.grading.likeness.carried_pictures import carried
 from service.grading.likeness.closeness import closeness
 from service.grading.likeness.sample_counts import MOST_SAMPLES, grain, sample_count
 
@@ -13,10 +15,11 @@ IDENTICAL = "identical_bytes"
 CLOSE = "closer_than_noise"
 CLEAN = "cleaner_than_samples"
 GRAINY = "noise_without_samples"
+CARRIED = "reference_in_texture"
 
 
 def signals(
-    submitted: bytes, reference: bytes | None, comparison: Comparison | None, *, test: str
+    submitted: bytes, reference: bytes | None, comparison: Comparison, *, test: str
 ) -> tuple[Signal, ...]:
     """Signals of one test.
 
@@ -27,24 +30,34 @@ def signals(
     reference
         The reference file; None if it was rendered here.
     comparison
-        Comparison of the submitted picture. None for a scene: it is rendered here with the same random
-        numbers as the reference, so it may agree to the last bit.
+        Comparison of the submitted picture.
     test
         Id of the test.
     """
     return tuple(_found(submitted, reference, comparison, test))
 
 
-def _found(
-    submitted: bytes, reference: bytes | None, comparison: Comparison | None, test: str
-) -> Iterator[Signal]:
+def signals_of_scene(scene: LoadedScene, reference: Picture, *, test: str) -> tuple[Signal, ...]:
+    """Signals of a test whose submission is a scene."""
+    return tuple(
+        Signal(
+            test=test,
+            code=CARRIED,
+            message=f"The texture {name} of the submitted scene shows the reference: the scene may carry the "
+            "picture that it should make.",
+        )
+        for name in carried(scene, reference.linear)
+    )
+
+
+def _found(submitted: bytes, reference: bytes | None, comparison: Comparison, test: str) -> Iterator[Signal]:
     if submitted == reference:
         yield Signal(
             test=test,
             code=IDENTICAL,
             message="The submitted file is the reference, byte for byte.",
         )
-    elif comparison is not None:
+    else:
         yield from _close(comparison, test)
         yield from _clean(comparison, test)
         yield from _grainy(comparison, test)

@@ -95,6 +95,25 @@ def test_time_of_a_scene_is_compared_with_the_budget(
     assert assignment.test(time_test(accept=budget)).points == points
 
 
+def test_time_earns_points_only_with_the_right_picture(assignment: Assignment) -> None:
+    tests = scene_test(), time_test(accept={"full": 60})
+    assert assignment.grade(*tests).score == 20
+    assignment.hand_in("scene.json", scene(shapes=[], lights=[]))
+    found = assignment.grade(*tests)
+    assert [test.status for test in found.tests] == ["failed", "failed"]
+    assert "only with all points in scene" in found.tests[1].message
+    assert assignment.grade(scene_test(), time_test(accept={"full": 60}, requires=[])).score == 10
+
+
+def test_required_test_that_cannot_be_graded_leaves_others_open(assignment: Assignment) -> None:
+    assignment.hand_in("picture.npy", b"no picture")
+    found = assignment.grade(
+        image_test(), scene_test(requires=["picture"]), time_test(accept={"full": 60}, requires=["scene"])
+    )
+    assert [test.status for test in found.tests] == ["not_gradable", "error", "error"]
+    assert found.score == 0
+
+
 @pytest.mark.slow
 def test_reference_that_times_out_costs_no_points(assignment: Assignment) -> None:
     (assignment.references / "endless.json").write_text(json.dumps(ENDLESS))

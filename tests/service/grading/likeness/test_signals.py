@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from accuracy.comparison import Comparison, compare
+from renderer.images.colors import srgb_from_linear
 from service.grading.likeness.signals import signals
-from tests.service.grading.assignments import Assignment, image_test
+from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels, scene, scene_test
 from tests.service.grading.likeness.test_closeness import NOISE, SAMPLES, noisy, picture
 
 
@@ -48,3 +50,36 @@ def test_changed_copy_is_signalled_and_earns_all(noisy_assignment: Assignment) -
     assert [(signal.test, signal.code) for signal in found.signals] == [("picture", "closer_than_noise")]
     assert found.score == 10
     assert found.signals[0].message not in found.model_dump_json(include={"tests"})
+
+
+def board(picture: str) -> dict[str, object]:
+    """A scene of one rectangle, which fills the view with a picture."""
+    material = {"type": "phong", "color_texture": "picture", "ambient": 1, "diffuse": 0}
+    square = {
+        "type": "rectangle",
+        "center": [0, 1, 0],
+        "normal": [0, 0, 1],
+        "tangent": [1, 0, 0],
+        "size": [9, 6],
+    }
+    return scene(
+        textures={"picture": {"type": "image", "asset": picture}},
+        materials={"board": material},
+        shapes=[square | {"name": "board", "material": "board"}],
+        lights=[],
+    )
+
+
+@pytest.mark.parametrize("flip", [1, -1])
+def test_scene_that_carries_the_reference_is_signalled(assignment: Assignment, flip: int) -> None:
+    codes = np.round(255 * srgb_from_linear(np.clip(pixels(SCENE), 0, 1))).astype(np.uint8)
+    Image.fromarray(codes[:, ::flip]).resize((96, 64)).save(assignment.submission / "picture.png")
+    assignment.hand_in("scene.json", board("picture.png"))
+    assert [signal.code for signal in assignment.grade(scene_test()).signals] == ["reference_in_texture"]
+
+
+def test_scene_with_a_texture_of_its_own_is_not_signalled(assignment: Assignment) -> None:
+    ramp = np.linspace(0, 255, 96).astype(np.uint8)[None].repeat(64, axis=0)
+    Image.fromarray(ramp).save(assignment.submission / "picture.png")
+    assignment.hand_in("scene.json", board("picture.png"))
+    assert assignment.grade(scene_test()).signals == ()
