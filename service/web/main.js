@@ -33,6 +33,7 @@ const ROUTES = [
       "vendor/uplot/uPlot.min.css",
     ],
   ],
+  [/^\/service$/, [], () => import("./views/service.js"), ["views/service.css"]],
   [
     /^\/compare\/([^/]+)\/([^/]+)$/,
     ["a", "b"],

@@ -98,7 +98,7 @@ async function begun(key) {
 }
 
 /**
- * Show the user's name and a button that ends the session, if the service requires keys.
+ * Show the user's name and a button that ends the session, if the service requires keys; to admins a link to its state.
  *
  * @param {HTMLElement} place
  * @returns {Promise<boolean>} Whether they are shown.
@@ -108,6 +108,8 @@ export async function showSession(place) {
   const response = await fetch(PATH, { credentials: "same-origin" });
   if (response.status === 401) return (await admitted(before)) && showSession(place);
   const who = response.ok ? await response.json() : null;
+  const service = /** @type {HTMLElement} */ (document.querySelector('nav a[href="/service"]'));
+  service.hidden = who?.role !== "admin";
   if (!who?.keys_required) return false;
   const leave = h("button", { type: "button", className: "plain", onclick: end }, "Sign out");
   place.replaceChildren(h("span", { className: "soft small" }, who.user), leave);

@@ -76,6 +76,12 @@ def compared(page: Page, _jobs: list[str]) -> None:
     page.wait_for_load_state("networkidle")
 
 
+def service(page: Page, _jobs: list[str]) -> None:
+    expect(page.get_by_role("row").filter(has_text="idle")).to_have_count(2, timeout=TIMEOUT)
+    expect(page.get_by_role("row").filter(has_text="local")).to_contain_text("CPU s")
+    expect(page.get_by_role("link", name="Service")).to_be_visible()
+
+
 def nothing(page: Page, _jobs: list[str]) -> None:
     expect(page.get_by_role("heading", level=1)).to_be_visible()
 
@@ -89,6 +95,7 @@ VIEWS = {
     "job-plan": ("/jobs/{0}", one_plan),
     "job-compare": ("/jobs/{0}", one_other),
     "compare": ("/compare/{0}/{1}", compared),
+    "service": ("/service", service),
     "missing": ("/compare", nothing),
     "reference": ("/docs", nothing),
 }

@@ -55,6 +55,7 @@ def test_key_is_asked_for_once(open_page: Open, key: str) -> None:
     give(page, key)
     opened(page)
     expect(page.locator("#session")).to_contain_text("ada", timeout=TIMEOUT)
+    expect(page.locator('nav a[href="/service"]')).to_be_hidden()
     page.reload()
     opened(page)
     expect(page.get_by_role("dialog")).to_have_count(0)

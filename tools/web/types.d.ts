@@ -86,6 +86,33 @@ interface JobListDocument {
   next: string | null;
 }
 
+interface WorkerDocument {
+  name: string;
+  pid: number | null;
+  memory_bytes: number | null;
+  task: string | null;
+  seconds: number;
+  jobs: string[];
+  users: string[];
+}
+
+interface WorkerListDocument {
+  server: string;
+  workers: WorkerDocument[];
+}
+
+interface UserDocument {
+  user: string;
+  open_jobs: number;
+  stored_bytes: number;
+  cpu_seconds: number;
+  last_used_at: string | null;
+}
+
+interface UserListDocument {
+  users: UserDocument[];
+}
+
 /** The request of a job, as it was sent, as far as the page reads it. */
 interface JobRequestDocument {
   scene: SceneDocument;

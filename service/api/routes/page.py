@@ -60,6 +60,7 @@ FilePath = Annotated[str, fastapi.Path(max_length=200)]
 @router.get("/")
 @router.get("/jobs")
 @router.get("/jobs/{job_id}")
+@router.get("/service")
 @router.get("/compare")
 @router.get("/compare/{a}/{b}")
 def page(request: Request) -> Response:

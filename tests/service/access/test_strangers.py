@@ -38,6 +38,7 @@ PUBLIC = {
     "/",
     "/jobs",
     "/jobs/{job_id}",
+    "/service",
     "/compare",
     "/compare/{a}/{b}",
     "/web/{path:path}",
