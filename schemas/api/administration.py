@@ -134,7 +134,7 @@ class WorkerInfo(Message):
         description="What it is at: `tile`, `sample`, `advance`, `compose`, or a call such as `trace`."
     )
     jobs: tuple[str, ...] = Field(description="The jobs that the task is for; none for a call.")
-    users: tuple[str, ...] = Field(description="The users of these jobs.")
+    users: tuple[str, ...] = Field(description="The users of these jobs, or the one of the call.")
     seconds: float = Field(ge=0, description="For how long it has been at the task.")
 
 

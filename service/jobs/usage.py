@@ -22,7 +22,7 @@ from service.storage.database.models import (
     ShareRow,
 )
 from service.workers.states import WorkerState
-from service.workers.tasks import JobTask
+from service.workers.tasks import CallTask, JobTask
 
 
 def page(session: Session, limit: int, after: str | None) -> list[UserUse]:
@@ -96,13 +96,14 @@ def at_work(session: Session, states: Collection[WorkerState]) -> tuple[WorkerIn
 def _worker(state: WorkerState, jobs: dict[str, list[tuple[str, str]]]) -> WorkerInfo:
     task = state.task
     sharing = jobs[task.job] if isinstance(task, JobTask) else []
+    users = [task.user] if isinstance(task, CallTask) else dict.fromkeys(owner for _, owner in sharing)
     return WorkerInfo(
         name=state.name,
         pid=state.pid,
         memory_bytes=_memory(state.pid) if state.pid else None,
         task=type(task).__name__.removesuffix("Task").lower() if task else None,
         jobs=tuple(job for job, _ in sharing),
-        users=tuple(dict.fromkeys(owner for _, owner in sharing)),
+        users=tuple(users),
         seconds=state.seconds,
     )
 

@@ -54,14 +54,16 @@ def charge_calls(session: Session, seconds: Mapping[str, float]) -> None:
     """Charge users with what workers have computed for them beside their jobs."""
     # In one order: of two servers that charge the same users, one waits.
     for owner in sorted(seconds):
-        _present(session, owner).served += seconds[owner]
+        share = _present(session, owner)
+        share.served += seconds[owner]
+        share.charged += seconds[owner]
 
 
 def _present(session: Session, owner: str) -> ShareRow:
     """Return the share of a user, whose clock a pause does not leave behind those of others."""
     share = session.get(ShareRow, owner)
     if share is None:
-        share = ShareRow(owner=owner, served=_NOW, turn=_NOW, active=False)
+        share = ShareRow(owner=owner, served=_NOW, turn=_NOW, active=False, charged=0.0)
         session.add(share)
     elif not share.active:
         share.served = case((ShareRow.served > _NOW, ShareRow.served), else_=_NOW)

@@ -111,6 +111,7 @@ interface UserDocument {
 
 interface UserListDocument {
   users: UserDocument[];
+  next: string | null;
 }
 
 /** The request of a job, as it was sent, as far as the page reads it. */

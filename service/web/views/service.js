@@ -8,7 +8,7 @@ export const title = "Service";
 
 const WORKERS_MS = 2000;
 // Users are counted in the database: less often than workers, which are in memory.
-const USERS_MS = 10000;
+const USERS_MS = 30000;
 
 /** @param {HTMLElement} root */
 export function mount(root) {
@@ -44,9 +44,18 @@ export function mount(root) {
   }
 
   async function showUsers() {
-    /** @type {UserListDocument} */
-    const found = await get("/v1/users?limit=1000", life);
-    show(users, found.users.map(user));
+    /** @type {UserDocument[]} */
+    const known = [];
+    /** @type {string | null} */
+    let cursor = null;
+    do {
+      const asked = new URLSearchParams({ limit: "1000", ...(cursor && { cursor }) });
+      /** @type {UserListDocument} */
+      const page = await get(`/v1/users?${asked}`, life);
+      known.push(...page.users);
+      cursor = page.next;
+    } while (cursor);
+    show(users, known.map(user));
   }
 
   root.append(

@@ -11,6 +11,7 @@ import pytest
 from sqlalchemy import event, select
 
 from schemas.api.jobs import Job, JobState
+from service.jobs import usage
 from service.lifecycle import fairness
 from service.lifecycle.documents import documents
 from service.lifecycle.rows import OPEN
@@ -110,6 +111,7 @@ def test_calls_delay_the_tiles_of_their_user(workers: Workers) -> None:
     # A pause is no credit.
     with workers.database.writing() as session:
         fairness.charge_calls(session, {"eve": 4.0})
+        assert {user.user: user.cpu_seconds for user in usage.page(session, 9, None)}["eve"] == 4.0
     workers.put("eve", 2)
     workers.put("fay", 2)
     assert "eve" not in workers.turns(4)

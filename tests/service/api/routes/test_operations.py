@@ -54,15 +54,18 @@ def test_users_are_listed_with_what_they_use(api: httpx2.Client) -> None:
     assert api.get("/v1/users", params={"cursor": "local"}).json()["users"] == []
 
 
+@pytest.mark.slow
 def test_workers_are_listed_with_whom_they_work_for(server: RunningServer, client: httpx2.Client) -> None:
+    def busy(task: str) -> list[dict[str, Any]]:
+        return [one for one in client.get("/v1/workers").json()["workers"] if one["task"] == task]
+
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(client.post, "/v1/quotes", json={"scene": long_scene()})
+        until(lambda: [worker["users"] for worker in busy("quote")] == [["local"]])
     job = submit(client, long_scene())
-
-    def busy() -> list[dict[str, Any]]:
-        return [one for one in client.get("/v1/workers").json()["workers"] if job in one["jobs"]]
-
-    until(busy)
-    [worker, *_] = busy()
-    assert (worker["users"], worker["task"]) == (["local"], "tile")
+    until(lambda: busy("tile"))
+    [worker, *_] = busy("tile")
+    assert (worker["users"], worker["jobs"]) == (["local"], [job])
     assert worker["pid"] in workers_of(server.process.pid)
     assert worker["memory_bytes"] > 10_000_000
     client.delete(f"/v1/jobs/{job}")
