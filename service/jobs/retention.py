@@ -7,20 +7,19 @@ leaves the disk when that is over, and what a killed process leaves there goes w
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import structlog
-from sqlalchemy import Row, and_, bindparam, delete, func, or_, select, text, update
+from sqlalchemy import and_, delete, func, or_, select, text, update
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
-from schemas.api.jobs import JobState
 from service.errors import StoreError
 from service.jobs import uploads
+from service.jobs.sweep import KEY_LIFE, DryRun, Rules, Sweep, Swept, held_bytes
 from service.jobs.sweep_clock import SweepClock
-from service.lifecycle import damage, sharing, totals
+from service.lifecycle import totals
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.conditions import HAS_PICTURE, MAY_BE_FORGOTTEN, UNMEASURED
@@ -30,174 +29,15 @@ from service.storage.reserve import Reserve
 from service.storage.tiles import UNFINISHED_SECONDS, TileStore
 from service.supervision import SupervisedThread
 
-KEY_LIFE = timedelta(hours=24)
-"""How long an ``Idempotency-Key`` is remembered."""
 ASSET_GRACE = 86400.0
 """How old a file is that was sent and never entered into the database, seconds, where no rule says so."""
 
-# Each has an index of its own, in this order: a sweep reads what it deletes, and nothing that it keeps.
-_OLDEST = select(JobRow.number).order_by(JobRow.finished_at, JobRow.number)
-EXPIRING, FORGOTTEN = _OLDEST.where(text(HAS_PICTURE)), _OLDEST.where(text(MAY_BE_FORGOTTEN))
-# Users may share a render, whose bytes are those of each; a user's jobs may, too, and there they count once.
-_OWNED = (
-    select(JobRow.owner, RenderRow.number, RenderRow.stored_bytes, RenderRow.idle_since)
-    .join(RenderRow, JobRow.render_number == RenderRow.number)
-    .where(RenderRow.state == JobState.SUCCEEDED)
-    .distinct()
-    .subquery()
-)
-HELD = select(_OWNED.c.owner, func.sum(_OWNED.c.stored_bytes)).group_by(_OWNED.c.owner)
-IDLE = (
-    select(_OWNED.c.number, _OWNED.c.stored_bytes)
-    .where(_OWNED.c.owner == bindparam("owner"), _OWNED.c.idle_since.is_not(None))
-    .order_by(_OWNED.c.idle_since, _OWNED.c.number)
-    .limit(bindparam("most"))
-)
 WITHOUT_SIZE = select(RenderRow.number, RenderRow.id).where(text(UNMEASURED)).order_by(RenderRow.number)
-
-
-@dataclass(frozen=True)
-class Rules:
-    """How long and how much to keep; None is no limit.
-
-    Attributes
-    ----------
-    keep_seconds
-        Of a picture after its job has succeeded, and of the job after that.
-    max_stored_bytes
-        Of all finished pictures with their layers.
-    keep_asset_seconds
-        Of an asset that no render needs, since it was last sent or requested.
-    """
-
-    keep_seconds: float | None = None
-    max_stored_bytes: int | None = None
-    keep_asset_seconds: float | None = None
 
 
 def rules_of(settings: Settings) -> Rules:
     """Return the rules of a service."""
     return Rules(settings.keep_seconds, settings.max_stored_bytes, settings.keep_asset_seconds)
-
-
-@dataclass
-class Swept:
-    """What a sweep has deleted.
-
-    Attributes
-    ----------
-    expired, forgotten
-        Ids of jobs that have lost their picture, and of those that are gone.
-    pictures, assets
-        What leaves the disk, with its bytes: renders to which no job refers any more, and assets.
-    more
-        There was more than may go in one transaction.
-    """
-
-    expired: list[str] = field(default_factory=list)
-    forgotten: list[str] = field(default_factory=list)
-    pictures: dict[str, int] = field(default_factory=dict)
-    assets: dict[str, int] = field(default_factory=dict)
-    more: bool = False
-
-    @property
-    def bytes(self) -> int:
-        """Bytes that were freed."""
-        return sum(self.pictures.values()) + sum(self.assets.values())
-
-
-def held_bytes(session: Session, rules: Rules) -> Counter[str]:
-    """Count the bytes of each user's pictures, pinned ones included, if all together have too many."""
-    limit = rules.max_stored_bytes
-    if limit is None or totals.read(session, totals.STORED_BYTES) <= limit:
-        return Counter()
-    return Counter({owner: int(count or 0) for owner, count in session.execute(HELD)})
-
-
-def sweep(session: Session, rules: Rules, held: Counter[str], most: int) -> Swept:
-    """Delete what the rules do not keep.
-
-    Parameters
-    ----------
-    held
-        What `held_bytes` has counted; what is deleted is subtracted.
-    most
-        Jobs and assets to remove at most, each: others wait for the transaction.
-    """
-    now, swept = datetime.now(UTC), Swept()
-    session.execute(delete(IdempotencyRow).where(IdempotencyRow.created_at < now - KEY_LIFE))
-    if rules.keep_seconds is not None:
-        _by_age(session, now, timedelta(seconds=rules.keep_seconds), swept, most)
-    if rules.max_stored_bytes is not None and not swept.more:
-        _by_bytes(session, rules.max_stored_bytes, held, swept, most)
-    if rules.keep_asset_seconds is not None:
-        before = now - timedelta(seconds=rules.keep_asset_seconds)
-        swept.assets = uploads.drop_unused(session, before, most)
-        swept.more = swept.more or len(swept.assets) == most
-    return swept
-
-
-def _by_age(session: Session, now: datetime, kept: timedelta, swept: Swept, most: int) -> None:
-    # What is to be forgotten goes first, so that none of it loses its picture before, on its own.
-    for found, age, end, ended in (
-        (FORGOTTEN, 2 * kept, sharing.forget, swept.forgotten),
-        (EXPIRING, kept, sharing.expire, swept.expired),
-    ):
-        numbers = session.scalars(found.where(JobRow.finished_at < now - age).limit(most)).all()
-        for number in numbers:
-            _end(session, number, end, swept, ended)
-        # Where all are damaged, the next transaction would find the same ones.
-        swept.more = len(numbers) == most and bool(ended)
-        if swept.more:
-            return
-
-
-def _by_bytes(session: Session, limit: int, held: Counter[str], swept: Swept, most: int) -> None:
-    """Expire the oldest pictures of whoever has the most bytes, until all that is left fits.
-
-    What one user stores costs no other a picture who stores less.
-    """
-    idle: dict[str, Iterator[Row[int, int]]] = {}
-    tried, before = 0, len(swept.expired)
-    while held and tried < most and totals.read(session, totals.STORED_BYTES) > limit:
-        [(owner, _)] = held.most_common(1)
-        if owner not in idle:
-            idle[owner] = iter(session.execute(IDLE, {"owner": owner, "most": most}).all())
-        number, size = next(idle[owner], (None, 0))
-        if number is None:
-            del held[owner]
-            continue
-        held[owner] -= size
-        tried += 1
-        jobs = select(JobRow.number).where(JobRow.render_number == number, JobRow.owner == owner)
-        for job in session.scalars(jobs).all():
-            _end(session, job, sharing.expire, swept, swept.expired)
-    # Where all are damaged, the next transaction would find the same ones.
-    swept.more = tried == most and len(swept.expired) > before
-
-
-def _end(
-    session: Session,
-    number: int,
-    end: Callable[[Session, JobRow], sharing.Unused | None],
-    swept: Swept,
-    ended: list[str],
-) -> None:
-    """End a job by expiring or forgetting it; one whose record is damaged stays as it is, and is logged."""
-    job_id = session.scalars(select(JobRow.id).where(JobRow.number == number)).one()
-    try:
-        with session.begin_nested():
-            unused = end(session, session.get_one(JobRow, number))
-    except damage.UNREADABLE as error:
-        damage.note(job_id, error)
-        return
-    ended.append(job_id)
-    _note(swept, unused)
-
-
-def _note(swept: Swept, unused: sharing.Unused | None) -> None:
-    if unused is not None:
-        swept.pictures[unused.id] = unused.bytes
 
 
 def deletes_too_much(session: Session, rules: Rules) -> bool:
@@ -299,12 +139,10 @@ class RetentionThread:
         return whole
 
     def predict(self, rules: Rules) -> Swept:
-        """Report what these rules would delete, by deleting it in a transaction that is rolled back."""
+        """Report what these rules would delete."""
         held = self._measured(rules)
-        with self._database.writing() as session, session.begin_nested() as trial:
-            swept = sweep(session, rules, held, MOST_PREDICTED)
-            trial.rollback()
-        return swept
+        with self._database.reading() as session:
+            return DryRun(session, rules, held, MOST_PREDICTED).run()
 
     def _run(self) -> None:
         pause = min(SWEEP_SECONDS, self.rules.keep_seconds or SWEEP_SECONDS)
@@ -336,7 +174,10 @@ class RetentionThread:
 
     def _swept(self, rules: Rules, held: Counter[str]) -> Swept:
         with self._database.writing() as session:
-            swept = sweep(session, rules, held, MANY)
+            session.execute(
+                delete(IdempotencyRow).where(IdempotencyRow.created_at < datetime.now(UTC) - KEY_LIFE)
+            )
+            swept = Sweep(session, rules, held, MANY).run()
         for render in swept.pictures:
             self._store.drop_job(render)
         self._assets.drop(swept.assets, self._unused_since(rules))

@@ -18,7 +18,7 @@ from service.jobs.admission import Admitted, admit
 from service.jobs.canonical import Spec
 from service.jobs.context import Service
 from service.jobs.limits import Queue
-from service.jobs.retention import KEY_LIFE
+from service.jobs.sweep import KEY_LIFE
 from service.storage.database.models import IdempotencyRow, JobRow, RequestRow
 
 

@@ -7,8 +7,10 @@ their assets, too.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
 from datetime import UTC, datetime, timedelta
+from typing import TypeVar
 
 from sqlalchemy import Select, delete, func, insert, select, text, update
 from sqlalchemy.orm import Session
@@ -132,3 +134,30 @@ def _recounted(session: Session, hashes: Collection[str]) -> Sequence[str]:
     counted = update(AssetRow).where(AssetRow.sha256.in_(hashes), uses > 0).values(renders=uses)
     options = {"synchronize_session": False}
     return session.scalars(counted.returning(AssetRow.sha256), execution_options=options).all()
+
+
+def unused_without(session: Session, renders: Collection[int], before: datetime, most: int) -> dict[str, int]:
+    """Return what `drop_unused` would delete if these renders were gone."""
+    freed: Counter[str] = Counter()
+    for numbers in batched(sorted(renders)):
+        freed.update(session.scalars(select(AssetUseRow.sha256).where(AssetUseRow.render.in_(numbers))))
+    uses = select(func.count()).where(AssetUseRow.sha256 == AssetRow.sha256).scalar_subquery()
+    old = select(AssetRow.sha256, AssetRow.bytes, AssetRow.used_at, uses.label("uses")).where(
+        AssetRow.used_at < before
+    )
+    found = [*session.execute(old.where(_UNUSED))]
+    for names in batched(sorted(freed)):
+        found += session.execute(old.where(AssetRow.sha256.in_(names)))
+    unused = sorted({row for row in found if row.uses == freed[row.sha256]}, key=lambda row: row.used_at)
+    return {row.sha256: row.bytes for row in unused[:most]}
+
+
+# Databases bound the values in one statement.
+_TOGETHER = 500
+
+Item = TypeVar("Item")
+
+
+def batched(items: Sequence[Item]) -> Iterator[Sequence[Item]]:
+    """Split into as many as one statement may have."""
+    return (items[start : start + _TOGETHER] for start in range(0, len(items), _TOGETHER))

@@ -26,7 +26,7 @@ from service.api.routes.parameters import json_request, problem
 from service.errors import ForbiddenError, StoreError, UnavailableError
 from service.jobs import usage
 from service.jobs.context import Here, Service
-from service.jobs.retention import Rules
+from service.jobs.sweep import Rules
 
 router = APIRouter(tags=["operations"])
 """Routes without authentication."""

@@ -18,7 +18,7 @@ from service.app import assemble
 from service.dispatch.job_events import JobEvents
 from service.jobs import lifecycle
 from service.jobs.context import Service
-from service.jobs.retention import Rules
+from service.jobs.sweep import Rules
 from service.lifecycle import fairness, totals
 from service.settings import Settings
 from service.storage.database.models import LabelRow, RenderRow

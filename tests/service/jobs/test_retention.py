@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import os
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -19,7 +21,8 @@ from schemas.limits import Limits
 from service.access import keys
 from service.client import Client
 from service.client.errors import NotAllowedError
-from service.jobs.retention import RetentionThread, Rules
+from service.jobs.retention import RetentionThread
+from service.jobs.sweep import Rules
 from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.assets import AssetStore
@@ -146,7 +149,11 @@ def test_dry_run_reports_what_would_go(users: Users, data: Path) -> None:
         assert users["ann"].get(f"/v1/jobs/{jobs[0]['id']}/{name}").status_code == 200
     before = files(data)
     assert {Path(name).suffix for name in before} == {".json", ".npy", ".png", ".exr"}
-    reported = prune(users, max_stored_bytes=0)
+    # It writes nothing, and neither waits for others nor has others wait.
+    with closing(sqlite3.connect(data / "penumbra.sqlite")) as connection:
+        connection.execute("PRAGMA busy_timeout = 10000")
+        connection.execute("BEGIN IMMEDIATE")
+        reported = prune(users, max_stored_bytes=0)
     assert (reported["dry_run"], reported["pictures"], reported["bytes"]) == (True, 2, sum(before.values()))
     assert files(data) == before
     assert states(users["ann"], *jobs) == ["succeeded", "succeeded"]
