@@ -8,6 +8,7 @@ The rays form two independent lattices: their difference estimates the error of 
 
 from collections import Counter
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,9 +162,16 @@ def _hits(
 
 
 def cover(
-    plan: TargetPlan, size: int, x: Integers, y: Integers, nearby: Nearby, counts: Counter[str]
+    plan: TargetPlan,
+    size: int,
+    x: Integers,
+    y: Integers,
+    nearby: Nearby,
+    counts: Counter[str],
+    *,
+    until: float = inf,
 ) -> Cover:
-    """Find what pixels (n,) show, with `COVERAGES[size]` rays each."""
+    """Find what pixels (n,) show, with `COVERAGES[size]` rays each, unless rays are left at `until`."""
     pilot = plan.pilot or plan
     count = int(COVERAGES[size]) // HALVES
     across, along = (
@@ -185,7 +193,7 @@ def cover(
         there = (across.ravel()[chosen], along.ravel()[chosen])
         every = np.full(chosen.size, HALVES)
         seen = camera_rays(pilot, x[of_rays[chosen]], y[of_rays[chosen]], every, there)
-        shaded = np.minimum(radiance(pilot, seen, counts), BRIGHTEST)
+        shaded = np.minimum(radiance(pilot, seen, counts, until=until), BRIGHTEST)
         others = _mean_others(others, pixels[missing], parts.shares[missing], shaded)
         put(shown, missing, taken(others, pixels[missing]))
     # What only samples are going to find differs from the pixel's own pilot sample.

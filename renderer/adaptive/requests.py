@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,7 +121,7 @@ class TileRequest:
     records : bool
         Whether the layers that the centres of pixels show are recorded, too: once, in the first pass.
     limit : TimeLimit or None
-        The first pass has none.
+        The first pass has none but for a time slice.
     """
 
     tile: Tile
@@ -128,6 +129,11 @@ class TileRequest:
     around: Surroundings | None = None
     records: bool = False
     limit: TimeLimit | None = None
+
+    @property
+    def until(self) -> float:
+        """When the tile has to be finished, by `time.monotonic`; inf where there is no limit."""
+        return self.limit.until if self.limit else inf
 
 
 def tile_request(

@@ -86,7 +86,9 @@ def _pilot_samples(
         x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
         rays = camera_rays(pilot_plan, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
         seen = Surfaces.none(x.size)
-        values[:, chosen] = np.minimum(radiance(pilot_plan, rays, counts, seen), BRIGHTEST)
+        values[:, chosen] = np.minimum(
+            radiance(pilot_plan, rays, counts, seen, until=request.until), BRIGHTEST
+        )
         labels[chosen] = labels_of(rays.shapes)
         np.copyto(seen.colors, 1.0, where=~of_labels(textured, labels[chosen]))
         found.colors[:, chosen], found.doubts[chosen] = seen.colors, seen.doubts
@@ -107,7 +109,7 @@ def _covers(
             chosen = alike[part]
             nearby = request.around.nearby(rows[chosen], columns[chosen])
             x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
-            found = cover(plan, size, x, y, nearby, counts)
+            found = cover(plan, size, x, y, nearby, counts, until=request.until)
             values[:, chosen] = np.vstack((found.values, found.others, found.spread))
     return values[:3], values[3:6], values[6]
 
@@ -125,7 +127,7 @@ def _samples(
     controlled = guided.copy()
     for chosen in _batches(columns, rows, last - first, request.limit):
         x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
-        batch = _radiance(plan, x, y, first[chosen], last[chosen], counts)
+        batch = _radiance(plan, x, y, first[chosen], last[chosen], counts, request.until)
         if request.around is not None:
             around = _Around(request.around, rows[chosen], columns[chosen])
             _subtract_guides(plan, batch, around, np.flatnonzero(guided[chosen]))
@@ -208,7 +210,13 @@ def _rays_of(batch: _Batch, pixels: Integers) -> tuple[Integers, Integers]:
 
 
 def _radiance(
-    plan: TargetPlan, x: Integers, y: Integers, first: Integers, last: Integers, counts: Counter[str]
+    plan: TargetPlan,
+    x: Integers,
+    y: Integers,
+    first: Integers,
+    last: Integers,
+    counts: Counter[str],
+    until: float,
 ) -> _Batch:
     """The samples `first` to `last` (n,) of pixels (n,)."""
     count = last - first
@@ -217,7 +225,7 @@ def _radiance(
     place = places(plan.seed, plan.camera.numbers(columns, rows), numbers)
     rays = camera_rays(plan, columns, rows, numbers, place)
     seen = Surfaces.none(numbers.size)
-    found = np.minimum(radiance(plan, rays, counts, seen), BRIGHTEST)
+    found = np.minimum(radiance(plan, rays, counts, seen, until=until), BRIGHTEST)
     return _Batch(count, found, labels_of(rays.shapes), seen.colors)
 
 

@@ -6,10 +6,11 @@ as a finished step of tile 0. As in ``ledger.py`` every function works in a tran
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from itertools import product
 from typing import Any
 
-from sqlalchemy import and_, delete, insert, or_, select
+from sqlalchemy import and_, delete, func, insert, or_, select
 from sqlalchemy.orm import Session
 
 from renderer import RenderPlan
@@ -121,6 +122,26 @@ def expire(session: Session) -> float | None:
             unstarted = delete(TileRow).where(TileRow.render == render.number, TileRow.state == WAITING)
             render.total_steps -= len(session.execute(unstarted.returning(TileRow.tile)).all())
     return min(upcoming, default=None)
+
+
+def quarter(session: Session, render: RenderRow, step: TileRow) -> None:
+    """Cut a step in four, of which it is the first itself, or in two where it is one pixel wide or high."""
+    place = TileRow.render == render.number, TileRow.pass_index == step.pass_index
+    newest = session.scalars(select(func.max(TileRow.tile)).where(*place)).one()
+    first, *others = _quarters(rows.tile_of(step))
+    step.x1, step.y1 = first.x1, first.y1
+    for number, part in enumerate(others, newest + 1):
+        values = rows.new_step(render.number, pass_of(step.pass_index), replace(part, index=number))
+        # Never an attempt number that a tile of this number may have had before `undo_merge`.
+        session.add(TileRow(**values, attempt=step.attempt))
+    render.total_steps += len(others)
+
+
+def _quarters(tile: Tile) -> list[Tile]:
+    x, y = (tile.x0 + tile.x1 + 1) // 2, (tile.y0 + tile.y1 + 1) // 2
+    columns, lines = ((tile.x0, x), (x, tile.x1)), ((tile.y0, y), (y, tile.y1))
+    parts = [Tile(tile.index, x0, y0, x1, y1) for (y0, y1), (x0, x1) in product(lines, columns)]
+    return [part for part in parts if part.width and part.height]
 
 
 def is_spent(render: RenderRow) -> bool:

@@ -204,12 +204,14 @@ def land(session: Session, render: RenderRow, task: TileTask, done: TileDone) ->
 
 
 def preempt(session: Session, render: RenderRow, task: TileTask, stopped: Preempted) -> bool:
-    """Let a step wait for its next time slice. False if it is a stale attempt."""
+    """Let a step wait for its next time slice, or its quarters. False if it is a stale attempt."""
     step = _handed_out(session, render, task)
     if step is None:
         return False
     _pay(session, render, step, stopped.cpu_seconds)
     step.state = WAITING
+    if isinstance(task, SampleTask):
+        targets.quarter(session, render, step)
     fairness.activate_all_of(session, render)
     return True
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import partial
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from service.workers.tasks import (
     AdvanceTask,
     InputDamaged,
     Interrupted,
+    Preempted,
     SampleTask,
     TileDone,
     numbered,
@@ -43,24 +45,29 @@ class PassWorker:
 
     store: TileStore
     workers: int
+    slice_seconds: float
 
-    def sample(self, plan: TargetPlan, task: SampleTask, until: float | None) -> TileDone | Interrupted:
-        """Render what the pass wants in a tile, unless the job's time is spent before it is finished.
+    def sample(
+        self, plan: TargetPlan, task: SampleTask, until: float, begun: float
+    ) -> TileDone | Preempted | Interrupted:
+        """Render what the pass wants in a tile, unless it takes longer than a time slice.
 
         Parameters
         ----------
         until
-            When that is, by `time.monotonic` here.
+            When the job's time is spent, by `time.monotonic` here.
+        begun
+            When the task began, by `time.process_time`.
         """
-        begun = time.process_time()
         levels, before = self._levels(plan, task)
-        limit = None if until is None else TimeLimit(until, task.ray_seconds)
-        around = partial(self._around, task)
-        request = tile_request(plan, task.tile, levels, around, limit, first=not task.merged)
+        request = tile_request(
+            plan, task.tile, levels, partial(self._around, task), None, first=not task.merged
+        )
         try:
-            samples = render_request(plan, request)
+            samples = render_request(plan, replace(request, limit=self._limit(task, until)))
         except OutOfTimeError:
-            return Interrupted(late=True)
+            spent = time.process_time() - begun
+            return Interrupted(late=True) if time.monotonic() >= until else Preempted(spent)
         kept = {name: value for name, value in _members(samples) if isinstance(value, np.ndarray)}
         kept["seconds"] = np.array(samples.cpu_seconds)
         self.store.put_samples(task.job, task.pass_.index, task.tile, task.attempt, kept)
@@ -69,6 +76,12 @@ class PassWorker:
         pixels = preview(task.tile, samples, levels, before)
         crc32 = self.store.put_tile(task.job, task.tile, task.pass_, task.attempt, pixels)
         return TileDone(crc32, samples.counts, time.process_time() - begun, samples.work)
+
+    def _limit(self, task: SampleTask, until: float) -> TimeLimit:
+        """Return when a tile is given up: one of a single pixel cannot be cut into smaller ones."""
+        is_pixel = task.tile.width * task.tile.height == 1
+        over = inf if is_pixel else time.monotonic() + self.slice_seconds
+        return TimeLimit(min(until, over), task.ray_seconds)
 
     def _put_layers(self, task: SampleTask, samples: Samples) -> None:
         """Keep what the centres of pixels show."""

@@ -186,7 +186,10 @@ class TileDone:
 
 @dataclass(frozen=True)
 class Preempted:
-    """A tile is not finished at the end of its time slice; what was rendered by then is in the store."""
+    """A tile is not finished at the end of its time slice.
+
+    What was rendered by then is in the store; of a tile of target quality it is lost.
+    """
 
     cpu_seconds: float
 

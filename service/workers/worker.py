@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial, singledispatchmethod
 from itertools import groupby
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -117,7 +118,7 @@ class Worker:
         place = place_of(setup.store)
         self._store = TileStore(place.within(JOBS))
         self._assets = AssetStore(place.within(ASSETS), setup.limits)
-        self._passes = PassWorker(self._store, setup.workers)
+        self._passes = PassWorker(self._store, setup.workers, setup.lease.slice_seconds)
         self._slice_seconds = setup.lease.slice_seconds
         self.plans = KeptPlans(setup.memory_bytes)
 
@@ -143,11 +144,12 @@ class Worker:
         return TileDone(crc32, result.counts, time.process_time() - begun, result.work)
 
     @execute.register
-    def sample(self, task: SampleTask) -> TileDone | Interrupted:
+    def sample(self, task: SampleTask) -> TileDone | Preempted | Interrupted:
         """Render a tile of target quality."""
         # Making the plan is part of the time.
-        until = None if task.seconds_left is None else time.monotonic() + task.seconds_left
-        return self._passes.sample(target_plan(self._plan(task)), task, until)
+        until = inf if task.seconds_left is None else time.monotonic() + task.seconds_left
+        begun = time.process_time()
+        return self._passes.sample(target_plan(self._plan(task)), task, until, begun)
 
     @execute.register
     def advance(self, task: AdvanceTask) -> AdvanceDone:

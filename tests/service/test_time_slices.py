@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +13,15 @@ import httpx2
 import pytest
 
 import renderer
+from renderer.adaptive.target_plan import target_plan
 from schemas.api.administration import Role
-from service.storage.tiles import StoredTile
+from schemas.quality import TargetQuality
+from schemas.tiles import Tile
+from service.storage.folder import Folder
+from service.storage.tiles import StoredTile, TileStore
 from service.workers.heartbeats import Lease
-from service.workers.tasks import Preempted, TileDone
+from service.workers.passes import PassWorker
+from service.workers.tasks import Outcome, Preempted, SampleTask, TileDone, pass_of
 from tests.service.conftest import Start
 from tests.service.sending import bearer, make_keys
 from tests.service.support import TIMEOUT, finish, job_of, scene, submit, until, wait
@@ -50,6 +57,21 @@ def test_tile_begins_anew_where_its_slices_are_lost(bench: Bench, tmp_path: Path
     unfinished.write_bytes(lost) if lost else unfinished.unlink()
     assert isinstance(bench.run(replace(task, attempt=2, resumed=True)), Preempted)
     assert unfinished.stat().st_size > 1000
+
+
+def test_tile_of_target_quality_is_given_up_unless_it_is_a_pixel(tmp_path: Path) -> None:
+    quality = TargetQuality(mode="target", error=0.01)
+    plan = target_plan(renderer.compile_scene(scene(32, 32), quality))
+    store = TileStore(Folder(tmp_path))
+    store.put_spec("job", b"")
+
+    def sampled(tile: Tile, slice_seconds: float) -> Outcome:
+        task = SampleTask("job", "", tile, pass_of(0), 1, merged=0, seconds_left=None)
+        return PassWorker(store, 1, slice_seconds).sample(plan, task, inf, time.process_time())
+
+    assert isinstance(sampled(Tile(1, 0, 0, 32, 32), 0.0), Preempted)
+    assert isinstance(sampled(Tile(1, 5, 7, 6, 8), 0.0), TileDone)
+    assert isinstance(sampled(Tile(1, 0, 0, 32, 32), TIMEOUT), TileDone)
 
 
 def glass() -> dict[str, Any]:

@@ -11,6 +11,7 @@ from renderer.adaptive import Estimate
 from renderer.adaptive.forecast import forecast, usual_prices
 from schemas.api.jobs import JobState
 from schemas.quality import TargetQuality
+from schemas.tiles import Tile
 from service.dispatch import adaptive_passes
 from service.dispatch.rounds import Round
 from service.lifecycle import progress, rows
@@ -22,6 +23,7 @@ from service.workers.tasks import (
     Interrupted,
     JobTask,
     Outcome,
+    Preempted,
     SampleTask,
     TileDone,
     WorkerDied,
@@ -100,6 +102,28 @@ def test_pass_is_merged_after_its_last_tile(table: Targets) -> None:
     assert (third.pass_.index, third.tile.index, third.merged) == (1, 3, 1)
     render = table.render()
     assert (render.done_steps, render.total_steps, render.last_seq) == (5, 7, 5)
+
+
+@BOTH
+def test_preempted_tile_is_cut_in_four(table: Targets) -> None:
+    table.add_target()
+    first, *others = table.tasks()
+    quarters = table.tasks((first, Preempted(2.0)), *((task, DONE) for task in others))
+    assert [task.tile for task in quarters] == [  # type: ignore[union-attr]
+        Tile(1, 0, 0, 16, 16),
+        Tile(5, 16, 0, 32, 16),
+        Tile(6, 0, 16, 16, 32),
+        Tile(7, 16, 16, 32, 32),
+    ]
+    # A result of the whole tile does not count any more.
+    assert table.tasks((first, DONE)) == []
+    (task,) = table.tasks(*((task, DONE) for task in quarters))
+    assert isinstance(task, AdvanceTask)
+    assert sorted(part.tile.index for part in task.parts) == [1, 2, 3, 4, 5, 6, 7]
+    assert table.served() == {"local": pytest.approx(2.0 + 7 * DONE.cpu_seconds)}
+    render = table.render()
+    assert (render.done_steps, render.total_steps) == (7, 7)
+    assert render.cpu_seconds == pytest.approx(2.0 + 7 * DONE.cpu_seconds)
 
 
 @BOTH
