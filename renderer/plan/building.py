@@ -24,7 +24,7 @@ from renderer.shapes.family import Location
 def build_plan(request: Request) -> RenderPlan:
     """Build the stages in the order in which they run."""
     camera = _camera(request)
-    shapes.list_geometry(request)
+    shapes.list_geometry(request, camera)
     emitters = lights.emitters(request)
     intersectors = [shapes.intersector(request, family, camera) for family in request.families]
     intersectors += shapes.overlaps(request)

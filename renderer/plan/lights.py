@@ -100,16 +100,16 @@ def _shadows(request: Request, emitter: Emitter) -> list[LightStage]:
     stages = shadow_stages(request, emitter)
     for family in request.families:
         name, detail = f"shadows of {family.plural}", f"shadow rays from points to light {emitter.number}"
-        each = _shading(family, emitter.count)
+        each = _shading(family, emitter.count, request.crowds[family.kind])
         request.list_stage(name, f"shapes.{family.kind}", detail, (pointer,), each)
     return stages
 
 
-def _shading(family: Family, light_points: int) -> float:
+def _shading(family: Family, light_points: int, crowd: float) -> float:
     """Nanoseconds a point."""
     if in_tree(family):
         return cost.shaded_by_tree(family.numbers.size, light_points)
-    return light_points * COSTS.shadow * min(2.0, family.numbers.size / 4)
+    return light_points * COSTS.shadow * min(2.0, family.numbers.size / 4) + COSTS.crowd_shadow * crowd
 
 
 def _shades_nothing(request: Request) -> bool:

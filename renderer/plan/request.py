@@ -51,6 +51,8 @@ class Request:
         Materials that some shape shows, in the order of the scene.
     rays : float
         Camera rays, for prices.
+    crowds : dict
+        Of each kind of shapes, those that a camera ray may hit beyond the few that its price allows for.
     """
 
     scene: LoadedScene
@@ -63,6 +65,7 @@ class Request:
     entries: list[Entry] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
     reads: set[str] = field(default_factory=set)
+    crowds: dict[str, float] = field(default_factory=dict)
     document: Scene = field(init=False)
     sampling: Sampling = field(init=False)
     dtype: np.dtype[np.floating] = field(init=False)

@@ -17,8 +17,17 @@ from renderer.shapes import Family
 from renderer.shapes.family import Intersector, Location, Outline
 from renderer.shapes.triangles import Triangles
 
+PLACES = (np.arange(4) + 0.5) / 2 - 1
+"""Across and along the picture: sixteen places in all, in units of its half sides."""
 
-def list_geometry(request: Request) -> None:
+MOST_PLACED = 4096
+"""Shapes of a family that are looked for at each of them: a few hundredths of a second."""
+
+FEW_COVERING = 8.0
+"""Triangles whose bounds a camera ray passes: twice those of a closed mesh behind another one."""
+
+
+def list_geometry(request: Request, camera: Pinhole) -> None:
     """List the shapes of a plan, and what was left out of them."""
     geometry = request.geometry
     request.left_out.extend(geometry.left_out)
@@ -26,7 +35,25 @@ def list_geometry(request: Request) -> None:
         detail = "surfaces cut into fine triangles and moved by heights"
         request.list_stage("displacement", "materials.phong.displacement_map", detail, geometry.displaced)
     for family in geometry.families:
+        few = FEW_COVERING if in_tree(family) else cost.near_shapes(family.numbers.size)
+        request.crowds[family.kind] = max(0.0, crowd(family, camera) - few)
         _list_family(request, family)
+
+
+def crowd(family: Family, camera: Pinhole) -> float:
+    """Mean number of shapes that a camera ray may hit, by their bounds at some places of the picture.
+
+    Those of meshes are left out: services price scenes before they read meshes.
+    """
+    _, shapes, counts = np.unique(family.numbers, return_inverse=True, return_counts=True)
+    alone = np.flatnonzero(counts[shapes] == 1)
+    placed = alone[:: 1 + alone.size // MOST_PLACED]
+    if alone.size <= FEW_COVERING:
+        return 0.0
+    outline = Outline.of(family.corners()[:, :, placed], camera)
+    x, y = PLACES * camera.half_width, PLACES * camera.half_height
+    found = [outline.inside(np.array([a, a, b, b])).mean() for a in x for b in y]
+    return float(np.mean(found)) * alone.size
 
 
 def _list_family(request: Request, family: Family) -> None:
@@ -36,6 +63,8 @@ def _list_family(request: Request, family: Family) -> None:
         detail, each = "nearest hits: of camera rays by rasterisation, of others through a tree", COSTS.raster
     elif in_tree(family):
         detail, each = "nearest hits of rays through a tree", cost.through_tree(family.numbers.size)
+    crowded = COSTS.crowd_raster if in_tree(family) else COSTS.crowd
+    each += crowded * request.crowds[family.kind]
     request.list_stage(f"hits of {family.plural}", f"shapes.{family.kind}", detail, pointers, each)
 
 

@@ -37,6 +37,7 @@ from tests.documents import (
 from tests.pictures import pictures
 from tests.pictures.parts import plan_of, png
 
+CORNERS = ([-2, -1, 0], [2, -1, 0.1], [0, 2, 0.2])
 GALLERY = sorted((Path(scenes.__file__).parent / "gallery").glob("*.json"))
 FLOOR = rectangle([-4, 0, -4], [0, 0, 8], [8, 0, 0])
 FLAT = triangle([0, 0, 0], [1, 1, 1], [2, 2, 2])
@@ -348,3 +349,20 @@ def test_price_of_glass_follows_from_its_rays() -> None:
         return share * described.cost.cpu_seconds / renderer.render(plan).report["rays"]["transmission"]
 
     assert 0.5 < ratio(1, 2) / ratio(4, 9) < 2
+
+
+@pytest.mark.parametrize("kind", ["balls", "triangles"])
+def test_price_of_shapes_follows_from_how_many_are_in_one_place(kind: str) -> None:
+    """Side by side a ray passes few of 400. In one place it passes all, which takes 40 times as long."""
+
+    def price(size: float, apart: float) -> float:
+        places = [[apart * (i % 20 - 9.5), 1.4 + apart * (i // 20 - 9.5), 0] for i in range(400)]
+        shapes = [
+            sphere(place, size)
+            if kind == "balls"
+            else triangle(*(np.add(place, np.multiply(size, corner)) for corner in CORNERS))
+            for place in places
+        ]
+        return plan_of(scene(*shapes, lights=[bulb([0, 9, 9])])).describe().cost.cpu_seconds
+
+    assert price(2.0, 0.001) > 20 * price(0.05, 0.15)
