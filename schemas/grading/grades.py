@@ -10,6 +10,9 @@ from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.base import Message
 
 Status = Literal["passed", "partial", "failed", "error", "not_gradable", "skipped"]
+Feedback = Literal["none", "verdict", "difference", "picture"]
+"""How much students see of a test; each level has all of those before it."""
+
 GradeVerdict = Literal["match", "noisy_match", "mismatch", "not_comparable"]
 
 
@@ -18,6 +21,9 @@ class GradeImage(Message):
 
     label: str = Field(description="What it shows.")
     file: str = Field(description="PNG, in the folder of the result.")
+    feedback: Literal["difference", "picture"] = Field(
+        default="picture", description="Students see it where the test has this `feedback`."
+    )
 
 
 class TestGrade(Message):
@@ -40,6 +46,7 @@ class TestGrade(Message):
         "itself broke, was late, or lacks its reference."
     )
     hidden: bool = Field(default=False, description="Students do not see this test.")
+    feedback: Feedback = Field(default="picture", description="What students see of it.")
     tags: tuple[str, ...] = ()
     message: str = Field(description="What decided, and what to do, for students.")
     verdict: GradeVerdict | None = Field(default=None, description="Of pictures.")

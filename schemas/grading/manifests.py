@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 from schemas.api.comparisons import Encoding
 from schemas.base import Closed, chosen_by, tag
 from schemas.grading.acceptance import Acceptance, CpuSeconds, RayShare, Verdict
+from schemas.grading.grades import Feedback
 from schemas.quality import Quality
 from schemas.quantities import WHOLE, Count, Index, Name, Point, Size
 
@@ -155,6 +156,9 @@ class Criterion(Closed):
         default=False, strict=True, description="Whether its points are added on top of the full score."
     )
     hidden: bool = Field(default=False, strict=True, description="Whether it is hidden from students.")
+    feedback: Feedback | None = Field(
+        default=None, description="What students see of it; by default as the manifest says."
+    )
     requires: tuple[Id, ...] | None = Field(
         default=None,
         description="Ids of tests listed before: without all points in them this one earns none. By default "
@@ -293,6 +297,12 @@ class Manifest(Closed):
     )
     memory: Mebibytes | None = Field(
         default=None, description="The most MiB that a test may use, not counting the program itself."
+    )
+    feedback: Feedback = Field(
+        default="difference",
+        description="What students see of a test: its points alone (`none`); whether it is passed "
+        "(`verdict`); why it is not, with a map of the `difference`; or the `picture` beside its reference. "
+        "Who sees references can hand in copies of them.",
     )
     charged_once: tuple[Charge, ...] = Field(
         default=(),

@@ -8,7 +8,7 @@ from functools import partial
 
 from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of
 from accuracy.comparison.diagnosis import Cause
-from accuracy.comparison.heat import encoded, side_by_side
+from accuracy.comparison.heat import encoded, heat_map, side_by_side
 from accuracy.comparison.regions import named
 from renderer.errors import MissingExtraError
 from renderer.math.arrays import Floats
@@ -23,7 +23,7 @@ from service.grading.evidence import evidence
 from service.grading.likeness.fingerprints import Fingerprint, fingerprint
 from service.grading.likeness.signals import signals, signals_of_scene
 from service.grading.mistakes.counterfactuals import explain, is_certain
-from service.grading.outcomes import Outcome, of_picture
+from service.grading.outcomes import DIFFERENCE, Outcome, of_picture
 from service.grading.programs.program_mistakes import ProgramMistake
 from service.grading.programs.repairing import Pardon, Repair, pardoned
 from service.grading.rendering import rendered
@@ -225,4 +225,5 @@ def _regions(found: _Found, names: Sequence[str]) -> tuple[ComparisonRegion, ...
 
 
 def _drawn(found: Comparison) -> dict[str, bytes]:
-    return {LABEL: encoded(side_by_side(found.image.linear, found.reference.linear))}
+    image, reference = found.image.linear, found.reference.linear
+    return {LABEL: encoded(side_by_side(image, reference)), DIFFERENCE: encoded(heat_map(image, reference))}

@@ -12,6 +12,9 @@ from schemas.grading.grades import GradeInput, GradeVerdict, Signal
 from service.grading.folders import Role
 from service.grading.likeness.fingerprints import Fingerprint
 
+DIFFERENCE = "difference"
+"""Label of the picture that shows no reference."""
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:

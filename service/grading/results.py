@@ -24,7 +24,7 @@ from schemas.grading.manifests import Criterion, Manifest
 from service.grading import sentences
 from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
 from service.grading.likeness.fingerprints import Fingerprint
-from service.grading.outcomes import Outcome
+from service.grading.outcomes import DIFFERENCE, Outcome
 from service.grading.processes import Finished
 
 UNGRADED = frozenset({"error", "not_gradable"})
@@ -86,7 +86,10 @@ def tested(test: Criterion, finished: Finished) -> Tested:
         metrics={name: _finite(value) for name, value in outcome.metrics.items()},
         diagnosis=outcome.diagnosis,
         worst_regions=outcome.worst_regions,
-        images=tuple(GradeImage(label=label, file=name) for label, name in names.items()),
+        images=tuple(
+            GradeImage(label=label, file=name, feedback="difference" if label == DIFFERENCE else "picture")
+            for label, name in names.items()
+        ),
         cpu_seconds=finished.cpu_seconds,
         seconds=finished.seconds,
     )
@@ -103,7 +106,10 @@ def graded(
     submitted: str | None = None,
 ) -> Grade:
     """The whole result."""
-    grades = _with_requirements(manifest, [test.grade for test in tests])
+    grades = [
+        each.model_copy(update={"feedback": test.feedback or manifest.feedback})
+        for test, each in zip(manifest.tests, _with_requirements(manifest, tests), strict=True)
+    ]
     verdict = _verdict(grades)
     return Grade(
         title=manifest.title,
@@ -124,9 +130,9 @@ def graded(
     )
 
 
-def _with_requirements(manifest: Manifest, grades: Sequence[TestGrade]) -> list[TestGrade]:
+def _with_requirements(manifest: Manifest, tests: Sequence[Tested]) -> list[TestGrade]:
     """The grades of all tests; those whose required tests are not passed earn nothing."""
-    done = {grade.id: grade for grade in grades}
+    done = {tested.grade.id: tested.grade for tested in tests}
     for test in manifest.tests:
         missed = [done[name] for name in manifest.required(test) if done[name].status != "passed"]
         if missed and done[test.id].points > 0:

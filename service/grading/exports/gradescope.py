@@ -12,7 +12,7 @@ from typing import Any
 
 from schemas.grading.grades import Grade, TestGrade
 from service.grading.exports.pictures import Shown, album
-from service.grading.exports.rows import Row, for_staff, headline
+from service.grading.exports.rows import Row, for_platform, headline
 from service.grading.exports.texts import encoded, line, rounded, significant
 
 MOST_PICTURES = 1_000_000
@@ -28,7 +28,7 @@ def export(grade: Grade, pictures: Path | None = None) -> bytes:
     A hidden test stays hidden, or appears later if it has a tag of `LATER`. A test that could not be graded
     has no score. Signals for staff are left out; staff can see the output of the run.
     """
-    rows = for_staff(grade)
+    rows = for_platform(grade)
     shown = album(rows, pictures, MOST_PICTURES)
     return encoded(
         {

@@ -25,11 +25,11 @@ def export(grade: Grade, pictures: Path | None = None) -> bytes:
     """Export a result for PrairieLearn, with at most `MOST` bytes.
 
     If a test could not be graded, the whole submission is not gradable and costs no points and no attempt.
-    It shows no pictures then, because they contain references. A bonus test withholds no score.
+    It only says why then: attempts that cost nothing must not tell the rest. A bonus test withholds no score.
     """
     rows = for_students(grade)
     if not _gradable(grade):
-        pictures = None
+        rows, pictures = tuple(row for row in rows if row.open), None
     bare = [(length, len(_content(grade, rows, Album(), length))) for length in LENGTHS]
     length, size = next((tried for tried in bare if tried[1] <= MOST), bare[-1])
     return _content(grade, rows, album(rows, pictures, MOST - size), length)

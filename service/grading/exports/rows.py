@@ -6,12 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from schemas.grading.grades import Grade, GradeImage, Status, TestGrade
+from schemas.grading.grades import Feedback, Grade, GradeImage, Status, TestGrade
 from service.grading.exports.texts import harmless, line, number
 from service.grading.sentences import place
 
 OPEN: frozenset[Status] = frozenset({"error", "not_gradable"})
 """Statuses of tests that were not judged; their 0 points are a placeholder."""
+
+UNJUDGED = OPEN | {"skipped"}
+"""And those of tests to which nothing was submitted."""
 
 WORDS: dict[Status, str] = {
     "passed": "passed",
@@ -34,7 +37,7 @@ class Row:
     places : tuple of str
         Sentences about the regions that differ most, worst first.
     test : TestGrade or None
-        The test itself; None for the row of all hidden tests.
+        The test itself; None where its numbers are not shown.
     """
 
     id: str
@@ -61,13 +64,18 @@ class Row:
 
 def for_staff(grade: Grade) -> tuple[Row, ...]:
     """All tests."""
-    return tuple(_row(test) for test in grade.tests)
+    return tuple(_row(test, "picture") for test in grade.tests)
+
+
+def for_platform(grade: Grade) -> tuple[Row, ...]:
+    """All tests with what students may see of each, for a platform that hides tests itself."""
+    return tuple(_row(test, test.feedback) for test in grade.tests)
 
 
 def for_students(grade: Grade) -> tuple[Row, ...]:
     """Visible tests, and one row for all hidden ones: their sum follows from the total anyway."""
     hidden = [test for test in grade.tests if test.hidden]
-    shown = tuple(_row(test) for test in grade.tests if not test.hidden)
+    shown = tuple(_row(test, test.feedback) for test in grade.tests if not test.hidden)
     return (*shown, _together(hidden)) if hidden else shown
 
 
@@ -84,19 +92,27 @@ def headline(grade: Grade) -> str:
     return f"{total} {counted} could not be graded: {points} points are open, not lost."
 
 
-def _row(test: TestGrade) -> Row:
+def _row(test: TestGrade, feedback: Feedback) -> Row:
+    explained = feedback in {"difference", "picture"}
+    # Why a test could not be graded tells nothing of its reference.
+    message = test.message if explained or test.status in UNJUDGED else _verdict(test, feedback)
+    places = test.worst_regions if explained and test.status != "passed" else ()
     return Row(
         id=test.id,
         name=line(test.name) + (" (bonus)" if test.bonus else ""),
         points=test.points,
         max_points=test.max_points,
         status=test.status,
-        message=harmless(test.message),
-        places=tuple(line(place(region)) for region in test.worst_regions if test.status != "passed"),
-        images=test.images,
+        message=harmless(message),
+        places=tuple(line(place(region)) for region in places),
+        images=tuple(image for image in test.images if image.feedback == feedback),
         seconds=test.seconds,
-        test=test,
+        test=test if explained else None,
     )
+
+
+def _verdict(test: TestGrade, feedback: Feedback) -> str:
+    return f"This test is {WORDS[test.status]}." if feedback == "verdict" else ""
 
 
 def _together(hidden: Sequence[TestGrade]) -> Row:

@@ -193,8 +193,8 @@ def test_prairielearn_loses_no_attempt_on_open_tests(tmp_path: Path) -> None:
     assert document["gradable"] is False
     assert "score" not in document
     assert len(document["format_errors"]) == 1
-    # An attempt that costs nothing shows no reference.
-    assert [test["images"] for test in document["tests"]] == [[], []]
+    # An attempt that costs nothing tells neither points nor causes, and shows no reference.
+    assert [(test["name"], test["images"]) for test in document["tests"]] == [("Camera", [])]
 
 
 def test_prairielearn_open_bonus_test_withholds_no_score() -> None:
