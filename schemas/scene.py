@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence, Sized
+from itertools import chain, islice
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -53,16 +54,17 @@ Uses = Iterator[tuple[Parts, object]]
 
 
 def wrong_names(scene: Mapping[str, object]) -> list[InitErrorDetails]:
-    """List every name that the scene uses and does not define, or defines as something else.
+    """List the names that the scene uses and does not define, or defines as something else: the first 1000.
 
     The scene may be raw: what is not even an object or a name is skipped, other checks report it.
     """
-    return [
-        *_undefined("material", used_materials(scene), scene.get("materials", {})),
-        *_undefined("texture", used_textures(scene), scene.get("textures", {})),
-        *_checker_maps(scene),
-        *_unknown_vertices(scene),
-    ]
+    wrong = (
+        _undefined("material", used_materials(scene), scene.get("materials", {})),
+        _undefined("texture", used_textures(scene), scene.get("textures", {})),
+        _checker_maps(scene),
+        _unknown_vertices(scene),
+    )
+    return [*islice(chain.from_iterable(wrong), _MANY)]
 
 
 def used_materials(scene: Mapping[str, object]) -> Uses:
@@ -93,7 +95,7 @@ def _undefined(kind: str, uses: Uses, defined: object) -> Iterator[InitErrorDeta
             f"The scene has no {kind} of this name. Use one of the names under '{kind}s', or define it "
             f"there.{also_named(len(others))}"
         )
-        error = PydanticCustomError(f"unknown_{kind}", message, {"names": tuple(defined)})
+        error = PydanticCustomError(f"unknown_{kind}", message)
         yield InitErrorDetails(type=error, loc=location, input=None)
 
 
@@ -141,7 +143,7 @@ def _beyond(triangles: Sequence[object], count: int) -> tuple[int, int] | None:
     return None
 
 
-# Putting errors together costs microseconds for each. Beyond so many, wrong names wait for the next try.
+# An error takes microseconds and kilobytes. Beyond so many, wrong names wait for the next try.
 _MANY = 1000
 
 BLACK = (0.0, 0.0, 0.0)

@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence
-from itertools import islice
 from typing import NamedTuple
 
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
 from schemas.base import FORMS, deciding_fields, form_with, model_at
-from schemas.errors import SHOWN
 
 Location = tuple[str | int, ...]
 Suggest = Callable[[Location, str], str | None]
@@ -96,8 +94,7 @@ def _explained_by_misspelling(
         elif kind in FOLLOWS_FROM:
             missing[place[: -FOLLOWS_FROM[kind][1]]].append(number)
     explained: set[int] = set()
-    # Finding what was meant takes its time, and no more than so many are shown.
-    for parent in islice((parent for parent in unknown if parent in missing), SHOWN):
+    for parent in (parent for parent in unknown if parent in missing):
         meant = {suggest(parent, name) for name in unknown[parent]}
         explained |= {number for number in missing[parent] if _is_meant(details[number], model, meant)}
     return explained

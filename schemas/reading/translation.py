@@ -12,12 +12,12 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from schemas.base import FORMS, deciding_fields, fields_of, form_with, model_at, untagged
+from schemas.base import FORMS, deciding_fields, fields_of, form_with, member, model_at, untagged
 from schemas.errors import BUILT_IN, SHOWN
 from schemas.pointers import Parts, existing, value_at
 from schemas.quantities import SMALLEST
 from schemas.reading.findings import Finding
-from schemas.reading.merging import Merged, merge
+from schemas.reading.merging import FOLLOWS_FROM, Merged, merge
 
 _ARRAY = ("not_an_array", "This must be an array in square brackets, such as [0, 1, 0].")
 _OBJECT = ("not_an_object", 'This must be an object in braces, such as {{"name": value}}.')
@@ -104,6 +104,8 @@ _QUOTED = re.compile(r"'([^']*)'")
 # Comparing two names costs the product of their lengths, so their length and number are bounded.
 _LONGEST_COMPARED = 64
 _MOST_COMPARED = 500
+# No more fields of a document are compared with those that are missing: a twentieth of a second.
+_MOST_MISSPELT = 200
 
 # A shorter word is part of too many names.
 _SHORTEST_PART = 3
@@ -124,7 +126,12 @@ def translate(error: ValidationError, model: type[BaseModel], content: object) -
     """
     details = error.errors(include_url=False, include_input=False)
     short, others = _sorted_out(details, content)
-    merged = merge(others, model, lambda parent, name: _suggested(parent, name, model, content))
+    budget = iter(range(_MOST_MISSPELT))
+
+    def suggest(parent: Sequence[str | int], name: str) -> str | None:
+        return _suggested(parent, name, model, content) if next(budget, None) is not None else None
+
+    merged = merge(others, model, suggest)
     findings = [
         _short_array(location, lacking, content) for location, lacking in islice(short.items(), SHOWN)
     ]
@@ -167,7 +174,6 @@ def _short_array(location: Parts, lacking: int, content: object) -> Finding:
 def _finding(merged: Merged, model: type[BaseModel], content: object) -> Finding:
     detail, others = merged
     location = untagged(detail["loc"])
-    context = dict(detail.get("ctx", {}))
     match detail["type"]:
         case "missing":
             return _missing_field(location, model_at(model, detail["loc"]), content)
@@ -175,13 +181,9 @@ def _finding(merged: Merged, model: type[BaseModel], content: object) -> Finding
             return _unknown_field(location, model_at(model, detail["loc"]), content)
         case "unknown_type":
             return _unknown_type(location, detail["msg"], content)
-        case "literal_error":
-            context["names"] = _QUOTED.findall(context["expected"])
         case "tuple_type" if _is_color_code(value_at(content, location)):
             return Finding(location, "not_an_array", _COLOR)
-        case "too_short" | "too_long" if isinstance(given := value_at(content, location), Sized):
-            # Pydantic leaves the length of an object open where it stops at its limit.
-            context["actual_length"] = len(given)
+    context = _context(detail, location, content)
     code, sentence = say(detail["type"], detail["msg"], context)
     if others:
         sentence += (
@@ -193,6 +195,21 @@ def _finding(merged: Merged, model: type[BaseModel], content: object) -> Finding
     if location and location[-1] == "[key]" and existing(content, location) != location:
         return Finding(location[:-1], code, sentence, about_key=True)
     return Finding(location, code, sentence, suggestion)
+
+
+def _context(detail: ErrorDetails, location: Parts, content: object) -> dict[str, Any]:
+    """The values for a sentence, and the names of which one was probably meant."""
+    context = dict(detail.get("ctx", {}))
+    match detail["type"]:
+        case "literal_error":
+            context["names"] = _QUOTED.findall(context["expected"])
+        case "unknown_material" | "unknown_texture" as kind:
+            field, levels = FOLLOWS_FROM[kind]
+            context["names"] = member(value_at(content, location[:-levels]), field) or ()
+        case "too_short" | "too_long" if isinstance(given := value_at(content, location), Sized):
+            # Pydantic leaves the length of an object open where it stops at its limit.
+            context["actual_length"] = len(given)
+    return context
 
 
 def _is_color_code(value: object) -> bool:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import pickle
+import subprocess
+import sys
 from typing import Any
 
 import pytest
@@ -20,6 +22,26 @@ def problems_of(source: object, model: type[Closed] = Scene) -> list[Problem]:
     with pytest.raises(SceneError) as caught:
         read_document(json.dumps(source), model)
     return list(caught.value.errors)
+
+
+IN_LITTLE_MEMORY = """
+import resource, sys
+from schemas.reading import SceneError, read_scene
+resource.setrlimit(resource.RLIMIT_AS, (600 << 20,) * 2)
+try:
+    read_scene(sys.stdin.buffer.read())
+except SceneError as error:
+    print(len(error.errors), error.more > 0, error.errors[0].suggestion)
+"""
+
+
+def test_thousands_of_wrong_names_among_thousands_take_little_memory(scene: dict[str, Any]) -> None:
+    plain, ball = scene["materials"]["plain"], {"type": "ellipsoid", "center": [0, 0, 0], "radius": 1}
+    scene["materials"] |= {f"metal {number}": plain for number in range(9_000)}
+    scene["shapes"] = [ball | {"material": f"metall {number}"} for number in range(20_000)]
+    command = [sys.executable, "-c", IN_LITTLE_MEMORY]
+    read = subprocess.run(command, input=json.dumps(scene).encode(), capture_output=True, check=False)
+    assert read.stdout.decode().split(maxsplit=2) == ["50", "True", "metal 0\n"], read.stderr.decode()
 
 
 def test_problems_are_reported_together(scene: dict[str, Any]) -> None:
