@@ -367,6 +367,10 @@ class RefusedError(SceneError):
     """The request of a call cannot be used, as a worker has found; pointers lead into the request."""
 
 
+class PlanFailedError(ServiceError):
+    """A scene could not be planned."""
+
+
 class TraceFailedError(ServiceError):
     """Rays could not be traced."""
 

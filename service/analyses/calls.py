@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, TypeVar
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from fastapi.concurrency import run_in_threadpool
@@ -15,99 +14,16 @@ import renderer
 from schemas.api.inspections import Inspection, InspectionRequest, TraceAnswer, TraceRequest
 from schemas.api.jobs import JobRequest
 from schemas.api.plans import Quote, QuoteRequest
-from schemas.api.previews import PREVIEW_QUALITY, PreviewRequest
+from schemas.api.previews import PreviewRequest
 from schemas.api.request_pointers import in_request
 from schemas.errors import Problem
 from schemas.reading import read_document
 from service.access.principals import Principal
-from service.errors import (
-    ComparisonFailedError,
-    InspectionFailedError,
-    PreviewFailedError,
-    QuoteFailedError,
-    ServiceError,
-    TraceFailedError,
-    UnavailableError,
-    WorkerLostError,
-)
 from service.jobs import lifecycle as jobs
-from service.jobs.admission import compile_admitted, read_request
+from service.jobs.admission import read_request
 from service.jobs.context import Service
-from service.jobs.pricing import priced
-from service.workers.tasks import (
-    CallDone,
-    CallRefused,
-    CallTask,
-    CompareTask,
-    InspectTask,
-    PreviewTask,
-    QuoteTask,
-    TaskFailed,
-    TraceTask,
-)
-
-# More would keep a worker from jobs, for a picture that is replaced at the next edit.
-MOST_PREVIEW_SECONDS = 10.0
-
-Task = TypeVar("Task", bound=CallTask)
-
-CALLS: dict[type[CallTask], tuple[str, type[ServiceError]]] = {
-    QuoteTask: ("this quote", QuoteFailedError),
-    PreviewTask: ("this preview", PreviewFailedError),
-    TraceTask: ("these rays", TraceFailedError),
-    InspectTask: ("this pixel", InspectionFailedError),
-    CompareTask: ("these pictures", ComparisonFailedError),
-}
-"""Of each call what a worker works on, and the error if it fails."""
-
-
-async def ask_worker(
-    service: Service, principal: Principal, make: Callable[..., Task], *given: Any
-) -> tuple[Task, Any]:
-    """Have a worker answer a call while a request waits.
-
-    Parameters
-    ----------
-    make
-        Makes the task of the service, the user, and what is ``given``.
-
-    Returns
-    -------
-    tuple
-        The task, and the answer.
-
-    Raises
-    ------
-    renderer.SceneError
-        If the request cannot be used, as ``make`` or the worker has found.
-    BusyError
-        If the user has too many calls in progress.
-    ServiceError
-        That of `CALLS`, if the task failed.
-    UnavailableError
-        If no answer came in time, or the worker died.
-    """
-    with service.dispatcher.desk.place(principal.name):
-        task = await service.read(principal.name, make, service, principal, *given)
-        return task, await _answer(service, task)
-
-
-async def _answer(service: Service, task: CallTask) -> Any:
-    subject, failure = CALLS[type(task)]
-    answer = asyncio.wrap_future(service.dispatcher.desk.ask(task))
-    try:
-        outcome = await asyncio.wait_for(answer, service.settings.max_wait_seconds)
-    except TimeoutError:
-        raise UnavailableError(f"No worker has finished {subject} in time. Try again in a moment.") from None
-    match outcome:
-        case CallDone(answer=done):
-            return done
-        case CallRefused(problems=problems, more=more):
-            raise renderer.SceneError(problems, more)
-        case TaskFailed(message=message):
-            raise failure(message)
-        case _:
-            raise WorkerLostError(f"The worker died while it worked on {subject}.")
+from service.jobs.worker_calls import ask_worker
+from service.workers.tasks import InspectTask, PreviewTask, QuoteTask, TraceTask
 
 
 async def quote(service: Service, principal: Principal, body: bytes) -> Quote:
@@ -121,7 +37,6 @@ async def quote(service: Service, principal: Principal, body: bytes) -> Quote:
 
 def _quote_task(service: Service, principal: Principal, body: bytes) -> QuoteTask:
     request, _ = read_request(service, principal, body, QuoteRequest)
-    compile_admitted(_quoted_job(request))
     return QuoteTask(request, service.settings.workers, user=principal.name)
 
 
@@ -140,16 +55,7 @@ async def preview(service: Service, principal: Principal, body: bytes) -> bytes:
 
 def _preview_task(service: Service, principal: Principal, body: bytes) -> PreviewTask:
     request, _ = read_request(service, principal, body, PreviewRequest)
-    scene = request.small_scene
-    plan = compile_admitted(JobRequest(scene=scene, quality=PREVIEW_QUALITY))
-    seconds = priced(plan, None, service.settings.workers).cost.cpu_seconds
-    if seconds > MOST_PREVIEW_SECONDS:
-        detail = (
-            f"Even a preview is predicted to take {seconds:.0f} CPU seconds, more than the "
-            f"{MOST_PREVIEW_SECONDS:.0f} allowed. Render the scene as a job."
-        )
-        raise renderer.SceneError([Problem(pointer="/scene", detail=detail, code="cost")])
-    return PreviewTask(scene, user=principal.name)
+    return PreviewTask(request.small_scene, service.settings.workers, user=principal.name)
 
 
 async def trace(service: Service, principal: Principal, body: bytes) -> TraceAnswer:
@@ -163,7 +69,6 @@ def _trace_task(service: Service, principal: Principal, body: bytes) -> TraceTas
     problems = list(_ray_problems(request, service.settings.max_trace_rays))
     if problems:
         raise renderer.SceneError(problems)
-    compile_admitted(JobRequest(scene=request.scene))
     origins, directions = (
         np.array(rows, np.float64).reshape(-1, 3) for rows in (request.origins, request.directions)
     )

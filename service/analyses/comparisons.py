@@ -13,12 +13,12 @@ from schemas.api.jobs import JobState
 from schemas.errors import Problem
 from schemas.reading import read_document
 from service.access.principals import Principal
-from service.analyses.calls import ask_worker
 from service.errors import UnknownJobError
 from service.jobs import lifecycle as jobs
 from service.jobs.admission import asset_problem, known_assets
 from service.jobs.context import Service
 from service.jobs.damaged_files import IMAGE
+from service.jobs.worker_calls import ask_worker
 from service.lifecycle import rows
 from service.storage.assets import Kind
 from service.storage.database.models import RenderRow

@@ -54,6 +54,7 @@ class Kind(NamedTuple):
 
 KINDS: dict[type[Exception], Kind] = {
     renderer.SceneError: Kind(422, "scene_not_usable"),
+    errors.RefusedError: Kind(422, "scene_not_usable"),
     renderer.RenderError: Kind(500, "render_failed", is_public=False),
     ImageFileError: Kind(500, "picture_failed", is_public=False),
     NotComparableError: Kind(422, "not_comparable"),
@@ -111,6 +112,7 @@ KINDS: dict[type[Exception], Kind] = {
     errors.RequestDamagedError: Kind(500, "request_damaged", is_public=False),
     errors.StoreTakenError: Kind(500, "store_taken", is_public=False),
     errors.TraceFailedError: Kind(422, "trace_failed"),
+    errors.PlanFailedError: Kind(422, "plan_failed"),
     errors.QuoteFailedError: Kind(422, "quote_failed"),
     errors.PreviewFailedError: Kind(422, "preview_failed"),
     errors.ComparisonFailedError: Kind(422, "comparison_failed"),

@@ -13,8 +13,6 @@ from typing import Any
 from sqlalchemy import and_, delete, func, insert, or_, select
 from sqlalchemy.orm import Session
 
-from renderer import RenderPlan
-from renderer.adaptive.driver import Driver
 from renderer.adaptive.forecast import Forecast
 from renderer.adaptive.time_limits import reserve
 from schemas.api.jobs import JobState
@@ -24,7 +22,8 @@ from service.lifecycle import clock, fairness, rows
 from service.lifecycle.damage import UNREADABLE, DamagedRenderError
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
 from service.storage.tiles import StoredTile, pass_prefix
-from service.workers.tasks import WHOLE, AdvanceDone, AdvanceTask, numbered, pass_of
+from service.workers.planning import Outline
+from service.workers.tasks import WHOLE, AdvanceDone, AdvanceTask, pass_of
 
 Step = tuple[Pass, Tile]
 
@@ -47,27 +46,21 @@ _LIMITED = select(
 )
 
 
-def begin(
-    plan: RenderPlan, target: TargetQuality, tile_size: int | None, workers: int
-) -> tuple[list[Step], dict[str, Any]]:
-    """Return the steps of the first pass, and the columns of its render for those that follow.
+def begin(outline: Outline, target: TargetQuality, tile_size: int | None) -> dict[str, Any]:
+    """Return the columns of a render before its first pass, for the passes that follow.
 
     Parameters
     ----------
     tile_size
         Pixels along a tile's side; by default the renderer chooses them for each pass.
-    workers
-        Those that share the tiles.
     """
-    driver = Driver.begin(plan, workers, tile_size)
-    share = _share(driver.forecast(), 0.0)
-    columns = {
-        "total_work": _total_work(0, driver.estimate.rays_wanted(), 0.0, share),
+    assert outline.forecast is not None
+    return {
+        "total_work": _total_work(0, outline.rays, 0.0, _share(outline.forecast, 0.0)),
         "target_error": target.error,
         "time_limit": target.time_limit,
         "tile_size": tile_size,
     }
-    return [(pass_of(0), tile) for tile in numbered(driver.tiles())], columns
 
 
 def _share(expected: Forecast, spent: float) -> float:

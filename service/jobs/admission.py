@@ -1,8 +1,7 @@
-"""Admission: whether a request is accepted, before any work is done for it."""
+"""Admission: whether a request is accepted, before any picture is rendered for it."""
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -20,14 +19,17 @@ from schemas.pointers import pointer
 from schemas.quality import TargetQuality
 from schemas.reading import read_document
 from schemas.scene import Scene, also_named
-from schemas.shapes import Mesh, MeshFile, Shape
+from schemas.shapes import MeshFile
 from schemas.textures import ImageTexture
 from service.access.principals import Principal
 from service.jobs import uploads
 from service.jobs.context import Service
-from service.jobs.pricing import check_cost, priced, target_of
+from service.jobs.pricing import check_cost, target_of
 from service.jobs.texture_memory import too_large
+from service.jobs.worker_calls import ask_worker
 from service.storage.assets import PREFIX, Kind, is_sha256, kind_of
+from service.workers.planning import Outline, limited, outline, planning_seconds
+from service.workers.tasks import PlanTask
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -38,41 +40,59 @@ WANTED = {
 }
 
 
+# More would hold up the event loop and all others who are answered by this process.
+HERE_SECONDS = 0.2
+
+
 @dataclass(frozen=True)
 class Admitted:
     """A request that may be carried out."""
 
     request: JobRequest
     warnings: tuple[Problem, ...]
-    plan: renderer.RenderPlan
+    outline: Outline
     description: PlanDocument
     target: TargetQuality | None
 
 
-def admit(service: Service, principal: Principal, body: bytes) -> Admitted:
-    """Read, check, compile and price a user's request.
+async def admit(service: Service, principal: Principal, body: bytes) -> Admitted:
+    """Read, check, plan and price a user's request.
 
     Raises
     ------
     renderer.SceneError
         With every problem; pointers lead into the body.
+    ServiceError
+        As `ask_worker` raises it, if a worker plans it.
     """
+    request, warnings = await service.read(principal.name, _read, service, principal, body)
+    if planning_seconds(request) > HERE_SECONDS:
+        _, found = await ask_worker(service, principal, _plan_task, body)
+    else:
+        settings = service.settings
+        found = await service.read(principal.name, outline, request, settings.workers, settings.tile_size)
+    return await service.read(principal.name, _admitted, service, request, warnings, found)
+
+
+def _read(service: Service, principal: Principal, body: bytes) -> tuple[JobRequest, tuple[Problem, ...]]:
     request, warnings = read_request(service, principal, body, JobRequest)
-    request = _limited(request)
-    plan = compile_admitted(request)
-    target = target_of(request)
-    description = priced(plan, service.prices.get(request), service.settings.workers)
+    return limited(request), warnings
+
+
+def _plan_task(service: Service, principal: Principal, body: bytes) -> PlanTask:
+    return PlanTask(body, service.settings.workers, service.settings.tile_size, user=principal.name)
+
+
+def _admitted(
+    service: Service, request: JobRequest, warnings: tuple[Problem, ...], found: Outline
+) -> Admitted:
+    target, quoted = target_of(request), service.prices.get(request)
+    description = found.description
+    if quoted is not None:
+        cost = description.cost.model_copy(update={"cpu_seconds": quoted})
+        description = description.model_copy(update={"cost": cost})
     check_cost(description, target, service.settings)
-    return Admitted(request, warnings, plan, in_request(description, request), target)
-
-
-def _limited(request: JobRequest) -> JobRequest:
-    """Set the time limit of a job with a target error, whichever field has it."""
-    quality, limit = request.quality, request.time_limit
-    if not isinstance(quality, TargetQuality) or limit is None:
-        return request
-    limit = min(limit, quality.time_limit or limit)
-    return request.model_copy(update={"quality": quality.model_copy(update={"time_limit": limit})})
+    return Admitted(request, warnings, found, in_request(description, request), target)
 
 
 def read_request(
@@ -96,16 +116,6 @@ def _check_memory(service: Service, scene: Scene) -> None:
         problem = too_large(session, scene, service.settings.worker_memory_bytes)
     if problem is not None:
         raise renderer.SceneError([problem])
-
-
-def compile_admitted(request: JobRequest) -> renderer.RenderPlan:
-    """Compile a request's scene without its files; pointers of problems lead into the request."""
-    try:
-        scene = renderer.load_scene(outlined(request.scene), assets=Pixels())
-        return renderer.compile_scene(scene, request.quality, layers=request.layers)
-    except renderer.SceneError as error:
-        moved = [found.model_copy(update={"pointer": f"/scene{found.pointer}"}) for found in error.errors]
-        raise renderer.SceneError(moved, error.more) from None
 
 
 def _unusable_assets(service: Service, principal: Principal, scene: Scene) -> list[Problem]:
@@ -158,47 +168,3 @@ def asset_problem(place: str, asset: str, known: Mapping[str, str], wanted: Sequ
         return Problem(pointer=place, detail=detail, code="unknown_asset")
     detail = "Over HTTP an asset is 'sha256:' and the 64 lower-case hexadecimal digits of an uploaded file."
     return Problem(pointer=place, detail=detail, code="asset_name")
-
-
-_CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-_MANY = 1024
-"""Triangles that stand for a mesh: priced within a factor of two of a million of them."""
-_MOST = 200_000
-"""Triangles that stand for all meshes of a scene together."""
-WHITE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC"
-"""One white pixel as a PNG file, in Base64."""
-
-
-class Pixels:
-    """One white pixel in place of each picture. Satisfies ``renderer.AssetSource``.
-
-    What stands for the user's files is bounded here, so that no setting refuses it.
-    """
-
-    limits = Limits()
-
-    def read(self, name: str) -> bytes:  # noqa: ARG002  (an interface)
-        """Return the pixel, as a PNG file."""
-        return base64.b64decode(WHITE)
-
-
-def outlined(scene: Scene) -> Scene:
-    """Return the scene with a few triangles in place of each mesh."""
-    count = sum(_is_mesh(shape) for shape in scene.shapes)
-    if not count:
-        return scene
-    triangles = ((0, 1, 2),) * min(_MANY, max(1, _MOST // count))
-    shapes = tuple(_stand_in(shape, triangles) for shape in scene.shapes)
-    return scene.model_copy(update={"shapes": shapes})
-
-
-def _is_mesh(shape: Shape) -> bool:
-    return isinstance(shape, Mesh | MeshFile)
-
-
-def _stand_in(shape: Shape, triangles: tuple[tuple[int, int, int], ...]) -> Shape:
-    if not isinstance(shape, Mesh | MeshFile):
-        return shape
-    return Mesh(
-        type="mesh", vertices=_CORNERS, triangles=triangles, smooth=shape.smooth, material=shape.material
-    )

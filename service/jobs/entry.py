@@ -15,7 +15,6 @@ from sqlalchemy import Row, and_, bindparam, delete, insert, select, text
 from sqlalchemy.exc import DBAPIError, IntegrityError
 from sqlalchemy.orm import Session
 
-from renderer import progressive, tiling
 from schemas.api.jobs import JobState
 from service.access.principals import Principal
 from service.dispatch import adaptive_passes as targets
@@ -251,7 +250,7 @@ def _own_render(
 ) -> tuple[RenderRow, Sequence[targets.Step]]:
     """Make a render, which is not entered yet, and its steps."""
     admitted, spec = prepared.admitted, prepared.spec
-    plan, (steps, course) = admitted.plan, _course(admitted, service.settings)
+    plan, steps = admitted.outline, admitted.outline.steps
     render = RenderRow(
         id=render_id,
         width=plan.width,
@@ -266,19 +265,18 @@ def _own_render(
         numerics=plan.numerics,
         stored_bytes=len(spec.content),
         traceparent=service.spans.here(),
-        **course,
+        **_course(admitted, service.settings),
     )
     return render, steps
 
 
-def _course(admitted: Admitted, settings: Settings) -> tuple[list[targets.Step], dict[str, Any]]:
-    """The steps of a render, as far as they are known, and the columns of its progress."""
-    plan, target = admitted.plan, admitted.target
+def _course(admitted: Admitted, settings: Settings) -> dict[str, Any]:
+    """The columns of a render's progress."""
+    plan, target = admitted.outline, admitted.target
     if target is not None:
-        return targets.begin(plan, target, settings.tile_size, settings.workers)
-    steps = [(pass_, tile) for pass_ in plan.passes for tile in tiling.tiles(plan, pass_, settings.tile_size)]
-    return steps, {
-        "total_work": sum(rows.work(pass_, tile) for pass_, tile in steps),
-        "pass_costs": progress.begin_passes([pass_.index for pass_, _ in steps]),
-        "error_unknown": progressive.unknown_error(plan),
+        return targets.begin(plan, target, settings.tile_size)
+    return {
+        "total_work": sum(rows.work(pass_, tile) for pass_, tile in plan.steps),
+        "pass_costs": progress.begin_passes([pass_.index for pass_, _ in plan.steps]),
+        "error_unknown": plan.error_unknown,
     }

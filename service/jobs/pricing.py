@@ -7,7 +7,6 @@ import threading
 from collections import OrderedDict
 
 import renderer
-from accuracy.quotes.prices import price
 from schemas.api.jobs import JobRequest
 from schemas.api.plans import PlanDocument
 from schemas.errors import Problem
@@ -18,24 +17,6 @@ from service.settings import Settings
 def target_of(request: JobRequest) -> TargetQuality | None:
     """Return the target error of a request, if it has one."""
     return request.quality if isinstance(request.quality, TargetQuality) else None
-
-
-def priced(plan: renderer.RenderPlan, quoted: float | None, workers: int) -> PlanDocument:
-    """Describe a plan with its price, measured by a pilot or else predicted by the plan.
-
-    Parameters
-    ----------
-    plan
-        That of the request.
-    quoted
-        CPU seconds that were quoted for it, if it was.
-    workers
-        What all of them can do in a time limit bounds the price.
-    """
-    cost = price(plan, workers)
-    if quoted is not None:
-        cost = cost.model_copy(update={"cpu_seconds": quoted})
-    return plan.describe().model_copy(update={"cost": cost})
 
 
 def check_cost(description: PlanDocument, target: TargetQuality | None, settings: Settings) -> None:

@@ -81,23 +81,32 @@ class SubmittedJob:
     queue: Queue | None = None
 
 
-def prepare(service: Service, sent: Submission) -> Prepared | SubmittedJob:
+async def prepare(service: Service, sent: Submission) -> Prepared | SubmittedJob:
     """Read, check and price a request, or return the job of the same request that came before.
 
-    All that takes long for a large request is done here, before a transaction that others wait for.
-
-    Raises
-    ------
-    renderer.SceneError
-        If the request cannot be used.
+    All that takes long for a large request is done here, before a transaction that others wait for. Raises as
+    `admit` does.
     """
-    with service.database.reading() as session:
-        before = _sent_before(session, sent)
-        if before is not None and before.body_sha256 == sent.body_sha256:
-            return SubmittedJob(_job_of(session, before), replayed=True)
-    admitted, body = admit(service, sent.principal, sent.body), canonical.compact(sent.body)
+    user = sent.principal.name
+    before = None if sent.key is None else await service.read(user, _same_before, service, sent)
+    if before is not None:
+        return before
+    return await service.read(user, _packed, sent, await admit(service, sent.principal, sent.body))
+
+
+def _packed(sent: Submission, admitted: Admitted) -> Prepared:
+    body = canonical.compact(sent.body)
     spec = canonical.private_spec(body) if sent.anew else canonical.spec_of(admitted.request)
     return Prepared(sent, admitted, spec, body, zlib.compress(body, 1))
+
+
+def _same_before(service: Service, sent: Submission) -> SubmittedJob | None:
+    """Return the job of the same bytes with the same key."""
+    with service.database.reading() as session:
+        before = _sent_before(session, sent)
+        if before is None or before.body_sha256 != sent.body_sha256:
+            return None
+        return SubmittedJob(_job_of(session, before), replayed=True)
 
 
 def _sent_before(session: Session, sent: Submission) -> IdempotencyRow | None:

@@ -102,6 +102,15 @@ class CallTask:
 
 
 @dataclass(frozen=True, eq=False)
+class PlanTask(CallTask):
+    """Plan the request of a job, of which ``body`` was checked; ``workers`` would render it."""
+
+    body: bytes = field(repr=False)
+    workers: int
+    tile_size: int | None
+
+
+@dataclass(frozen=True, eq=False)
 class TraceTask(CallTask):
     """Cast rays into a scene."""
 
@@ -120,9 +129,10 @@ class QuoteTask(CallTask):
 
 @dataclass(frozen=True, eq=False)
 class PreviewTask(CallTask):
-    """Render a small picture of a scene."""
+    """Render a small picture of a scene; the price depends on the number of ``workers``."""
 
     scene: Scene
+    workers: int
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,7 @@ from service.workers.comparing import compared
 from service.workers.heartbeats import Lease, beat
 from service.workers.kept_plans import KeptPlans
 from service.workers.passes import PassWorker
+from service.workers.planning import Outline, check_preview, compile_admitted, outline, read_again
 from service.workers.tasks import (
     OUT_OF_MEMORY,
     REQUEST_DAMAGED,
@@ -66,6 +67,7 @@ from service.workers.tasks import (
     Interrupted,
     JobTask,
     Outcome,
+    PlanTask,
     Preempted,
     PreviewTask,
     QuoteTask,
@@ -194,8 +196,14 @@ class Worker:
         raise TypeError(type(task).__name__)
 
     @answer.register
+    def plan(self, task: PlanTask) -> Outline:
+        """Return what the plan of a request says before its files are read."""
+        return outline(read_again(task.body), task.workers, task.tile_size)
+
+    @answer.register
     def trace(self, task: TraceTask) -> dict[str, NDArray[Any]]:
         """Return what rays hit; arrays named as in ``renderer.trace``."""
+        compile_admitted(JobRequest(scene=task.scene))
         plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets))
         hits = renderer.trace(plan, task.origins, task.directions)
         names = ("t", "position", "normal", "uv", "shape", "primitive", "visibility")
@@ -205,6 +213,7 @@ class Worker:
     def quote(self, task: QuoteTask) -> Quote:
         """Return the cost of a picture."""
         asked = task.request
+        compile_admitted(JobRequest(scene=asked.scene, quality=asked.quality))
         return quote(
             renderer.load_scene(asked.scene, assets=self._assets),
             asked.quality,
@@ -216,6 +225,7 @@ class Worker:
     @answer.register
     def preview(self, task: PreviewTask) -> bytes:
         """Return a small picture, as a PNG file."""
+        check_preview(task.scene, task.workers)
         plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets), PREVIEW_QUALITY)
         return image_files.encode_png(renderer.render(plan).image, task.scene.display)
 

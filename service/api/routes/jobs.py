@@ -55,12 +55,18 @@ BODY = (
         "The request cannot be used; `errors` lists every reason. Or its `Idempotency-Key` was used for a "
         "different request.",
         "scene_not_usable",
+        "plan_failed",
         "idempotency_key_reused",
     )
     | problem(
         429, "The queue has no room for the job; `Retry-After` says when to try again.", "queue_full", "busy"
     )
-    | problem(503, "A file of the scene was deleted meanwhile. Send the request again.", "unavailable"),
+    | problem(
+        503,
+        "A file of the scene was deleted meanwhile, or no worker planned it in time. Send the request again.",
+        "unavailable",
+        "worker_lost",
+    ),
     openapi_extra=json_request(JobRequest),
 )
 async def submit(
@@ -79,7 +85,7 @@ async def submit(
     """
     anew = "no-cache" in joined(request, "cache-control").lower()
     sent = submissions.Submission(user, body, idempotency_key, anew)
-    prepared = await here.read(user.name, submissions.prepare, here, sent)
+    prepared = await submissions.prepare(here, sent)
     if isinstance(prepared, submissions.Prepared):
         submitted = await here.write(enter, here, prepared)
     else:

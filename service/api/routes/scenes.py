@@ -17,13 +17,12 @@ from service.api.authentication import CurrentUser, JobId
 from service.api.bodies import JsonBody, TraceBody, while_connected
 from service.api.routes.jobs import BODY, GONE, UNKNOWN
 from service.api.routes.parameters import json_request, problem
-from service.jobs.admission import WHITE, admit
+from service.jobs.admission import admit
 from service.jobs.context import Here
+from service.workers.planning import WHITE
 
 router = APIRouter(prefix="/v1", tags=["scenes"])
 picture_router = APIRouter(prefix="/v1", tags=["pictures"])
-
-UNUSABLE = problem(422, "The request cannot be used; `errors` lists every reason.", "scene_not_usable")
 
 
 def _of_scene(failed: str) -> dict[int | str, dict[str, Any]]:
@@ -39,15 +38,14 @@ NO_WORKER = problem(429, "Too many of your calls are in progress.", "busy") | pr
 
 @router.post(
     "/plans",
-    responses=BODY | UNUSABLE,
+    responses=BODY | _of_scene("plan_failed") | NO_WORKER,
     openapi_extra=json_request(JobRequest),
     summary="Explain a request",
     response_description="The plan.",
 )
-async def plan(here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
+async def plan(request: Request, here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
     """Explain what would run for a request, which parts of it require each stage, and the predicted cost."""
-    with here.dispatcher.desk.place(user.name):
-        return (await here.read(user.name, admit, here, user, body)).description
+    return (await while_connected(request, admit(here, user, body))).description
 
 
 @router.post(

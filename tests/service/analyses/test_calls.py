@@ -7,7 +7,9 @@ import os
 import signal
 import socket
 from collections import Counter
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -128,11 +130,18 @@ def test_quote_of_a_damaged_mesh_fails(api: httpx2.Client) -> None:
     assert problem_of(answer, 422)["code"] == "quote_failed"
 
 
+@contextmanager
+def stopped(worker: int) -> Iterator[None]:
+    os.kill(worker, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(worker, signal.SIGCONT)
+
+
 def test_calls_of_one_user_leave_room_for_another(tmp_path: Path) -> None:
-    """The worker is stopped until one user has all the calls that wait."""
     made = make_keys(tmp_path, ann=Role.SUBMIT, bob=Role.SUBMIT)
     others, most = set(workers_of(os.getpid())), 6
-    rays = {"origins": [[0, 2, 6]] * 100, "directions": [[0, -0.2, -1]] * 100}
     with (
         in_process(Settings(data=tmp_path, workers=1, max_user_calls=most)) as local,
         local.client(headers=bearer(made["ann"])) as ann,
@@ -140,15 +149,30 @@ def test_calls_of_one_user_leave_room_for_another(tmp_path: Path) -> None:
         ThreadPoolExecutor(most + 1) as threads,
     ):
         (worker,) = {*workers_of(os.getpid())} - others
-        os.kill(worker, signal.SIGSTOP)
-        body = {"scene": scene(light_samples=4096)} | rays
-        calls = [threads.submit(ann.post, "/v1/traces", json=body) for _ in range(most + 1)]
-        refused = next(as_completed(calls)).result()
-        assert problem_of(refused, 429)["code"] == "busy"
-        assert int(refused.headers["Retry-After"]) >= 1
-        job = submit(bob, scene(8, 8, samples=1))
-        asked = threads.submit(bob.post, "/v1/traces", json=body | {"scene": scene()})
-        os.kill(worker, signal.SIGCONT)
+        ball = scene()["shapes"][1]
+        dear = {
+            "scene": scene(16, 16) | {"shapes": [ball | {"center": [0, n / 9, 0]} for n in range(40)]},
+            "quality": {"mode": "target", "error": 0.1},
+        }
+        with stopped(worker):
+            planned = [threads.submit(ann.post, path, json=dear) for path in ("/v1/plans", "/v1/jobs")]
+            job = submit(bob, scene(8, 8, samples=1))
+            assert not any(call.done() for call in planned)
+        plan, sent = (call.result() for call in planned)
+        assert (plan.status_code, sent.status_code) == (200, 202)
+        assert plan.json()["cost"]["cpu_seconds"] == sent.json()["cost"]["predicted_cpu_seconds"]
+        finish(ann, sent.json()["id"])
+        finish(bob, job)
+
+        rays = {"origins": [[0, 2, 6]] * 100, "directions": [[0, -0.2, -1]] * 100}
+        with stopped(worker):
+            body = {"scene": scene(light_samples=4096)} | rays
+            calls = [threads.submit(ann.post, "/v1/traces", json=body) for _ in range(most + 1)]
+            refused = next(as_completed(calls)).result()
+            assert problem_of(refused, 429)["code"] == "busy"
+            assert int(refused.headers["Retry-After"]) >= 1
+            job = submit(bob, scene(8, 8, samples=1))
+            asked = threads.submit(bob.post, "/v1/traces", json={"scene": scene()} | rays)
         assert asked.result().status_code == 200
         finish(bob, job)
         assert not all(call.done() for call in calls)

@@ -17,6 +17,7 @@ from service.dispatch.rounds import Round
 from service.lifecycle import progress, rows
 from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow
+from service.workers.planning import outline_of
 from service.workers.tasks import (
     AdvanceDone,
     AdvanceTask,
@@ -301,8 +302,9 @@ def test_first_pass_grows_to_its_predicted_share() -> None:
     document = scene(80, 48)
     document["camera"]["lens_radius"] = 0.1
     plan = renderer.compile_scene(document, target)
-    steps, columns = adaptive_passes.begin(plan, target, 32, 2)
-    assert len(steps) == 3 * 2
+    outline = outline_of(plan, 2, 32)
+    columns = adaptive_passes.begin(outline, target, 32)
+    assert len(outline.steps) == 3 * 2
     # With a lens every other pixel of every other row begins with 8 samples.
     rays = 8 * 40 * 24
     expected = forecast(Estimate.begin(plan), usual_prices(plan))

@@ -20,7 +20,7 @@ from schemas.api.jobs import JobRequest
 from schemas.api.request_pointers import in_request, in_scene
 from schemas.json_schema import scene_json_schema
 from schemas.pointers import Parts
-from service.jobs.admission import Pixels, outlined
+from service.workers.planning import Pixels, outlined
 from tests.service.sending import JSON, mistakes, problem_of, textured
 from tests.service.support import scene, submit
 
