@@ -37,7 +37,7 @@ def test_equal_picture_matches_and_earns_all(assignment: Assignment) -> None:
     assert (submitted.role, submitted.name, submitted.encoding) == ("submission", "picture.npy", "linear")
     assert submitted.size == (assignment.submission / "picture.npy").stat().st_size
     assert (reference.role, reference.name, reference.size) == ("reference", "scene.json", None)
-    (shown,) = found.tests[0].images
+    shown, _ = found.tests[0].images
     with Image.open(io.BytesIO(made.pictures[shown.file])) as image:
         assert image.size == (3 * 48 + 8, 32)
 
