@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from datetime import datetime
-from pathlib import Path
 
 from schemas.errors import Problem, SceneError
 
@@ -227,56 +226,6 @@ class UploadQuotaError(UploadError):
 
 class UploadUnusableError(UploadError):
     """The bytes sent are not a picture that the renderer can use."""
-
-
-class NoKeysError(ServiceError):
-    """A service without keys was to listen beyond this machine.
-
-    Parameters
-    ----------
-    host : str
-        Where it was to listen.
-    data : Path
-        Its folder.
-    """
-
-    def __init__(self, host: str, data: Path) -> None:
-        super().__init__(
-            f"Anyone who reaches {host} could use this service, for there are no keys. Make one with "
-            f"'penumbra keys add NAME --data {data}', or give --behind-proxy if a proxy authenticates users."
-        )
-
-
-class PortTakenError(ServiceError):
-    """Another program listens there.
-
-    Parameters
-    ----------
-    host, port : str, int
-        Where the service was to listen.
-    """
-
-    def __init__(self, host: str, port: int) -> None:
-        super().__init__(
-            f"Another program uses port {port} of {host}. Stop it, or choose another with --port."
-        )
-
-
-class OpenFilesError(ServiceError):
-    """The system lets the service open fewer files than its connections and workers need.
-
-    Parameters
-    ----------
-    limit, needed : int
-        How many it may open, and how many it needs.
-    """
-
-    def __init__(self, limit: int, needed: int) -> None:
-        super().__init__(
-            f"The service may open {limit} files and connections at once, and needs {needed}. Raise the hard "
-            "limit ('ulimit -Hn', LimitNOFILE of systemd, --ulimit nofile of Docker), or lower "
-            "max_connections or workers."
-        )
 
 
 class DatabaseUrlError(ServiceError):

@@ -27,9 +27,10 @@ from service.access.keys import any_made
 from service.api.connections import connection_type
 from service.api.middleware import RequestIds, SafeHeaders
 from service.app import create_app
-from service.errors import NoKeysError, OpenFilesError, PortTakenError, UnavailableError
+from service.errors import UnavailableError
 from service.jobs.context import Service
 from service.settings import UNLIMITED, WITHOUT_LIMIT, Settings
+from service.start_errors import NoKeysError, OpenFilesError, PortTakenError
 from service.storage import ownership
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade

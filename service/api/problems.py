@@ -27,7 +27,7 @@ from renderer.meshes.obj import ObjError
 from schemas.errors import SHOWN, Problem, ProblemDocument
 from schemas.limits import LimitsError
 from schemas.reading.findings import located
-from service import errors
+from service import errors, start_errors
 from service.jobs.context import Service
 from service.lifecycle.damage import DamagedRenderError
 from service.storage.database.connection import PRIMARY
@@ -94,9 +94,9 @@ KINDS: dict[type[Exception], Kind] = {
     errors.UploadMismatchError: Kind(422, "upload_mismatch"),
     errors.UploadQuotaError: Kind(413, "upload_quota"),
     errors.UploadUnusableError: Kind(422, "upload_unusable"),
-    errors.NoKeysError: Kind(500, "no_keys", is_public=False),
-    errors.PortTakenError: Kind(500, "port_taken", is_public=False),
-    errors.OpenFilesError: Kind(500, "open_files", is_public=False),
+    start_errors.NoKeysError: Kind(500, "no_keys", is_public=False),
+    start_errors.PortTakenError: Kind(500, "port_taken", is_public=False),
+    start_errors.OpenFilesError: Kind(500, "open_files", is_public=False),
     errors.DatabaseUrlError: Kind(500, "database_url", is_public=False),
     errors.DatabaseVersionError: Kind(500, "database_version", is_public=False),
     errors.EngineError: Kind(500, "engine", is_public=False),

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from sqlalchemy import select
 
-from service.errors import PortTakenError
 from service.server import running
 from service.settings import Settings
+from service.start_errors import PortTakenError
 from service.storage.database.connection import Database
 from service.storage.database.models import DONE, TileRow
 from tests.service.conftest import Start

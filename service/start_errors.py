@@ -1,0 +1,57 @@
+"""Why a service does not start: nobody is kept out, its port is taken, or it may open too few files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from service.errors import ServiceError
+
+
+class NoKeysError(ServiceError):
+    """A service without keys was to listen beyond this machine.
+
+    Parameters
+    ----------
+    host : str
+        Where it was to listen.
+    data : Path
+        Its folder.
+    """
+
+    def __init__(self, host: str, data: Path) -> None:
+        super().__init__(
+            f"Anyone who reaches {host} could use this service, for there are no keys. Make one with "
+            f"'penumbra keys add NAME --data {data}', or give --behind-proxy if a proxy authenticates users."
+        )
+
+
+class PortTakenError(ServiceError):
+    """Another program listens there.
+
+    Parameters
+    ----------
+    host, port : str, int
+        Where the service was to listen.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        super().__init__(
+            f"Another program uses port {port} of {host}. Stop it, or choose another with --port."
+        )
+
+
+class OpenFilesError(ServiceError):
+    """The system lets the service open fewer files than its connections and workers need.
+
+    Parameters
+    ----------
+    limit, needed : int
+        How many it may open, and how many it needs.
+    """
+
+    def __init__(self, limit: int, needed: int) -> None:
+        super().__init__(
+            f"The service may open {limit} files and connections at once, and needs {needed}. Raise the hard "
+            "limit ('ulimit -Hn', LimitNOFILE of systemd, --ulimit nofile of Docker), or lower "
+            "max_connections or workers."
+        )
