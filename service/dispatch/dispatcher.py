@@ -40,7 +40,7 @@ from service.workers.tasks import CallTask, Cause, JobTask, Outcome, Task
 RETRY_SECONDS = 1.0
 # Seconds between checks whether a running task of a render that has ended is gone.
 LEAVING_SECONDS = 0.05
-# Seconds between checks for free workers while an engine has none: they may come back.
+# Seconds between checks for free workers while an engine has none: they may come back, or be overdue.
 EMPTY_SECONDS = 1.0
 # Errors in a row, but for those of the database, before the process ends: the last after 8 seconds of waits.
 MOST_FAILURES = 5
@@ -199,8 +199,9 @@ class Dispatcher:
     def _round(self) -> None:
         self._pause_until = 0.0
         # Outside of the transaction: it may start processes.
-        room, idle = self._engine.room(), self._engine.idle()
-        self._starved = room == 0 and not self._flights.tasks
+        engine = self._engine
+        room, idle, spare = engine.room(), engine.idle(), engine.spare()
+        self._starved = idle == 0
         charges = self.desk.charges
         try:
             with self._database.writing() as session:
@@ -209,7 +210,7 @@ class Dispatcher:
                 term = standing.number if standing else None
                 if term != self._leadership.term:
                     self._forget_tasks()
-                result = None if standing is None else self._decide(session, standing, room, idle)
+                result = None if standing is None else self._decide(session, standing, room, idle, spare)
         except SQLAlchemyError as error:
             log.warning("database not usable, trying again", error=type(error).__name__)
             self._thread.note_failure()
@@ -225,7 +226,7 @@ class Dispatcher:
         self._outages.beating = self._database.shared or bool(self._flights.tasks or self._deadline)
         self._thread.note_success()
 
-    def _decide(self, session: Session, term: Term, room: int, idle: int) -> Round:
+    def _decide(self, session: Session, term: Term, room: int, idle: int, spare: int) -> Round:
         """Write the results of all events; also look for renders that other servers cancelled."""
         flights, taken_back = self._flights, Counter[Cause]()
         follows = term.number != self._leadership.term
@@ -245,6 +246,7 @@ class Dispatcher:
             leaving=flights.leaving,
             room=room,
             idle=idle,
+            spare=spare,
             max_attempts=self._settings.max_attempts,
             worker_bytes=self._settings.worker_memory_bytes,
             retries=taken_back,

@@ -60,6 +60,7 @@ _IN_FOCUS = and_(
 _WAITING_IN_FOCUS = _WAITING.order_by(None).order_by(
     TileRow.pass_index, case((_IN_FOCUS, 0), else_=1), TileRow.tile
 )
+_PAYERS = select(TileRow.payer).where(TileRow.state == literal_column("'running'")).distinct()
 _OWNERS = select(JobRow.owner).where(JobRow.finished_at.is_(None)).distinct()
 _RENDERED = (
     select(RenderRow)
@@ -105,9 +106,14 @@ def render_of(session: Session, render_id: str) -> RenderRow | None:
     return session.scalar(_RENDER, {"id": render_id})
 
 
-def tile_claims(session: Session, room: int) -> Iterator[TileTask]:
-    """Hand out the next steps, at most ``room``, to the users whose turn it is."""
-    begun, resting = set[int](), set[str]()
+def payers(session: Session) -> set[str]:
+    """Return the users for whom tiles are rendered now."""
+    return set(filter(None, session.scalars(_PAYERS)))
+
+
+def tile_claims(session: Session, room: int, served: Collection[str] = ()) -> Iterator[TileTask]:
+    """Hand out the next steps, at most ``room``, to the users whose turn it is, ``served`` ones left out."""
+    begun, resting = set[int](), set(served)
     while room > 0:
         share, until = fairness.next_share(session, resting)
         if share is None:

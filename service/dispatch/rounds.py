@@ -73,6 +73,8 @@ class Round:
         How many tasks the engine takes.
     idle
         How many of them begin at once: the others wait at a worker for the end of its task.
+    spare
+        How many tasks begin at once beside overdue ones, of users for whom no tile is rendered.
     max_attempts
         How many workers a task may cost.
     worker_bytes
@@ -84,6 +86,7 @@ class Round:
     leaving: Collection[str]
     room: int
     idle: int
+    spare: int
     max_attempts: int
     worker_bytes: int
 
@@ -150,6 +153,8 @@ class Round:
         room = min(self.room, self.idle) if fairness.is_contended(session) else self.room
         for task in ledger.tile_claims(session, max(0, room - len(self.tasks))):
             self.tasks.append(task)
+        if self.spare and not self.tasks:
+            self.tasks += ledger.tile_claims(session, self.spare, ledger.payers(session))
 
     def _end_late(self, session: Session) -> None:
         ended, left, upcoming = sharing.end_late(session)

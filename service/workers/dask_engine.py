@@ -92,6 +92,10 @@ class DaskEngine:
         with self._lock:
             return max(0, self._workers - self._load)
 
+    def spare(self) -> int:
+        """None: a cluster has the workers that it has."""
+        return 0
+
     def submit(self, task: Task) -> None:
         """Give a task to the cluster, which chooses the worker."""
         with self._lock:

@@ -28,6 +28,9 @@ class Engine(Protocol):
     def idle(self) -> int:
         """How many tasks would begin at once if they were submitted now."""
 
+    def spare(self) -> int:
+        """How many more tasks begin at once, of users for whom nothing runs, as all others are overdue."""
+
     def submit(self, task: Task) -> None:
         """Execute a task. The outcome is reported, never returned or raised."""
 

@@ -40,6 +40,9 @@ from service.workers.worker import WorkerSetup
 
 # The second task waits here, so that it starts as soon as the first one ends.
 WINDOW = 2
+# A task is overdue after so many time slices: it cannot be preempted, as where thousands of shapes are in one
+# place, or a plan is made. Then the cores are shared with one more process, for other users.
+OVERDUE_SLICES = 2
 
 
 class SlotEngine:
@@ -55,9 +58,11 @@ class SlotEngine:
 
     def __init__(self, workers: int, setup: WorkerSetup) -> None:
         self._slots = [Slot(setup) for _ in range(workers)]
+        self._spare = Slot(setup)
 
     def start(self, report: Report) -> None:
-        """Start all worker processes."""
+        """Start all worker processes but the spare one."""
+        self._report = report
         for slot in self._slots:
             slot.start(report)
 
@@ -69,18 +74,27 @@ class SlotEngine:
         """How many slots have nothing to do."""
         return sum(slot.load() == 0 for slot in self._slots)
 
+    def spare(self) -> int:
+        """1 while all slots are overdue and the spare one is idle; it starts with its first task."""
+        return int(not self._spare.load() and all(slot.is_overdue() for slot in self._slots))
+
     def submit(self, task: Task) -> None:
-        """Give a task to the slot with the fewest."""
-        min(self._slots, key=Slot.load).submit(task)
+        """Give a task to the slot with the fewest, or to the spare one."""
+        if self.spare():
+            self._spare.start_once(self._report)
+            self._spare.submit(task)
+        else:
+            min(self._slots, key=Slot.load).submit(task)
 
     def interrupt(self, wanted: Callable[[Task], bool]) -> None:
         """Kill the workers whose running task is ``wanted``."""
-        for slot in self._slots:
+        for slot in (*self._slots, self._spare):
             slot.interrupt(wanted)
 
     def workers(self) -> list[WorkerState]:
-        """What each slot is at."""
-        return [slot.state(str(number)) for number, slot in enumerate(self._slots, 1)]
+        """What each slot is at, the spare one last if it has begun."""
+        slots = [*self._slots, *([self._spare] if self._spare.pid is not None else [])]
+        return [slot.state(str(number)) for number, slot in enumerate(slots, 1)]
 
     def alive(self) -> bool:
         """Whether any worker process has started and none of them is known to be lost."""
@@ -88,10 +102,10 @@ class SlotEngine:
 
     def close(self) -> None:
         """Kill all workers, also those that have not started yet."""
-        for slot in self._slots:
+        for slot in (*self._slots, self._spare):
             slot.kill()
         fork_server.kill()
-        for slot in self._slots:
+        for slot in (*self._slots, self._spare):
             slot.join()
 
 
@@ -127,6 +141,16 @@ class Slot:
         """Have the process started, and outcomes reported."""
         self._report = report
         self._thread.start()
+
+    def start_once(self, report: Report) -> None:
+        """Start unless that was done before."""
+        if not self._thread.is_alive():
+            self.start(report)
+
+    def is_overdue(self) -> bool:
+        """Whether the process is at a task that has outlasted its time slice by far."""
+        limit = OVERDUE_SLICES * self._lease.slice_seconds
+        return self._first() is not None and time.monotonic() - self._begun > limit
 
     def load(self) -> int:
         """How many tasks run or wait here, and as many as fit where a call runs.

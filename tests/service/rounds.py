@@ -85,9 +85,25 @@ class Table:
             job = enter(session, other, session.merge(self.render(job_id)), owner=owner)
             sharing.follow(session, job.render)
 
-    def round(self, *reports: tuple[JobTask, Outcome], room: int = 0, leaving: Sequence[str] = ()) -> Round:
+    def round(
+        self,
+        *reports: tuple[JobTask, Outcome],
+        room: int = 0,
+        idle: int | None = None,
+        spare: int = 0,
+        leaving: Sequence[str] = (),
+    ) -> Round:
         self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]
-        result = Round(reports, self.flying, leaving, room, room, MAX_ATTEMPTS, worker_bytes=4 << 30)
+        result = Round(
+            reports,
+            self.flying,
+            leaving,
+            room,
+            room if idle is None else idle,
+            spare,
+            MAX_ATTEMPTS,
+            worker_bytes=4 << 30,
+        )
         with self.database.writing() as session:
             result.decide(session)
         self.flying += [*result.tasks, *(task for task, _ in result.held)]

@@ -24,7 +24,7 @@ from service.workers.passes import PassWorker
 from service.workers.tasks import Outcome, Preempted, SampleTask, TileDone, pass_of
 from tests.service.conftest import Start
 from tests.service.sending import bearer, make_keys
-from tests.service.support import TIMEOUT, finish, job_of, scene, submit, until, wait
+from tests.service.support import TIMEOUT, finish, job_of, scene, submit, until
 from tests.service.workers.bench import Bench
 
 
@@ -85,18 +85,27 @@ def glass() -> dict[str, Any]:
     return document
 
 
+def crowd() -> dict[str, Any]:
+    """Balls in one place: any part of the picture takes 15 CPU seconds, and cannot be preempted."""
+    document = scene(64, 64, samples=1, light_samples=1)
+    document["shapes"] = [
+        {"type": "ellipsoid", "center": [number / 1e6, 1, 0], "radius": 1, "material": "ball"}
+        for number in range(20_000)
+    ]
+    return document
+
+
 @pytest.mark.slow
-def test_users_wait_for_no_tile_of_another(start: Start, tmp_path: Path) -> None:
+@pytest.mark.parametrize("document", [glass(), crowd()], ids=["preempted", "overdue"])
+def test_users_wait_for_no_tile_of_another(start: Start, tmp_path: Path, document: dict[str, Any]) -> None:
     keys = make_keys(tmp_path, ann=Role.SUBMIT, bob=Role.SUBMIT)
     url = start(max_cpu_seconds=1e9, max_queued_cpu_seconds=1e9, max_user_cpu_seconds=1e9).url
     with (
         httpx2.Client(base_url=url, timeout=TIMEOUT, headers=bearer(keys["ann"])) as ann,
         httpx2.Client(base_url=url, timeout=TIMEOUT, headers=bearer(keys["bob"])) as bob,
     ):
-        job = submit(ann, glass())
+        job = submit(ann, document)
         # Its tiles are at both workers, and wait there.
         until(lambda: job_of(ann, job)["state"] == "running")
         finish(bob, submit(bob, scene(32, 32)))
         assert job_of(ann, job)["progress"]["done"] == 0
-        found = wait(ann, job, lambda found: found["cost"]["cpu_seconds"] > 0)
-    assert found["progress"]["done"] == 0

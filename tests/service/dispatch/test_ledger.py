@@ -16,6 +16,7 @@ from service.workers.tasks import (
     Interrupted,
     JobTask,
     Outcome,
+    Preempted,
     TaskFailed,
     WorkerDied,
 )
@@ -67,6 +68,32 @@ def test_slots_are_filled_from_the_next_job(table: Table) -> None:
     table.round(room=2)
     assert len(table.round(room=8).tasks) == 8
     assert places(table.round(room=2).tasks) == [("b", 1, 0), ("b", 1, 1)]
+
+
+def test_preempted_tile_is_charged_and_resumed(table: Table) -> None:
+    task = table.next()
+    assert not task.resumed
+    for spent in (2.0, 4.0):
+        table.round((task, Preempted(2.0)))
+        assert table.served() == {"local": pytest.approx(spent)}
+        assert table.render("a").cpu_seconds == spent
+        task = table.next()
+        assert (task.pass_.index, task.tile.index, task.resumed) == (0, 0, True)
+    table.round((task, DONE))
+    assert costs(table)[0][:2] == (0, 4.0 + DONE.cpu_seconds)
+
+
+def test_tile_of_two_users_waits_at_no_worker(table: Table) -> None:
+    table.add("b", owner="bob")
+    assert len(table.round(room=4, idle=2).tasks) == 2
+
+
+def test_spare_worker_is_for_users_without_a_tile(table: Table) -> None:
+    assert len(table.round(room=2).tasks) == 1
+    assert table.round(spare=1).tasks == []
+    table.add("b", owner="bob")
+    assert [task.job for task in table.round(spare=1).tasks] == ["b"]
+    assert table.round(spare=1).tasks == []
 
 
 def test_result_counts_once(table: Table) -> None:
