@@ -24,7 +24,7 @@ from schemas.errors import ProblemDocument
 from service.access.credentials import CredentialCache
 from service.api import problems
 from service.api.authentication import authenticate
-from service.api.middleware import OriginForm, TrustedProxies
+from service.api.middleware import OriginForm, TrustedProxies, Turns
 from service.api.routes import (
     assets,
     jobs,
@@ -136,6 +136,7 @@ def create_app(settings: Settings) -> FastAPI:
         redirect_slashes=False,
     )
     app.add_middleware(OriginForm)
+    app.add_middleware(Turns)
     app.add_middleware(TrustedProxies, trusted=(settings.trusted_proxies or LOOPBACK).split())
     problems.install(app, partial(allowed, ROUTERS), page.missing)
     for router in ROUTERS:

@@ -13,6 +13,7 @@ from starlette.requests import ClientDisconnect
 
 from schemas.limits import Limits
 from service.api.authentication import claimant_of
+from service.api.middleware import end_turn
 from service.api.request_headers import joined
 from service.errors import (
     BodyIncompleteError,
@@ -77,6 +78,7 @@ async def _arriving(request: Request, first_seconds: float) -> AsyncIterator[byt
     stream, size = request.stream(), 0
     now = asyncio.get_running_loop().time
     begun = now()
+    await end_turn(request.scope)
     try:
         while True:
             # A body that has come fast may not pause for as long as a slow one would have taken.

@@ -1,13 +1,16 @@
-"""Middleware: request ids, trusted proxies, targets in absolute form, and headers that browsers need."""
+"""Middleware: request ids, trusted proxies, turns of clients, absolute targets, and headers for browsers."""
 
 from __future__ import annotations
 
+import asyncio
 import re
 import secrets
 import time
 from collections.abc import Sequence
+from contextlib import AsyncExitStack
 from http import HTTPStatus
 from urllib.parse import unquote
+from weakref import WeakValueDictionary
 
 import structlog
 from starlette.datastructures import Headers, MutableHeaders
@@ -21,6 +24,9 @@ _GOOD = re.compile(r"[A-Za-z0-9._-]{1,64}")
 """Request ids that are safe in a log and in a header."""
 BY_PROXY = "penumbra.by_proxy"
 """Where the scope of a request says whether it came by a trusted proxy."""
+TURN = "penumbra.turn"
+AT_ONCE = 8
+"""Requests of one client that are handled at once. There are 40 threads, and Python runs one at a time."""
 _ABSOLUTE = re.compile(rb"https?://([^/]*)(.*)", re.IGNORECASE)
 
 log = structlog.get_logger()
@@ -90,6 +96,45 @@ class TrustedProxies:
         peer = scope.get("client")
         scope[BY_PROXY] = peer is not None and peer[0] in self._believing.trusted_hosts
         await self._believing(scope, receive, send)  # type: ignore[arg-type]
+
+
+class Turns:
+    """Lets few requests of one client be handled at once, so that those of others find threads.
+
+    A request has its turn until its answer begins, or until it waits for something: see `end_turn`. Clients
+    are told apart by their keys and cookies, or by their addresses.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+        self._of: WeakValueDictionary[str, asyncio.Semaphore] = WeakValueDictionary()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if not scope.get("path", "").startswith("/v1/"):
+            await self.app(scope, receive, send)
+            return
+        turns = self._of.setdefault(_client(scope), asyncio.Semaphore(AT_ONCE))
+        async with AsyncExitStack() as turn:
+            await turn.enter_async_context(turns)
+
+            async def started(message: Message) -> None:
+                await turn.aclose()
+                await send(message)
+
+            await self.app({**scope, TURN: turn}, receive, started)
+
+
+def _client(scope: Scope) -> str:
+    headers = Headers(scope=scope)
+    address = scope["client"][0] if scope.get("client") else ""
+    return headers.get("authorization") or headers.get("cookie") or address
+
+
+async def end_turn(scope: Scope) -> None:
+    """Let another request of the client be handled: this one waits, for its body or for an answer."""
+    if TURN in scope:
+        await scope[TURN].aclose()
 
 
 class OriginForm:

@@ -14,6 +14,7 @@ from service.analyses import convergence
 from service.analyses.convergence import MEDIA_TYPES, Form
 from service.api.authentication import JobId, claimant_of
 from service.api.bodies import while_connected
+from service.api.middleware import end_turn
 from service.api.request_headers import check_preconditions
 from service.api.routes.parameters import BINARY, CHANGED, negotiate, problem
 from service.api.routes.stored import stored_response
@@ -165,6 +166,7 @@ async def _look(service: Service, request: Request, job_id: str, requested: Imag
         unchanged = check_preconditions(request, known) if known else None
         if unchanged:
             return unchanged
+        await end_turn(request.scope)
         async with service.encoding.room(claimant_of(request), look.pixels):
             picture = await run_in_threadpool(pictures.picture, service, job_id, requested)
     headers = {"ETag": picture.etag, "X-Progress": f"{picture.share:.4f}", **REVALIDATED}
@@ -234,16 +236,17 @@ async def get_convergence(here: Here, request: Request, job_id: JobId, form: For
     unchanged = check_preconditions(request, headers)
     if unchanged:
         return unchanged
-    content = await while_connected(request, _convergence(here, claimant_of(request), job_id, chosen))
+    content = await while_connected(request, _convergence(here, request, job_id, chosen))
     return Response(content, media_type=MEDIA_TYPES[chosen], headers=headers)
 
 
-async def _convergence(service: Service, claimant: str, job_id: str, form: Form) -> bytes:
+async def _convergence(service: Service, request: Request, job_id: str, form: Form) -> bytes:
     found = await run_in_threadpool(convergence.convergence, service, job_id)
     if form in ("json", "csv"):
         return await run_in_threadpool(convergence.encoded, found, form)
     # A plot is drawn alone, like the largest pictures: Python draws no two of them at once anyway.
-    async with service.encoding.room(claimant, service.encoding.most):
+    await end_turn(request.scope)
+    async with service.encoding.room(claimant_of(request), service.encoding.most):
         return await run_in_threadpool(convergence.encoded, found, form)
 
 

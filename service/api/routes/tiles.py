@@ -14,6 +14,7 @@ from schemas.api import batches
 from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
 from service.api.authentication import CurrentUser, JobId, authenticate, claimant_of
 from service.api.bodies import while_connected
+from service.api.middleware import end_turn
 from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
 from service.api.routes.stored import streamed
 from service.errors import DamagedJobError, KeyExpiredError, UnauthenticatedError, UnknownJobError
@@ -77,6 +78,7 @@ async def get_tiles(
 ) -> TileBatch | Response:
     """List tile events by number."""
     if wait:
+        await end_turn(request.scope)
         with here.streams.waiting(user):
             seconds = min(wait, here.settings.max_wait_seconds)
             news = jobs.until(here, job_id, seconds, lambda job: job.last_seq > after or job.state.final)
@@ -87,15 +89,17 @@ async def get_tiles(
     if negotiate(request, FORMS) != batches.MEDIA_TYPE:
         return await run_in_threadpool(tile_events.batch, here, job_id, after)
     form = tile_events.ENCODINGS[encoding]
-    batch = await while_connected(request, _pixel_batch(here, claimant_of(request), job_id, after, form))
+    batch = await while_connected(request, _pixel_batch(here, request, job_id, after, form))
     return await run_in_threadpool(
         streamed, 200, batch, (0, batch.size), batches.MEDIA_TYPE, {"Vary": "Accept"}
     )
 
 
-async def _pixel_batch(service: Service, claimant: str, job_id: str, after: int, form: int) -> Stored:
+async def _pixel_batch(service: Service, request: Request, job_id: str, after: int, form: int) -> Stored:
     news = await run_in_threadpool(tile_events.batch, service, job_id, after)
-    async with service.encoding.room(claimant, BATCH_WEIGHT * tile_events.pixels_of(news.events)):
+    await end_turn(request.scope)
+    pixels = BATCH_WEIGHT * tile_events.pixels_of(news.events)
+    async with service.encoding.room(claimant_of(request), pixels):
         return await run_in_threadpool(tile_events.pixel_batch, service, job_id, after, form)
 
 

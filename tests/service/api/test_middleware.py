@@ -1,15 +1,19 @@
-"""Request ids in answers and in the log."""
+"""Request ids in answers and in the log, and turns of clients."""
 
 from __future__ import annotations
 
+import asyncio
 import json
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 import httpx2
 import pytest
+from starlette.types import Message, Receive, Scope, Send
 
+from service.api.middleware import Turns, end_turn
 from service.server import running
 from service.settings import Settings
 from tests.service.sending import DAMAGED, put, with_mesh
@@ -82,3 +86,45 @@ def test_log_of_a_failed_task_has_its_place_and_no_values(logged: Logged) -> Non
     assert {"tile": 0, "pass_index": 0, "attempt": 1}.items() <= failed.items()
     assert "locals" not in json.dumps(failed["exception"])
     assert "not-for-logs" not in log.read_text()
+
+
+def test_requests_of_one_client_leave_threads_for_others() -> None:
+    begun = Counter[tuple[str, str]]()
+
+    async def app(scope: Scope, _receive: Receive, _send: Send) -> None:
+        begun[dict(scope["headers"])[b"authorization"].decode(), scope["path"]] += 1
+        if "poll" in scope["path"]:
+            await end_turn(scope)
+        await asyncio.Event().wait()
+
+    async def asked(*requests: tuple[str, str]) -> None:
+        turns = Turns(app)
+        tasks = [
+            asyncio.create_task(turns(scope_of(user, path), no_message, no_answer)) for user, path in requests
+        ]
+        # All go as far as they can.
+        for _ in range(10):
+            await asyncio.sleep(0)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    polls, lists = [("ann", "/v1/poll")] * 50, [("ann", "/v1/jobs")] * 50
+    asyncio.run(asked(*polls, *lists, ("ann", "/livez"), ("bob", "/v1/jobs")))
+    # What waits for news takes no thread.
+    assert begun["ann", "/v1/poll"] == 50
+    assert 1 <= begun["ann", "/v1/jobs"] <= 10
+    assert begun["ann", "/livez"] == begun["bob", "/v1/jobs"] == 1
+
+
+def scope_of(user: str, path: str) -> Scope:
+    headers = [(b"authorization", user.encode())]
+    return {"type": "http", "path": path, "headers": headers, "client": ("127.0.0.1", 1)}
+
+
+async def no_message() -> Message:
+    return {"type": "http.disconnect"}
+
+
+async def no_answer(_message: Message) -> None:
+    """Drop it."""
