@@ -1,11 +1,13 @@
 """Pictures to be compared, from files, bytes or arrays: what is in them, and how it was read."""
 
 import hashlib
+import io
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,9 @@ from renderer.math.arrays import Floats
 Encoding = Literal["srgb", "linear"]
 SIDECARS = ("error", "samples", "shape")
 """Layers that explain a difference; `penumbra render` saves them beside the picture."""
+
+PACKED = ".npz"
+"""Files with a picture, ``image``, and its layers."""
 
 FLOAT_ROUNDING = 2.0**-22
 """Two spacings of float32: by so much a picture may differ between kinds of machines."""
@@ -72,7 +77,7 @@ class Picture:
 
 
 def read_picture(path: str | os.PathLike[str], encoding: Encoding | None = None) -> Picture:
-    """The picture of a .png, .npy or .exr file, with layers that lie beside it as NAME.layer.npy.
+    """The picture of a .png, .npy, .exr or .npz file, with layers that lie beside it as NAME.layer.npy.
 
     Raises
     ------
@@ -89,7 +94,30 @@ def read_picture(path: str | os.PathLike[str], encoding: Encoding | None = None)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise NotComparableError(f"{path}: cannot be read ({reason}).") from error
+    if file.suffix.lower() == PACKED:
+        content, packed = unpacked(content, file.name)
+        layers = packed | layers
     return picture_of(content, file.name, encoding, layers)
+
+
+def unpacked(content: bytes, name: str) -> tuple[bytes, dict[str, NDArray[Any]]]:
+    """The array ``image`` of an .npz file as an .npy file, and its other arrays.
+
+    Raises
+    ------
+    NotComparableError
+        If it is damaged, or has no such array.
+    """
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as kept:
+            arrays = {part: kept[part] for part in kept.files}
+    except (OSError, ValueError, EOFError, BadZipFile) as error:
+        raise NotComparableError(f"{name} is a damaged NPZ file.") from error
+    if "image" not in arrays:
+        raise NotComparableError(f"{name} has no array 'image'. Save the picture under this name.")
+    pixels = io.BytesIO()
+    np.save(pixels, arrays.pop("image"))
+    return pixels.getvalue(), arrays
 
 
 def picture_of(

@@ -67,6 +67,11 @@ class TestGrade(Message):
     cpu_seconds: float = Field(default=0.0, ge=0, description="Of the test's own processes.")
     seconds: float = Field(default=0.0, ge=0, description="From its start to its end.")
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it was not judged, so that its 0 points are a placeholder."""
+        return self.status in {"error", "not_gradable"}
+
 
 class Signal(Message):
     """Something that staff may want to look at; it never costs points."""

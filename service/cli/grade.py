@@ -87,6 +87,11 @@ def grade(  # noqa: PLR0913 - one argument for each option
     for folder in filter(None, (out, cache)):
         make_folder(folder)
     targets = _targets(export or [])
+    if "classroom50" in targets:
+        # Minutes of grading would be lost where the runner does not say whose submission it is.
+        from service.grading.exports import classroom50
+
+        classroom50.stamp(submitted_at)
     if not submission.is_dir():
         raise InputError(f"{submission} is not a folder. Give the folder with the submission.")
     _check_time(submitted_at)
@@ -197,11 +202,13 @@ def _targets(words: Sequence[str]) -> dict[str, Path]:
         return {}
     from service.grading.exports import EXPORTS
 
-    targets = {}
+    targets: dict[str, Path] = {}
     for word in words:
         form, _, path = word.partition("=")
         if form not in EXPORTS or not path:
             raise CommandError(f"--export {word}: give FORM=PATH with one of the forms {', '.join(EXPORTS)}.")
+        if form in targets or Path(path).resolve() in {other.resolve() for other in targets.values()}:
+            raise CommandError(f"--export {word}: give each form once, and each its own file.")
         targets[form] = check_target(Path(path), (Path(path).suffix.lower(),))
     return targets
 

@@ -27,9 +27,6 @@ from service.grading.likeness.fingerprints import Fingerprint
 from service.grading.outcomes import DIFFERENCE, Outcome
 from service.grading.processes import Finished
 
-UNGRADED = frozenset({"error", "not_gradable"})
-"""Statuses of tests that could not be graded."""
-
 _STATUS: dict[type[Exception], Status] = {
     NotSubmittedError: "skipped",
     NotGradableError: "not_gradable",
@@ -116,7 +113,7 @@ def graded(
         student=student,
         submitted=submitted,
         gradable=verdict != "not_comparable",
-        ungraded=tuple(grade.id for grade in grades if grade.status in UNGRADED),
+        ungraded=tuple(grade.id for grade in grades if grade.is_open),
         verdict=verdict,
         # fsum rounds once, so shares of points add up exactly.
         score=math.fsum(grade.points for grade in grades),
@@ -143,7 +140,7 @@ def _with_requirements(manifest: Manifest, tests: Sequence[Tested]) -> list[Test
 def _without(grade: TestGrade, missed: Sequence[TestGrade]) -> TestGrade:
     """A grade without points, because of the required tests that are not passed."""
     names = " and ".join("a hidden test" if each.hidden else each.id for each in missed)
-    open_: Status = "error" if any(each.status in UNGRADED for each in missed) else "failed"
+    open_: Status = "error" if any(each.is_open for each in missed) else "failed"
     message = sentences.joined(f"It earns points only with all points in {names}.", grade.message)
     return grade.model_copy(update={"points": 0.0, "status": open_, "message": message})
 
@@ -177,7 +174,7 @@ def _failure(finished: Finished) -> Status:
 
 
 def _verdict(grades: Sequence[TestGrade]) -> GradeVerdict:
-    if all(grade.status in UNGRADED for grade in grades):
+    if all(grade.is_open for grade in grades):
         return "not_comparable"
     if any(grade.status != "passed" for grade in grades if not grade.bonus):
         return "mismatch"

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
-from zipfile import BadZipFile
-
-import numpy as np
-from numpy.typing import NDArray
 
 from accuracy.comparison import Picture, picture_of
+from accuracy.comparison.inputs import PACKED, unpacked
 from accuracy.comparison.shown import names_of, shapes_shown
 from renderer.errors import ImageFileError, SceneError
 from renderer.scenes import LoadedScene, load_scene
@@ -19,11 +14,8 @@ from schemas.api.comparisons import Encoding
 from schemas.grading.manifests import Reference, ReferencePicture
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
-from service.grading.references import IMAGE, key_of
+from service.grading.references import key_of
 from service.grading.settings import Run
-
-PACKED = ".npz"
-"""Files of a reference with its layers. Submissions may not have them: they could expand to any size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,30 +98,16 @@ def read_picture(folder: Folder, name: str, encoding: Encoding) -> tuple[bytes, 
     GradingError
         The file is not a usable picture; the class depends on the folder.
     """
-    content = folder.read(name)
+    content = pixels = folder.read(name)
     layers = folder.layers(name) if folder.role == "reference" else {}
-    pixels = content
-    if folder.role == "reference" and name.lower().endswith(PACKED):
-        pixels, packed = _unpacked(folder, name, content)
-        layers = packed | layers
     try:
+        # Submissions may not be packed: they could expand to any size.
+        if folder.role == "reference" and name.lower().endswith(PACKED):
+            pixels, packed = unpacked(content, name)
+            layers = packed | layers
         return content, picture_of(pixels, name, encoding, layers)
     except ImageFileError as error:
         raise folder.fault(str(error)) from error
-
-
-def _unpacked(folder: Folder, name: str, content: bytes) -> tuple[bytes, dict[str, NDArray[Any]]]:
-    """The array `image` of an .npz file as an .npy file, and its other arrays."""
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as kept:
-            arrays = {part: kept[part] for part in kept.files}
-    except (OSError, ValueError, EOFError, BadZipFile) as error:
-        raise folder.fault(f"{name} is a damaged NPZ file.") from error
-    if IMAGE not in arrays:
-        raise folder.fault(f"{name} has no array '{IMAGE}'. Save the picture under this name.")
-    pixels = io.BytesIO()
-    np.save(pixels, arrays.pop(IMAGE))
-    return pixels.getvalue(), arrays
 
 
 def _scene(folder: Folder, name: str) -> LoadedScene:

@@ -39,8 +39,31 @@ def export(grade: Grade, pictures: Path | None = None, environment: Mapping[str,
     Points of each test are rounded to whole numbers, halves up. Classroom 50 has no bonus, so bonus points
     count in `max-score` too. Pictures are not supported.
 
+    Raises
+    ------
+    ExportError
+        As `stamp` does.
+    """
+    del pictures
+    tests = [_test(row) for row in for_students(grade)]
+    return encoded(
+        {"schema": "classroom50/result/v1"}
+        | stamp(grade.submitted, environment)
+        | {
+            "score": sum(test["score"] for test in tests),
+            "max-score": sum(test["max-score"] for test in tests),
+            "tests": tests,
+        }
+    )
+
+
+def stamp(submitted: str | None, environment: Mapping[str, str] = os.environ) -> dict[str, str]:
+    """The fields that say whose submission it is, and of when.
+
     Parameters
     ----------
+    submitted
+        Time of the submission, ISO 8601; by default that of its tag.
     environment
         Environment of the runner, which names the submission.
 
@@ -49,18 +72,12 @@ def export(grade: Grade, pictures: Path | None = None, environment: Mapping[str,
     ExportError
         A variable is missing, or the time of the submission is unknown.
     """
-    del pictures
-    tests = [_test(row) for row in for_students(grade)]
-    return encoded(
-        {"schema": "classroom50/result/v1"}
-        | {field: _variable(environment, name) for field, name in REQUIRED.items()}
+    return (
+        {field: _variable(environment, name) for field, name in REQUIRED.items()}
         | {field: environment[name] for field, name in STAMPED.items() if environment.get(name)}
         | {
             "review": environment.get("REVIEW_URL") or _variable(environment, "COMMIT_URL"),
-            "datetime": _moment(grade, environment),
-            "score": sum(test["score"] for test in tests),
-            "max-score": sum(test["max-score"] for test in tests),
-            "tests": tests,
+            "datetime": _moment(submitted, environment),
         }
     )
 
@@ -75,9 +92,9 @@ def _variable(environment: Mapping[str, str], name: str) -> str:
     return value
 
 
-def _moment(grade: Grade, environment: Mapping[str, str]) -> str:
+def _moment(submitted: str | None, environment: Mapping[str, str]) -> str:
     """The time of the submission, not of grading: it decides whether the submission is late."""
-    if grade.submitted is None:
+    if submitted is None:
         found = TAG_MOMENT.match(_variable(environment, "SUBMISSION_TAG"))
         if found is None:
             raise ExportError(
@@ -85,9 +102,9 @@ def _moment(grade: Grade, environment: Mapping[str, str]) -> str:
                 "submit/YYYY-MM-DDTHH-MM-SSZ. Give it with --submitted-at."
             )
         return "{}T{}:{}:{}Z".format(*found.groups())
-    moment = datetime.fromisoformat(grade.submitted)
+    moment = datetime.fromisoformat(submitted)
     if moment.tzinfo is None:
-        raise ExportError(f"{grade.submitted} has no time zone. Give it as 2026-06-01T14:32:01Z.")
+        raise ExportError(f"{submitted} has no time zone. Give it as 2026-06-01T14:32:01Z.")
     return moment.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 

@@ -68,8 +68,8 @@ def _cells(grade: Grade, rows: Sequence[Row], more: dict[str, str]) -> Cells:
         "student": grade.student or "",
         "submitted": grade.submitted or "",
         "assignment": grade.title,
-        # A partial total could be mistaken for the final one.
-        "score": "" if grade.ungraded else rounded(grade.score),
+        # A partial total could be mistaken for the final one; bonus points may stay open.
+        "score": "" if any(test.is_open and not test.bonus for test in grade.tests) else rounded(grade.score),
         "max_score": rounded(grade.max_score),
         "ungraded": len(grade.ungraded),
     }

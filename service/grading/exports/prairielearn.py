@@ -11,7 +11,7 @@ from typing import Any
 
 from schemas.grading.grades import Grade
 from service.grading.exports.pictures import Album, Shown, album
-from service.grading.exports.rows import OPEN, Row, for_students, headline
+from service.grading.exports.rows import Row, for_students, headline
 from service.grading.exports.texts import encoded, number, rounded, shortened
 
 MOST = 1_000_000
@@ -51,7 +51,7 @@ def _content(grade: Grade, rows: Sequence[Row], shown: Album, length: int) -> by
 
 def _gradable(grade: Grade) -> bool:
     """Whether the score stands: bonus points may stay open, those of the full score may not."""
-    return grade.gradable and not any(test.status in OPEN and not test.bonus for test in grade.tests)
+    return grade.gradable and not any(test.is_open and not test.bonus for test in grade.tests)
 
 
 def _judged(grade: Grade, rows: Sequence[Row], length: int) -> dict[str, Any]:
@@ -62,7 +62,9 @@ def _judged(grade: Grade, rows: Sequence[Row], length: int) -> dict[str, Any]:
 
 
 def _share(grade: Grade) -> float:
-    return rounded(min(grade.score / grade.max_score, 1.0), 6) if grade.max_score > 0 else 1.0
+    # Where all tests are a bonus they are the whole.
+    most = grade.max_score or sum(test.max_points for test in grade.tests)
+    return rounded(min(grade.score / most, 1.0), 6) if most > 0 else 1.0
 
 
 def _bonus(grade: Grade) -> str:

@@ -11,10 +11,7 @@ from service.grading.exports.texts import harmless, line, number
 from service.grading.sentences import place
 
 OPEN: frozenset[Status] = frozenset({"error", "not_gradable"})
-"""Statuses of tests that were not judged; their 0 points are a placeholder."""
-
-UNJUDGED = OPEN | {"skipped"}
-"""And those of tests to which nothing was submitted."""
+"""Statuses of rows that were not judged."""
 
 WORDS: dict[Status, str] = {
     "passed": "passed",
@@ -81,7 +78,7 @@ def for_students(grade: Grade) -> tuple[Row, ...]:
 
 def headline(grade: Grade) -> str:
     """One or two sentences with the total."""
-    left = [test for test in grade.tests if test.status in OPEN]
+    left = [test for test in grade.tests if test.is_open]
     if not grade.gradable:
         return "Nothing could be graded, and no points are lost. The tests say why."
     total = f"{number(grade.score)} of {number(grade.max_score)} points."
@@ -94,8 +91,9 @@ def headline(grade: Grade) -> str:
 
 def _row(test: TestGrade, feedback: Feedback) -> Row:
     explained = feedback in {"difference", "picture"}
-    # Why a test could not be graded tells nothing of its reference.
-    message = test.message if explained or test.status in UNJUDGED else _verdict(test, feedback)
+    # Why a test was not judged tells nothing of its reference.
+    unjudged = test.is_open or test.status == "skipped"
+    message = test.message if explained or unjudged else _verdict(test, feedback)
     places = test.worst_regions if explained and test.status != "passed" else ()
     return Row(
         id=test.id,

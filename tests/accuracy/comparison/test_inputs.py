@@ -77,6 +77,18 @@ def test_layers_beside_a_file_belong_to_it(tmp_path: Path) -> None:
         read_picture(tmp_path / "none.png")
 
 
+def test_layers_packed_with_a_picture_belong_to_it(tmp_path: Path) -> None:
+    image = np.full((4, 6, 3), 0.5, np.float32)
+    samples = np.full((4, 6), 16)
+    np.savez(tmp_path / "reference.npz", image=image, samples=samples)
+    found = read_picture(tmp_path / "reference.npz")
+    np.testing.assert_array_equal(found.linear, image)
+    np.testing.assert_array_equal(found.layers["samples"], samples)
+    np.savez(tmp_path / "other.npz", picture=image)
+    with pytest.raises(NotComparableError, match="no array 'image'"):
+        read_picture(tmp_path / "other.npz")
+
+
 def test_grey_counts_in_all_channels_and_alpha_in_none() -> None:
     grey = picture_of(png(np.array([[0, 255]], np.uint8)), "grey.png")
     assert grey.linear.tolist() == [[[0, 0, 0], [1, 1, 1]]]

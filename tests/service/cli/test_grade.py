@@ -52,7 +52,7 @@ def test_result_with_pictures_and_exports(here: Penumbra, assignment: Assignment
     made = tmp_path / "new" / "folder"
     assert Grade.model_validate_json((made / "result.json").read_bytes()) == found
     named = {image.file for test in found.tests for image in test.images}
-    assert len(named) == 2
+    assert len(named) == 4
     assert {path.name for path in made.iterdir()} == named | {"result.json"}
     assert json.loads((tmp_path / "results.json").read_text())["score"] == 10
     assert (tmp_path / "report.xml").read_text().startswith("<?xml")
@@ -82,6 +82,9 @@ def test_nothing_gradable_exit_code(here: Penumbra, assignment: Assignment, tmp_
         ((*WORDS, "--submission", "nowhere"), 3, "nowhere"),
         ((*WORDS, "--export", "gradescop=a.json"), 2, "gradescope"),
         ((*WORDS, "--export", "gradescope=nowhere/a.json"), 2, "nowhere"),
+        ((*WORDS, "--export", "html=a.html", "--export", "html-staff=./a.html"), 2, "its own file"),
+        ((*WORDS, "--export", "html=a.html", "--export", "html=b.html"), 2, "each form once"),
+        ((*WORDS, "--export", "classroom50=a.json"), 2, "CLASSROOM is not set"),
         ((*WORDS, "--submitted-at", "yesterday"), 2, "yesterday"),
         ((*WORDS, "--server", "http://127.0.0.1:9"), 4, "127.0.0.1:9"),
     ],

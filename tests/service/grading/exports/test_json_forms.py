@@ -203,6 +203,8 @@ def test_prairielearn_open_bonus_test_withholds_no_score() -> None:
     assert (document["gradable"], document["score"]) == (True, 0.5)
     assert "format_errors" not in document
     assert exported("prairielearn", result(bonus))["gradable"] is False
+    only = failed(bonus=True), tried(bonus=True)
+    assert exported("prairielearn", result(*only))["score"] == 0.5
 
 
 @pytest.mark.parametrize(

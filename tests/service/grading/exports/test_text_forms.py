@@ -105,6 +105,8 @@ def test_row_for_staff_has_hidden_tests_and_signals() -> None:
 def test_open_test_and_total_are_empty_cells() -> None:
     row = table("csv", result(tried(), not_gradable()))
     assert (row["points_camera"], row["points_soft"], row["score"], row["ungraded"]) == ("", "10.0", "", "1")
+    bonus = not_gradable().model_copy(update={"bonus": True})
+    assert table("csv", result(tried(), bonus))["score"] == "10.0"
 
 
 @pytest.mark.parametrize("form", ["csv", "csv-staff"])
