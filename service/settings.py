@@ -156,7 +156,8 @@ class Settings(BaseSettings):
     )
     max_address_connections: Count = Field(
         default=400,
-        description="Connections of one address at once, unless `behind_proxy`; more are answered 429.",
+        description="Connections of one address at once, unless `behind_proxy`; more are answered 429, and "
+        "more than are left free for others.",
     )
     max_user_streams: Count = Field(
         default=200,
@@ -167,8 +168,8 @@ class Settings(BaseSettings):
         default=20.0,
         ge=0.1,
         le=3600,
-        description="How long the head of a request may take, and the beginning of its body; the rest must "
-        "come at 16 KiB a second.",
+        description="How long the head of a request may take, the beginning of its body, and each pause; the "
+        "rest must come, and answers be read, at 16 KiB a second.",
     )
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 picks a free one.")
     workers: int = Field(
