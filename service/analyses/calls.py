@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
-from fastapi.concurrency import run_in_threadpool
-from numpy.typing import NDArray
 
 import renderer
-from schemas.api.inspections import Inspection, InspectionRequest, TraceAnswer, TraceRequest
+from schemas.api.inspections import Inspection, InspectionRequest, TraceRequest
 from schemas.api.jobs import JobRequest
 from schemas.api.plans import Quote, QuoteRequest
 from schemas.api.previews import PreviewRequest
@@ -58,10 +55,10 @@ def _preview_task(service: Service, principal: Principal, body: bytes) -> Previe
     return PreviewTask(request.small_scene, service.settings.workers, user=principal.name)
 
 
-async def trace(service: Service, principal: Principal, body: bytes) -> TraceAnswer:
-    """Cast the rays of a user's request; raises as `ask_worker` does."""
-    _, hits = await ask_worker(service, principal, _trace_task, body)
-    return await run_in_threadpool(_trace_answer, hits)
+async def trace(service: Service, principal: Principal, body: bytes) -> bytes:
+    """Cast the rays of a user's request, and return a `TraceAnswer` as JSON; raises as `ask_worker` does."""
+    _, answer = await ask_worker(service, principal, _trace_task, body)
+    return bytes(answer)
 
 
 def _trace_task(service: Service, principal: Principal, body: bytes) -> TraceTask:
@@ -82,14 +79,6 @@ def _ray_problems(request: TraceRequest, limit: int) -> Iterator[Problem]:
     if len(request.directions) != len(request.origins):
         detail = "There must be one direction for each origin."
         yield Problem(pointer="/directions", detail=detail, code="length")
-
-
-def _trace_answer(arrays: Mapping[str, NDArray[Any]]) -> TraceAnswer:
-    hits: dict[str, Any] = {name: array.tolist() for name, array in arrays.items()}
-    missed = [shape < 0 for shape in hits["shape"]]
-    for name in ("t", "position", "normal", "uv"):
-        hits[name] = [None if miss else value for value, miss in zip(hits[name], missed, strict=True)]
-    return TraceAnswer.model_validate(hits)
 
 
 async def inspect(service: Service, principal: Principal, job_id: str, body: bytes) -> Inspection:

@@ -16,7 +16,6 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import renderer
 from accuracy.inspection import inspect, inspection_plan
@@ -25,7 +24,7 @@ from renderer import film, progressive
 from renderer.adaptive.target_plan import target_plan
 from renderer.images import files as image_files
 from schemas.api.comparisons import ComparisonAnswer
-from schemas.api.inspections import Inspection
+from schemas.api.inspections import Inspection, TraceAnswer
 from schemas.api.jobs import JobRequest
 from schemas.api.plans import Quote
 from schemas.api.previews import PREVIEW_QUALITY
@@ -201,13 +200,16 @@ class Worker:
         return outline(read_again(task.body), task.workers, task.tile_size)
 
     @answer.register
-    def trace(self, task: TraceTask) -> dict[str, NDArray[Any]]:
-        """Return what rays hit; arrays named as in ``renderer.trace``."""
+    def trace(self, task: TraceTask) -> bytes:
+        """Return what rays hit, as JSON: that takes too long where others are answered."""
         compile_admitted(JobRequest(scene=task.scene))
         plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets))
-        hits = renderer.trace(plan, task.origins, task.directions)
-        names = ("t", "position", "normal", "uv", "shape", "primitive", "visibility")
-        return {name: getattr(hits, name) for name in names}
+        found = renderer.trace(plan, task.origins, task.directions)
+        hits = {name: getattr(found, name).tolist() for name in TraceAnswer.model_fields}
+        missed = [shape < 0 for shape in hits["shape"]]
+        for name in ("t", "position", "normal", "uv"):
+            hits[name] = [None if miss else value for value, miss in zip(hits[name], missed, strict=True)]
+        return TraceAnswer.model_validate(hits).model_dump_json().encode()
 
     @answer.register
     def quote(self, task: QuoteTask) -> Quote:

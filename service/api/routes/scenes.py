@@ -50,14 +50,16 @@ async def plan(request: Request, here: Here, user: CurrentUser, body: JsonBody) 
 
 @router.post(
     "/traces",
+    response_model=TraceAnswer,
     responses=BODY | _of_scene("trace_failed") | NO_WORKER,
     openapi_extra=json_request(TraceRequest),
     summary="Trace rays",
     response_description="One entry for each ray.",
 )
-async def trace(request: Request, here: Here, user: CurrentUser, body: TraceBody) -> TraceAnswer:
+async def trace(request: Request, here: Here, user: CurrentUser, body: TraceBody) -> Response:
     """Cast rays into a scene and report what each of them hits first."""
-    return await while_connected(request, calls.trace(here, user, body))
+    answer = await while_connected(request, calls.trace(here, user, body))
+    return Response(answer, media_type="application/json")
 
 
 @router.get(
