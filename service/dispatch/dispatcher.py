@@ -286,7 +286,7 @@ class Dispatcher:
         for held, seconds in result.held:
             flights.hold(held, seconds)
         for task in result.tasks:
-            self._hand_out(task)
+            self._hand_out(task, spare=result.may_be_spare(task))
         for render in result.ended:
             self._spans.ended(render)
         self._job_events.publish(result.news)
@@ -294,9 +294,9 @@ class Dispatcher:
             self._store.drop_tiles(render)
             log.info("render ended", render=render, state=result.ended[render].value)
 
-    def _hand_out(self, task: JobTask) -> None:
+    def _hand_out(self, task: JobTask, *, spare: bool) -> None:
         self._spans.handed_out(task)
-        self._engine.submit(task)
+        self._engine.submit(task, spare=spare)
         # Not before: what the engine never got would be waited for.
         self._flights.tasks.add(task)
         self.desk.is_next = True

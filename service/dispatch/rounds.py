@@ -98,6 +98,8 @@ class Round:
     """Renders that have reached a final state, and which."""
     tasks: list[JobTask] = field(default_factory=list)
     """What to give to the engine."""
+    beside: list[JobTask] = field(default_factory=list)
+    """Those of them that begin beside overdue ones."""
     deadline_in: float | None = None
     """Seconds until the time limit of some render is spent, and a decision is due."""
     store_closed: bool = False
@@ -154,7 +156,12 @@ class Round:
         for task in ledger.tile_claims(session, max(0, room - len(self.tasks))):
             self.tasks.append(task)
         if self.spare and not self.tasks:
-            self.tasks += ledger.tile_claims(session, self.spare, ledger.payers(session))
+            self.beside += ledger.tile_claims(session, self.spare, ledger.payers(session))
+            self.tasks += self.beside
+
+    def may_be_spare(self, task: JobTask) -> bool:
+        """Whether a task may begin beside overdue ones: a tile claimed for that, or the end of a pass."""
+        return task in self.beside or not isinstance(task, TileTask)
 
     def _end_late(self, session: Session) -> None:
         ended, left, upcoming = sharing.end_late(session)

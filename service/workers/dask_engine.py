@@ -96,7 +96,7 @@ class DaskEngine:
         """None: a cluster has the workers that it has."""
         return 0
 
-    def submit(self, task: Task) -> None:
+    def submit(self, task: Task, *, spare: bool = False) -> None:  # noqa: ARG002  (an interface)
         """Give a task to the cluster, which chooses the worker."""
         with self._lock:
             self._load += 1

@@ -31,8 +31,8 @@ class Engine(Protocol):
     def spare(self) -> int:
         """How many more tasks begin at once, of users for whom nothing runs, as all others are overdue."""
 
-    def submit(self, task: Task) -> None:
-        """Execute a task. The outcome is reported, never returned or raised."""
+    def submit(self, task: Task, *, spare: bool = False) -> None:
+        """Execute a task, beside overdue ones if it may. The outcome is reported, never returned."""
 
     def interrupt(self, wanted: Callable[[Task], bool]) -> None:
         """Stop the running tasks that are ``wanted``; they are reported as interrupted."""

@@ -78,9 +78,9 @@ class SlotEngine:
         """1 while all slots are overdue and the spare one is idle; it starts with its first task."""
         return int(not self._spare.load() and all(slot.is_overdue() for slot in self._slots))
 
-    def submit(self, task: Task) -> None:
+    def submit(self, task: Task, *, spare: bool = False) -> None:
         """Give a task to the slot with the fewest, or to the spare one."""
-        if self.spare():
+        if spare and self.spare():
             self._spare.start_once(self._report)
             self._spare.submit(task)
         else:

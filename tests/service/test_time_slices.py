@@ -104,8 +104,7 @@ def test_users_wait_for_no_tile_of_another(start: Start, tmp_path: Path, documen
         httpx2.Client(base_url=url, timeout=TIMEOUT, headers=bearer(keys["ann"])) as ann,
         httpx2.Client(base_url=url, timeout=TIMEOUT, headers=bearer(keys["bob"])) as bob,
     ):
-        job = submit(ann, document)
-        # Its tiles are at both workers, and wait there.
-        until(lambda: job_of(ann, job)["state"] == "running")
+        jobs = [submit(ann, document) for _ in range(2)]
+        until(lambda: all(job_of(ann, job)["state"] == "running" for job in jobs))
         finish(bob, submit(bob, scene(32, 32)))
-        assert job_of(ann, job)["progress"]["done"] == 0
+        assert [job_of(ann, job)["progress"]["done"] for job in jobs] == [0, 0]
