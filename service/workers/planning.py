@@ -135,10 +135,11 @@ def planning_seconds(request: JobRequest) -> float:
     scene = request.scene
     shapes, lights = len(scene.shapes), len(scene.lights)
     seconds = 0.03 + 8e-6 * shapes + 1e-3 * lights + 2e-7 * shapes * lights
-    seconds += 6e-3 * sum(map(_is_mesh, scene.shapes))
+    meshes = sum(map(_is_mesh, scene.shapes))
+    seconds += 6e-3 * meshes
     materials = scene.materials.values()
     if any(material.displacement_map for material in materials):
-        seconds += 3e-4 * shapes
+        seconds += 3e-4 * shapes + 0.7 * meshes
     deepest = max((found.max_depth for found in materials if found.mirror or found.transmission), default=0)
     if deepest:
         seconds += 5e-3 * deepest + 1.5e-3 * shapes
