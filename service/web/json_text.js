@@ -120,7 +120,7 @@ function walk(text, wanted) {
 }
 
 // Arrays and objects up to this many characters stay on one line.
-const WIDTH = 110;
+export const WIDTH = 110;
 
 /**
  * Format a value like the scenes of the gallery: what fits on one line stays on one.
@@ -150,9 +150,10 @@ const LONG_LINE = 2000;
  * well, such as a field that stands twice or a number that is too large: the service says what is wrong with it.
  *
  * @param {string} text
+ * @param {number} [longest] - Characters of a line that people write.
  */
-export function readable(text) {
-  if (!text.split("\n").some((line) => line.length > LONG_LINE)) return text;
+export function readable(text, longest = LONG_LINE) {
+  if (!text.split("\n").some((line) => line.length > longest)) return text;
   try {
     const formatted = written(JSON.parse(text, refuseInfinite));
     return countTokens(formatted) === countTokens(text) ? formatted : text;

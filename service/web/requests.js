@@ -1,6 +1,6 @@
 // Request bodies around the text of a scene, so that its line numbers stay the same.
 
-import { places, readable } from "./json_text.js";
+import { WIDTH, places, readable } from "./json_text.js";
 
 const HEAD = '{"scene":';
 
@@ -34,13 +34,13 @@ export const inScene = (pointer) => pointer.replace(/^\/scene(?=\/|$)/, "");
 /**
  * Split the request of a job into its parts.
  *
- * @param {string} body - The request of the job, as it was sent.
+ * @param {string} body - The request of the job, which the service keeps without blanks.
  * @returns {{scene: string, quality: QualityDocument | null, layers: string[], labels: Record<string, string>}} The scene
- *   as its own text.
+ *   as a text for people.
  */
 export function takenApart(body) {
   const place = places(body, ["/scene"]).get("/scene");
   const { quality = null, layers = [], labels = {} } = JSON.parse(body);
-  const scene = place ? readable(body.slice(place.value, place.end).trim()) : "";
+  const scene = place ? readable(body.slice(place.value, place.end), WIDTH) : "";
   return { scene, quality, layers, labels };
 }
