@@ -9,6 +9,7 @@ import errno
 import os
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any, Literal, TypeVar
@@ -233,12 +234,19 @@ def unnamed(folder: Path, write: Callable[[IO[bytes]], None]) -> Stored:
     Parameters
     ----------
     folder
-        A writable one: the system's own for temporary files may be missing, small, or in memory.
+        Where the system has no folder for such files. Otherwise a full disk of the service does not matter.
     """
-    with translate_errors(), tempfile.NamedTemporaryFile(dir=folder) as file:
+    with translate_errors(), _file_without_name(folder) as file:
         write(file)
         file.flush()
         return replace(stored_file(os.dup(file.fileno())), modified=None)
+
+
+def _file_without_name(folder: Path) -> AbstractContextManager[IO[bytes]]:
+    try:
+        return tempfile.NamedTemporaryFile()
+    except OSError:
+        return tempfile.NamedTemporaryFile(dir=folder)
 
 
 def wanted(parts: Iterable[Part]) -> Iterator[Part]:
