@@ -30,20 +30,19 @@ from tests.service.support import scene
 MOST_TRIPS = 7
 
 
-def assembled(settings: Settings) -> Service:
-    async def begin() -> Service:
-        return assemble(settings, JobEvents())
+async def prepared(settings: Settings) -> tuple[Service, list[Prepared]]:
+    """A service in which nothing runs, and two jobs that are to be entered."""
+    service = assemble(settings, JobEvents())
+    return service, [await read(service, number) for number in (1, 2)]
 
-    return asyncio.run(begin())
 
-
-def submit(service: Service, number: int) -> None:
+async def read(service: Service, number: int) -> Prepared:
     document = scene(64, 64)
     document["camera"]["position"][0] = number
     body = json.dumps({"scene": document, "labels": {"course": "x"}}).encode()
-    prepared = prepare(service, Submission(Principal("ann", Role.SUBMIT), body, key=str(number)))
-    assert isinstance(prepared, Prepared)
-    enter(service, prepared)
+    found = await prepare(service, Submission(Principal("ann", Role.SUBMIT), body, key=str(number)))
+    assert isinstance(found, Prepared)
+    return found
 
 
 def trips(trace: str) -> int:
@@ -60,17 +59,18 @@ def test_transaction_makes_few_round_trips(tmp_path: Path, postgres: PostgresSer
     # Answers that come from afar are not read before all is sent that does not need them.
     between = Between(str(postgres.folder / ".s.PGSQL.5432"), far=True)
     far = near.engine.url.set(host="127.0.0.1", port=between.port, query={})
-    service = assembled(Settings(data=tmp_path, database=far.render_as_string(hide_password=False)))
+    settings = Settings(data=tmp_path, database=far.render_as_string(hide_password=False))
+    service, (first, second) = asyncio.run(prepared(settings))
     files = (tmp_path / f"trace {number}" for number in count())
     with ExitStack() as stack:
 
         def trace(driver: Any, *_: object) -> None:
             driver.pgconn.trace(stack.enter_context(next(files).open("w")).fileno())
 
-        submit(service, 1)
+        enter(service, first)
         event.listen(service.database.engine, "checkout", trace)
         event.listen(service.database.engine, "checkin", lambda driver, _: driver.pgconn.untrace())
-        submit(service, 2)
+        enter(service, second)
         service.database.close()
         between.close()
     traces = [path.read_text() for path in tmp_path.glob("trace *")]

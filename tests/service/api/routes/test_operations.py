@@ -24,8 +24,8 @@ from tests.service.processes import fork_servers_of, workers_of
 from tests.service.sending import SMALL, png, problem_of, put, textured
 from tests.service.support import API_ON_BOTH, TIMEOUT, long_scene, scene, submit, until
 
-# The number of threads that answer requests.
-REQUEST_THREADS = 40
+WRITERS = 12
+"""More than there are places for reading requests; of one client not many more are handled at once."""
 
 
 def missing(client: httpx2.Client) -> str:
@@ -140,17 +140,17 @@ def test_database_that_takes_no_writes_holds_back_writers_alone(start: Start, tm
     body = {"scene": scene(8, 8)}
     with (
         httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
-        ThreadPoolExecutor(REQUEST_THREADS + 1) as pool,
+        ThreadPoolExecutor(WRITERS + 1) as pool,
         closing(sqlite3.connect(tmp_path / "penumbra.sqlite")) as connection,
     ):
         job = client.post("/v1/jobs", json=body).json()["id"]
         connection.execute("PRAGMA busy_timeout = 10000")
         connection.execute("BEGIN IMMEDIATE")
         begun = time.monotonic()
-        waiting = [pool.submit(client.put, f"/v1/jobs/{job}/pin") for _ in range(REQUEST_THREADS // 2)]
+        waiting = [pool.submit(client.put, f"/v1/jobs/{job}/pin") for _ in range(WRITERS // 2)]
         waiting += [
             pool.submit(client.post, "/v1/jobs", json=body | {"labels": {"number": str(number)}})
-            for number in range(REQUEST_THREADS // 2)
+            for number in range(WRITERS // 2)
         ]
         health = pool.submit(missing, client)
         assert client.get("/livez").status_code == 200
