@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from accuracy.comparison import variances
 from accuracy.comparison.blocks import Bias, bias
-from accuracy.comparison.decoding import NotComparableError
+from accuracy.comparison.decoding import refuse_other_size
 from accuracy.comparison.diagnosis import Cause, diagnose
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.judging import Judgement, Policy, judge
@@ -119,8 +119,7 @@ def compare(
     MissingExtraError
         If FLIP is requested and its package is not installed.
     """
-    if image.linear.shape != reference.linear.shape:
-        raise NotComparableError(_sizes(image, reference))
+    refuse_other_size(image.name, image.size, reference.size)
     policy = policy or Policy()
     difference = image.linear - reference.linear
     rounding = image.rounding + reference.rounding
@@ -155,16 +154,6 @@ def compare(
         causes=causes,
         regions=() if equal else worst(difference, _suspects(judgement, biased, noisy, scores), shapes),
         names=_names(names, shapes),
-    )
-
-
-def _sizes(image: Picture, reference: Picture) -> str:
-    """Why pictures of different sizes are not compared."""
-    swapped = (image.width, image.height) == (reference.height, reference.width)
-    return (
-        f"{image.name} is {image.width} x {image.height} pixels and {reference.name} is "
-        f"{reference.width} x {reference.height}. Pictures are compared pixel by pixel: "
-        + ("width and height are swapped." if swapped else "render both at the same size.")
     )
 
 

@@ -8,6 +8,7 @@ from tokenize import TokenError
 from typing import Any, Literal
 
 import numpy as np
+from numpy.lib import format as npy
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -15,11 +16,14 @@ from renderer.assets import changed_filters
 from renderer.errors import ImageFileError, MissingExtraError
 from renderer.images import deep_pixels
 from renderer.images.deep_pixels import DeepPixels
-from renderer.images.exr_reading import read_exr
+from renderer.images.exr_reading import read_exr, size_of_exr
 from renderer.math.arrays import Floats
 from schemas.limits import how_to_raise, limits_in_force
 
 PNG, NPY, EXR = b"\x89PNG\r\n\x1a\n", b"\x93NUMPY", b"\x76\x2f\x31\x01"
+
+Size = tuple[int, int]
+"""Width and height in pixels."""
 
 OPAQUE = "Its alpha is 1 everywhere and was left out."
 GREY = "It is grey: red, green and blue were taken as equal."
@@ -46,14 +50,17 @@ class Raw:
     layers: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
 
-def decode(content: bytes, name: str) -> Raw:
+def decode(content: bytes, name: str, size: Size | None = None) -> Raw:
     """The numbers of a PNG, NPY or EXR file.
 
     Raises
     ------
     NotComparableError
-        If it is none of these, is damaged or too large, or is not a picture without transparency.
+        If it is none of these, is damaged or too large, or is not a picture without transparency; before it
+        is decoded, if it has not the `size`.
     """
+    if size is not None:
+        refuse_other_size(name, _size_of(content), size)
     if content.startswith(PNG):
         return _png(content, name)
     if content.startswith(NPY):
@@ -61,6 +68,43 @@ def decode(content: bytes, name: str) -> Raw:
     if content.startswith(EXR):
         return _exr(content, name)
     raise NotComparableError(f"{name} is not a PNG, NPY or EXR file. Save the picture as one of these.")
+
+
+def refuse_other_size(name: str, size: Size | None, wanted: Size) -> None:
+    """Refuse a picture of another size than its reference.
+
+    Raises
+    ------
+    NotComparableError
+        If the size is known and another one.
+    """
+    if size in {None, wanted}:
+        return
+    (width, height), swapped = size, size == wanted[::-1]
+    raise NotComparableError(
+        f"{name} is {width} x {height} pixels, not {wanted[0]} x {wanted[1]} as its reference. "
+        + ("Width and height are swapped." if swapped else "Render it at that size.")
+    )
+
+
+def _size_of(content: bytes) -> Size | None:
+    """Width and height by the header of a file; None where it is damaged, which decoding explains."""
+    try:
+        if content.startswith(PNG):
+            return _opened(content).size
+        if content.startswith(EXR):
+            return size_of_exr(content)
+        if content.startswith(NPY):
+            return _size_of_npy(io.BytesIO(content))
+    except (*_DAMAGE, ImageFileError):
+        return None
+    return None
+
+
+def _size_of_npy(file: io.BytesIO) -> Size | None:
+    header = {1: npy.read_array_header_1_0, 2: npy.read_array_header_2_0}.get(npy.read_magic(file)[0])
+    shape = () if header is None else header(file)[0]
+    return (shape[1], shape[0]) if len(shape) > 1 else None
 
 
 def _png(content: bytes, name: str) -> Raw:

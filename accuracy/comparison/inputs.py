@@ -12,7 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.comparison.decoding import NotComparableError, Raw, decode
+from accuracy.comparison.decoding import NotComparableError, Raw, Size, decode
 from renderer.images.colors import linear_from_srgb
 from renderer.math.arrays import Floats
 
@@ -66,6 +66,11 @@ class Picture:
     layers: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
     @property
+    def size(self) -> Size:
+        """Width and height in pixels."""
+        return self.width, self.height
+
+    @property
     def height(self) -> int:
         """Pixels."""
         return self.linear.shape[0]
@@ -76,7 +81,9 @@ class Picture:
         return self.linear.shape[1]
 
 
-def read_picture(path: str | os.PathLike[str], encoding: Encoding | None = None) -> Picture:
+def read_picture(
+    path: str | os.PathLike[str], encoding: Encoding | None = None, size: Size | None = None
+) -> Picture:
     """The picture of a .png, .npy, .exr or .npz file, with layers that lie beside it as NAME.layer.npy.
 
     Raises
@@ -97,7 +104,7 @@ def read_picture(path: str | os.PathLike[str], encoding: Encoding | None = None)
     if file.suffix.lower() == PACKED:
         content, packed = unpacked(content, file.name)
         layers = packed | layers
-    return picture_of(content, file.name, encoding, layers)
+    return picture_of(content, file.name, encoding, layers, size)
 
 
 def unpacked(content: bytes, name: str) -> tuple[bytes, dict[str, NDArray[Any]]]:
@@ -125,6 +132,7 @@ def picture_of(
     name: str,
     encoding: Encoding | None = None,
     layers: Mapping[str, NDArray[Any]] | None = None,
+    size: Size | None = None,
 ) -> Picture:
     """The picture in the bytes of a PNG, NPY or EXR file.
 
@@ -139,13 +147,15 @@ def picture_of(
         in an NPY file have no default.
     layers
         ``error``, ``samples`` and ``shape`` of the picture, (H, W) or (H, W, 3), in place of the file's own.
+    size
+        Width and height that it must have. A file of another size is refused before it is decoded.
 
     Raises
     ------
     NotComparableError
-        If it cannot be read, or holds what is not a colour.
+        If it cannot be read, holds what is not a colour, or has another size.
     """
-    raw = decode(content, name)
+    raw = decode(content, name, size)
     used = encoding or raw.usual
     if used is None:
         raise NotComparableError(

@@ -84,10 +84,11 @@ def compare(  # noqa: PLR0913 - one argument for each option
     from renderer.errors import ImageFileError
 
     try:
-        pictures = read(image, encoding, server), read(reference, reference_encoding, server)
-        shapes, names = (None, []) if scene is None else _shown(scene, pictures[1])
+        wanted = read(reference, reference_encoding, server)
+        picture = read(image, encoding, server, wanted.size)
+        shapes, names = (None, []) if scene is None else _shown(scene, wanted)
         policy = Policy(tolerance=tolerance, most_bias=max_bias, limit=limit)
-        found = compared(*pictures, policy=policy, shapes=shapes, names=names, with_flip=flip)
+        found = compared(picture, wanted, policy=policy, shapes=shapes, names=names, with_flip=flip)
     except ImageFileError as error:
         raise InputError(str(error)) from error
     _save(found, heat_map, side_by_side)
@@ -98,8 +99,8 @@ def compare(  # noqa: PLR0913 - one argument for each option
         raise typer.Exit(ExitCode.BELOW_THRESHOLD)
 
 
-def read(source: str, encoding: Encoding | None, server: str) -> Picture:
-    """The picture of a file, or of a job of the service.
+def read(source: str, encoding: Encoding | None, server: str, size: tuple[int, int] | None = None) -> Picture:
+    """The picture of a file, or of a job of the service; of that size if one is given.
 
     Raises
     ------
@@ -109,14 +110,14 @@ def read(source: str, encoding: Encoding | None, server: str) -> Picture:
     from accuracy.comparison import picture_of, read_picture
 
     if not source.startswith(JOB):
-        return read_picture(source, encoding)
+        return read_picture(source, encoding, size)
     from service.client.comparing import parts_of
 
     if source == JOB:
         raise CommandError(f"{JOB} has no id. Write it like {JOB}f9a1c3.")
     with connect(server) as client:
         parts = parts_of(client, source.removeprefix(JOB))
-    return picture_of(parts.content, source, encoding, parts.layers)
+    return picture_of(parts.content, source, encoding, parts.layers, size)
 
 
 def _shown(name: str, reference: Picture) -> tuple[NDArray[Any], list[str]]:

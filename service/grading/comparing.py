@@ -29,7 +29,7 @@ from service.grading.programs.repairing import Pardon, Repair, pardoned
 from service.grading.rendering import rendered
 from service.grading.selection import Selection, select
 from service.grading.settings import Run
-from service.grading.wanted import Wanted, read_picture, reference_picture, wanted
+from service.grading.wanted import Wanted, read_picture, wanted
 
 LABEL = "picture, reference, difference"
 
@@ -37,9 +37,12 @@ LABEL = "picture, reference, difference"
 def image(test: ImageTest, run: Run) -> Iterator[Outcome]:
     """Compare a submitted picture with its reference: yield what it earns, then the same with its cause."""
     file = test.submitted
-    content, picture = read_picture(run.submission, file.file, file.encoding)
+    # A submission that lacks the picture is no fault of the reference.
+    run.submission.path(file.file)
+    reference = wanted(test.reference, run)
+    content, picture = read_picture(run.submission, file.file, file.encoding, reference.picture.size)
     # Noise layers of the submission would influence its own verdict.
-    yield from _graded(test, run, noiseless(picture), content)
+    yield from _graded(test, run, noiseless(picture), reference, content)
 
 
 def scene(test: SceneTest, run: Run) -> Iterator[Outcome]:
@@ -48,8 +51,9 @@ def scene(test: SceneTest, run: Run) -> Iterator[Outcome]:
     picture = picture_of(made.content(), test.submitted.file, "linear", made.layers)
     file, folder = test.submitted.file, run.submission
     handed_in = load_scene(folder.read(file), assets=folder.assets(file))
-    found = signals_of_scene(handed_in, reference_picture(test.reference, run), test=test.id)
-    for outcome in _graded(test, run, picture, None):
+    reference = wanted(test.reference, run)
+    found = signals_of_scene(handed_in, reference.picture, test=test.id)
+    for outcome in _graded(test, run, picture, reference, None):
         yield replace(outcome, signals=found)
 
 
@@ -100,10 +104,9 @@ class _Found:
 
 
 def _graded(
-    test: ImageTest | SceneTest, run: Run, picture: Picture, content: bytes | None
+    test: ImageTest | SceneTest, run: Run, picture: Picture, reference: Wanted, content: bytes | None
 ) -> Iterator[Outcome]:
     """What a picture earns; `content` is its file, None if it was rendered here."""
-    reference = wanted(test.reference, run)
     mask = None if test.mask is None else read_picture(run.references, test.mask, "linear")[1]
     selection = select(reference.picture, test.region, mask)
     found = _compared(test, run, picture, reference, selection)

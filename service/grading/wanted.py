@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from accuracy.comparison import Picture, picture_of
+from accuracy.comparison.decoding import Size
 from accuracy.comparison.inputs import PACKED, unpacked
 from accuracy.comparison.shown import names_of, shapes_shown
 from renderer.errors import ImageFileError, SceneError
@@ -90,8 +91,10 @@ def reference_scene(reference: Reference, run: Run) -> LoadedScene | None:
     return None if name is None else _scene(run.references, name)
 
 
-def read_picture(folder: Folder, name: str, encoding: Encoding) -> tuple[bytes, Picture]:
-    """A file and the picture in it.
+def read_picture(
+    folder: Folder, name: str, encoding: Encoding, size: Size | None = None
+) -> tuple[bytes, Picture]:
+    """A file and the picture in it, which must have a size if one is given.
 
     Raises
     ------
@@ -105,7 +108,7 @@ def read_picture(folder: Folder, name: str, encoding: Encoding) -> tuple[bytes, 
         if folder.role == "reference" and name.lower().endswith(PACKED):
             pixels, packed = unpacked(content, name)
             layers = packed | layers
-        return content, picture_of(pixels, name, encoding, layers)
+        return content, picture_of(pixels, name, encoding, layers, size)
     except ImageFileError as error:
         raise folder.fault(str(error)) from error
 

@@ -29,10 +29,10 @@ def compared(task: CompareTask, store: TileStore, assets: renderer.AssetSource) 
     RefusedError
         If one of them cannot be used, or they cannot be compared.
     """
-    with _refusing("/image"):
-        image = _picture(task.image, "image", store, assets)
     with _refusing("/reference"):
         reference = _picture(task.reference, "reference", store, assets)
+    with _refusing("/image"):
+        image = _picture(task.image, "image", store, assets, reference.size)
     with _refusing(""):
         return _answer(_compared(task, image, reference, store, assets), task.request)
 
@@ -45,11 +45,17 @@ def _refusing(pointer: str) -> Iterator[None]:
         raise RefusedError([Problem(pointer=pointer, detail=str(error), code=CODE)]) from None
 
 
-def _picture(asked: ComparedPicture, role: str, store: TileStore, assets: renderer.AssetSource) -> Picture:
+def _picture(
+    asked: ComparedPicture,
+    role: str,
+    store: TileStore,
+    assets: renderer.AssetSource,
+    size: tuple[int, int] | None = None,
+) -> Picture:
     if asked.asset is not None:
-        return picture_of(_uploaded(asked.asset, assets), role, asked.encoding)
+        return picture_of(_uploaded(asked.asset, assets), role, asked.encoding, size=size)
     if asked.job is None:
-        return picture_of(asked.content, role, asked.encoding)
+        return picture_of(asked.content, role, asked.encoding, size=size)
     name = f"{asked.prefix}image.npy"
     names = {layer: f"{asked.prefix}{layers.file_name(layer)}" for layer in asked.layers}
     try:
@@ -59,7 +65,7 @@ def _picture(asked: ComparedPicture, role: str, store: TileStore, assets: render
         }
     except (FileNotFoundError, StoreDamagedError) as error:
         raise NotComparableError("The stored picture is damaged. Submit the job again.") from error
-    return picture_of(content, f"job:{asked.job}", asked.encoding, sheets)
+    return picture_of(content, f"job:{asked.job}", asked.encoding, sheets, size)
 
 
 def _uploaded(asset: str, assets: renderer.AssetSource) -> bytes:

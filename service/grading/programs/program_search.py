@@ -53,11 +53,10 @@ def _pairs(run: Run) -> Iterator[tuple[str, tuple[ImageTest, Pair]]]:
 
 def _pair(test: ImageTest, run: Run) -> Pair | None:
     """The picture of a test and its reference; None if they cannot be compared."""
-    _, picture = read_picture(run.submission, test.submitted.file, test.submitted.encoding)
     reference = reference_picture(test.reference, run)
-    shape = picture.linear.shape
-    if shape != reference.linear.shape or min(shape[:2]) < LEAST_SIDE:
+    if min(reference.size) < LEAST_SIDE:
         return None
+    _, picture = read_picture(run.submission, test.submitted.file, test.submitted.encoding, reference.size)
     tolerance = test.accept.tolerance if isinstance(test.accept, Verdict) else Policy().tolerance
     return Pair(picture.linear, reference.linear, picture.rounding + reference.rounding + tolerance)
 

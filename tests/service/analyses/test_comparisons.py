@@ -88,7 +88,7 @@ def test_what_cannot_be_compared_is_pointed_at(api: httpx2.Client) -> None:
         ({"reference": sent(b"GIF89a")}, "/reference"),
         ({"image": sent(npy(np.full((2, 2, 3), np.nan)))}, "/image"),
         ({"image": sent(npy(np.zeros((2, 2, 3), np.uint8)))}, "/image"),
-        ({"image": sent(npy(np.zeros((2, 2, 3))))}, ""),
+        ({"image": sent(npy(np.zeros((2, 2, 3))))}, "/image"),
         ({"image": GOOD | {"encoding": "gamma"}}, "/image/encoding"),
         ({"tolerance": 2}, "/tolerance"),
         ({"tolerence": 0.1}, "/tolerence"),

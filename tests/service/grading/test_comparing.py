@@ -2,6 +2,7 @@
 
 import io
 import json
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -147,6 +148,30 @@ def test_diagnosed_mistake_may_keep_a_share(assignment: Assignment) -> None:
     assignment.hand_in("picture.npy", RIGHT[::-1])
     found = assignment.test(image_test(accept={"by": "verdict", "diagnosed": 0.5}))
     assert (found.points, found.status) == (5, "partial")
+
+
+def header(write: Callable[[io.BytesIO], object]) -> bytes:
+    """The first bytes of a file, too few to be decoded."""
+    file = io.BytesIO()
+    write(file)
+    return file.getvalue()[:150]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        header(lambda file: Image.new("RGB", (3840, 2160)).save(file, "png")),
+        header(lambda file: np.save(file, np.zeros((2160, 3840, 3), np.float32))),
+    ],
+    ids=["png", "npy"],
+)
+def test_picture_of_another_size_is_refused_before_it_is_decoded(
+    assignment: Assignment, content: bytes
+) -> None:
+    assignment.hand_in("picture.npy", content)
+    tested = assignment.test(image_test())
+    assert (tested.status, tested.points) == ("not_gradable", 0)
+    assert "picture.npy is 3840 x 2160 pixels, not 48 x 32" in tested.message
 
 
 @pytest.mark.parametrize(
