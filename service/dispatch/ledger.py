@@ -13,7 +13,7 @@ from sqlalchemy import and_, bindparam, case, exists, literal_column, select, up
 from sqlalchemy.orm import Session
 
 from schemas.api.jobs import JobState
-from service.dispatch import adaptive_passes as targets
+from service.dispatch import adaptive_passes as adaptive
 from service.lifecycle import fairness, progress, rows
 from service.lifecycle.damage import using
 from service.storage.database.models import DONE, RUNNING, WAITING, JobRow, RenderRow, ShareRow, TileRow
@@ -183,8 +183,8 @@ def _hand_out(session: Session, render: RenderRow, step: TileRow) -> TileTask:
         return SampleTask(*place, merged=0, seconds_left=None)
     return SampleTask(
         *place,
-        merged=targets.merged_by(render),
-        seconds_left=targets.tile_time_left(render),
+        merged=adaptive.merged_by(render),
+        seconds_left=adaptive.tile_time_left(render),
         ray_seconds=render.merges[-1]["ray_seconds"],
         checksums=rows.checksums_of(render),
     )
@@ -217,7 +217,7 @@ def preempt(session: Session, render: RenderRow, task: TileTask, stopped: Preemp
     _pay(session, render, step, stopped.cpu_seconds)
     step.state = WAITING
     if isinstance(task, SampleTask):
-        targets.quarter(session, render, step)
+        adaptive.quarter(session, render, step)
     fairness.activate_all_of(session, render)
     return True
 
@@ -259,7 +259,7 @@ def repair(session: Session, render: RenderRow, damaged: InputDamaged, most: int
         return False
     render.damage_count += 1
     if damaged.merged:
-        targets.undo_merge(session, render)
+        adaptive.undo_merge(session, render)
     for pass_index, tile in () if damaged.merged else damaged.steps:
         step = session.get(TileRow, (render.number, pass_index, tile))
         if step is not None and step.state == DONE:
@@ -285,7 +285,7 @@ def compose_claims(session: Session, composing: Collection[str]) -> Iterator[Job
 
 def _compose_task(session: Session, render: RenderRow) -> JobTask:
     if render.target_error is not None:
-        return targets.advance_task(session, render)
+        return adaptive.advance_task(session, render)
     parts = tuple(sampled(session, render))
     return ComposeTask(
         job=render.id,

@@ -13,7 +13,7 @@ from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from schemas.api.jobs import Failure, JobState
-from service.dispatch import adaptive_passes as targets
+from service.dispatch import adaptive_passes as adaptive
 from service.dispatch import ledger
 from service.dispatch.holding import LATE_SECONDS, backoff
 from service.lifecycle import damage, fairness, rows, sharing
@@ -169,7 +169,7 @@ class Round:
             self.touched.add(render.id)
             self.ended[render.id] = render.state
         self.news |= set(left)
-        spent = self._past_damage(session, partial(targets.expire, session))
+        spent = self._past_damage(session, partial(adaptive.expire, session))
         self.deadline_in = min(filter(None, (upcoming, spent)), default=None)
 
     def _land(self, session: Session, render: RenderRow, task: JobTask, outcome: Outcome) -> None:
@@ -194,7 +194,7 @@ class Round:
                 _fail(session, render, code, message, retryable=code == REQUEST_DAMAGED)
             case InputDamaged() if ledger.take_back(session, render, task):
                 self._repair(session, render, outcome)
-            case Interrupted(late=True) if not targets.is_spent(render):
+            case Interrupted(late=True) if not adaptive.is_spent(render):
                 self._hold(task, LATE_SECONDS, Interrupted())
             case WorkerDied():
                 self._land_death(session, render, task, outcome)
@@ -229,7 +229,7 @@ class Round:
             case ComposeDone() if isinstance(task, ComposeTask):
                 ledger.complete(session, render, task, outcome)
             case AdvanceDone() if isinstance(task, AdvanceTask):
-                targets.merge(session, render, task, outcome)
+                adaptive.merge(session, render, task, outcome)
             case TaskFailed(code=code, message=message) if code in _OWN_CODES:
                 _fail(session, render, code, message, retryable=code == REQUEST_DAMAGED)
             case TaskFailed(passes=False):

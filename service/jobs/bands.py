@@ -10,7 +10,7 @@ import numpy as np
 
 from renderer import film
 from schemas.tiles import Tile
-from service.dispatch import adaptive_passes as targets
+from service.dispatch import adaptive_passes as adaptive
 from service.lifecycle import rows
 from service.storage.database.models import RenderRow
 from service.storage.tiles import Layers, Pixels, StoredRows, StoredTile, TileStore
@@ -82,7 +82,7 @@ def _ground(store: TileStore, finished: Finished) -> Callable[[int, int], Pixels
     """Return what shows where no tile is finished: the newest merged picture, the preview, or black."""
     render, coarse = finished.render, finished.coarse
     if render.merges:
-        newest = len(render.merges) - 1, targets.merged_by(render)
+        newest = len(render.merges) - 1, adaptive.merged_by(render)
         merged = store.get_map_rows(render.id, *newest, "picture", rows.checksums_of(render))
         return lambda top, bottom: merged.read(top, bottom).copy()
     if coarse is not None:

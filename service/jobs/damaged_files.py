@@ -13,7 +13,7 @@ from functools import partial
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 
-from service.dispatch import adaptive_passes as targets
+from service.dispatch import adaptive_passes as adaptive
 from service.dispatch import ledger
 from service.errors import PictureDamagedError, StoreDamagedError
 from service.jobs.bands import Finished
@@ -132,7 +132,7 @@ def _files(render: RenderRow) -> list[str]:
 
 
 def _read_merged(store: TileStore, render: RenderRow) -> None:
-    newest = len(render.merges) - 1, targets.merged_by(render)
+    newest = len(render.merges) - 1, adaptive.merged_by(render)
     store.get_map(render.id, *newest, "picture", rows.checksums_of(render))
 
 

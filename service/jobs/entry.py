@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 
 from schemas.api.jobs import JobState
 from service.access.principals import Principal
-from service.dispatch import adaptive_passes as targets
+from service.dispatch import adaptive_passes as adaptive
 from service.jobs import damaged_files, uploads
 from service.jobs.admission import Admitted
 from service.jobs.context import Service
@@ -70,10 +70,10 @@ def enter(service: Service, prepared: Prepared) -> SubmittedJob:
     """
     for number in range(TRIES - 1):
         try:
-            return _enter(service, prepared, alone=number > 0)
+            return _enter(service, prepared, force_new_render=number > 0)
         except (IntegrityError, _OvertakenError):
             log.debug("another request was faster")
-    return _enter(service, prepared, alone=True)
+    return _enter(service, prepared, force_new_render=True)
 
 
 class _OvertakenError(Exception):
@@ -95,15 +95,15 @@ class _Entry:
     prepared: Prepared
     job: JobRow
     render: RenderRow | None = None
-    steps: Sequence[targets.Step] = ()
+    steps: Sequence[adaptive.Step] = ()
 
 
-def _enter(service: Service, prepared: Prepared, *, alone: bool) -> SubmittedJob:
+def _enter(service: Service, prepared: Prepared, *, force_new_render: bool) -> SubmittedJob:
     """Enter a job once.
 
     Parameters
     ----------
-    alone
+    force_new_render
         Whether to prepare for a render of its own in any case. Otherwise nothing is written to the store
         where there is a render to join, and if that has ended meanwhile, the job is not entered.
     """
@@ -112,7 +112,7 @@ def _enter(service: Service, prepared: Prepared, *, alone: bool) -> SubmittedJob
         return known
     job = _job(prepared)
     entry = _Entry(prepared, job)
-    if alone or _needs_render(service, prepared, job):
+    if force_new_render or _needs_render(service, prepared, job):
         entry = _Entry(prepared, job, *_own_render(service, prepared, job.id))
     try:
         if entry.render:
@@ -247,7 +247,7 @@ def _share(job: JobRow, render: RenderRow) -> None:
 
 def _own_render(
     service: Service, prepared: Prepared, render_id: str
-) -> tuple[RenderRow, Sequence[targets.Step]]:
+) -> tuple[RenderRow, Sequence[adaptive.Step]]:
     """Make a render, which is not entered yet, and its steps."""
     admitted, spec = prepared.admitted, prepared.spec
     plan, steps = admitted.outline, admitted.outline.steps
@@ -274,7 +274,7 @@ def _course(admitted: Admitted, settings: Settings) -> dict[str, Any]:
     """The columns of a render's progress."""
     plan, target = admitted.outline, admitted.target
     if target is not None:
-        return targets.begin(plan, target, settings.tile_size)
+        return adaptive.begin(plan, target, settings.tile_size)
     return {
         "total_work": sum(rows.work(pass_, tile) for pass_, tile in plan.steps),
         "pass_costs": progress.begin_passes([pass_.index for pass_, _ in plan.steps]),

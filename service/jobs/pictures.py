@@ -25,7 +25,7 @@ from renderer.layers import LAYERS
 from schemas.api.jobs import JobState, TileEvent
 from schemas.scene import Display
 from schemas.tiles import Tile
-from service.dispatch import adaptive_passes as targets
+from service.dispatch import adaptive_passes as adaptive
 from service.dispatch import ledger
 from service.errors import (
     PictureGoneError,
@@ -173,7 +173,7 @@ def finished_of(session: Session, row: JobRow) -> Finished:
     if render.last_seq == 0:
         raise PictureNotReadyError("No part of the picture is finished yet. Try again in a moment.")
     if render.target_error is not None:
-        fresh, recorded = targets.fresh(session, render), targets.recorded(session, render)
+        fresh, recorded = adaptive.fresh(session, render), adaptive.recorded(session, render)
         return Finished(row.id, render, None, tuple(fresh), tuple(recorded))
     parts = tuple(ledger.sampled(session, render))
     return Finished(row.id, render, ledger.coarse(session, render), parts, parts)
@@ -334,5 +334,5 @@ def target_pixels(
 
 
 def _merged(service: Service, render: RenderRow) -> Pixels:
-    merged = len(render.merges) - 1, targets.merged_by(render)
+    merged = len(render.merges) - 1, adaptive.merged_by(render)
     return service.store.get_map(render.id, *merged, "picture", rows.checksums_of(render))

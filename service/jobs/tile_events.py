@@ -15,7 +15,7 @@ from renderer.images import files as image_files
 from schemas.api.batches import FLOAT32, RGB8, BatchHead, TileHead
 from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
 from schemas.scene import Display
-from service.dispatch import adaptive_passes as targets
+from service.dispatch import adaptive_passes as adaptive
 from service.dispatch import ledger
 from service.errors import PictureNotReadyError
 from service.jobs.bands import BAND_PIXELS, means
@@ -150,7 +150,7 @@ def _news(session: Session, row: JobRow, after: int, limit: int) -> _News:
     if row.state.final or render is None:
         return _News(row.state, render, events, None, ())
     if render.target_error is not None:
-        return _News(row.state, render, events, None, tuple(targets.fresh(session, render)))
+        return _News(row.state, render, events, None, tuple(adaptive.fresh(session, render)))
     tiles = {event.tile for event in events.events if event.pass_index > 0}
     parts = tuple(ledger.sampled(session, render, tiles))
     # A preview that comes late, after its worker died, must not replace better pixels.

@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from schemas.api.jobs import JobState
-from service.dispatch import adaptive_passes as targets
+from service.dispatch import adaptive_passes as adaptive
 from service.dispatch import ledger
 from service.jobs.damaged_files import IMAGE, is_encoding
 from service.lifecycle import damage, rows
@@ -110,7 +110,7 @@ def _unfinished(session: Session, store: TileStore, render: RenderRow) -> Reads:
     if render.target_error is None:
         parts = recorded = [*ledger.sampled(session, render)]
     else:
-        parts, recorded = targets.fresh(session, render), targets.recorded(session, render)
+        parts, recorded = adaptive.fresh(session, render), adaptive.recorded(session, render)
         for part in parts:
             reads[f"{tile_name(job, part)}{SAMPLES_SUFFIX}"] = _reads_samples(store, job, part)
     for part in parts:

@@ -10,14 +10,14 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 
 from schemas.api.plans import Convergence
-from service.analyses import convergence
-from service.analyses.convergence import MEDIA_TYPES, Form
 from service.api.authentication import JobId, claimant_of
 from service.api.bodies import while_connected
 from service.api.middleware import end_turn
 from service.api.request_headers import check_preconditions
 from service.api.routes.parameters import BINARY, CHANGED, negotiate, problem
 from service.api.routes.stored import stored_response
+from service.calls import convergence
+from service.calls.convergence import MEDIA_TYPES, Form
 from service.jobs import pictures
 from service.jobs.context import Here, Service
 from service.jobs.pictures import ImageRequest

@@ -12,11 +12,11 @@ from schemas.api.jobs import JobRequest
 from schemas.api.plans import PlanDocument, Quote, QuoteRequest
 from schemas.api.previews import PreviewRequest
 from schemas.json_schema import scene_json_schema
-from service.analyses import calls, comparisons
 from service.api.authentication import CurrentUser, JobId
 from service.api.bodies import JsonBody, TraceBody, while_connected
 from service.api.routes.jobs import BODY, GONE, UNKNOWN
 from service.api.routes.parameters import json_request, problem
+from service.calls import answers, comparisons
 from service.jobs.admission import admit
 from service.jobs.context import Here
 from service.workers.planning import WHITE
@@ -58,7 +58,7 @@ async def plan(request: Request, here: Here, user: CurrentUser, body: JsonBody) 
 )
 async def trace(request: Request, here: Here, user: CurrentUser, body: TraceBody) -> Response:
     """Cast rays into a scene and report what each of them hits first."""
-    answer = await while_connected(request, calls.trace(here, user, body))
+    answer = await while_connected(request, answers.trace(here, user, body))
     return Response(answer, media_type="application/json")
 
 
@@ -150,7 +150,7 @@ OFFERS: dict[str, Any] = {
 )
 async def quote(request: Request, here: Here, user: CurrentUser, body: JsonBody) -> Quote:
     """Predict the cost and the error of a scene at several qualities. This takes about 1.5 seconds."""
-    return await while_connected(request, calls.quote(here, user, body))
+    return await while_connected(request, answers.quote(here, user, body))
 
 
 @router.post(
@@ -163,7 +163,7 @@ async def quote(request: Request, here: Here, user: CurrentUser, body: JsonBody)
 )
 async def preview(request: Request, here: Here, user: CurrentUser, body: JsonBody) -> Response:
     """Render a small picture of a scene while you wait. No job is created, and nothing is stored."""
-    png = await while_connected(request, calls.preview(here, user, body))
+    png = await while_connected(request, answers.preview(here, user, body))
     return Response(png, media_type="image/png")
 
 
@@ -216,4 +216,4 @@ async def inspect(
 
     The job need not have begun. The pixel of the picture is the mean of many such rays.
     """
-    return await while_connected(request, calls.inspect(here, user, job_id, body))
+    return await while_connected(request, answers.inspect(here, user, job_id, body))
