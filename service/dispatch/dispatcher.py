@@ -205,12 +205,15 @@ class Dispatcher:
         charges = self.desk.charges
         try:
             with self._database.writing() as session:
+                begun = time.monotonic()
                 standing = self._leadership.stand(session)
                 fairness.charge_calls(session, charges)
                 term = standing.number if standing else None
                 if term != self._leadership.term:
                     self._forget_tasks()
-                result = None if standing is None else self._decide(session, standing, room, idle, spare)
+                result = None
+                if standing is not None:
+                    result = self._decide(session, standing, begun, room, idle, spare)
         except SQLAlchemyError as error:
             log.warning("database not usable, trying again", error=type(error).__name__)
             self._thread.note_failure()
@@ -226,7 +229,7 @@ class Dispatcher:
         self._outages.beating = self._database.shared or bool(self._flights.tasks or self._deadline)
         self._thread.note_success()
 
-    def _decide(self, session: Session, term: Term, room: int, idle: int, spare: int) -> Round:
+    def _decide(self, session: Session, term: Term, begun: float, room: int, idle: int, spare: int) -> Round:
         """Write the results of all events; also look for renders that other servers cancelled."""
         flights, taken_back = self._flights, Counter[Cause]()
         follows = term.number != self._leadership.term
@@ -249,6 +252,7 @@ class Dispatcher:
             spare=spare,
             max_attempts=self._settings.max_attempts,
             worker_bytes=self._settings.worker_memory_bytes,
+            begun=begun,
             retries=taken_back,
         )
         result.decide(session)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +17,7 @@ from schemas.api.jobs import Failure, JobState
 from service.dispatch import adaptive_passes as adaptive
 from service.dispatch import ledger
 from service.dispatch.holding import LATE_SECONDS, backoff
+from service.dispatch.leadership import LEASE_SECONDS
 from service.lifecycle import damage, fairness, rows, sharing
 from service.lifecycle.damage import DamagedRenderError, using
 from service.storage.database.models import JobRow, RenderRow
@@ -79,6 +81,8 @@ class Round:
         How many workers a task may cost.
     worker_bytes
         Memory of a worker.
+    begun
+        When the service gave its last sign of life, by the monotonic clock.
     """
 
     reports: Sequence[tuple[JobTask, Outcome]]
@@ -89,6 +93,7 @@ class Round:
     spare: int
     max_attempts: int
     worker_bytes: int
+    begun: float = field(default_factory=time.monotonic)
 
     touched: set[str] = field(default_factory=set)
     """Renders that have news."""
@@ -164,6 +169,11 @@ class Round:
         return task in self.beside or not isinstance(task, TileTask)
 
     def _end_late(self, session: Session) -> None:
+        if time.monotonic() - self.begun >= LEASE_SECONDS:
+            # The process was stopped, or the machine slept, in the middle of this round: the next sign of
+            # life shows the outage, before which no time limit is checked.
+            self.deadline_in = 0.0
+            return
         ended, left, upcoming = sharing.end_late(session)
         for render in ended:
             self.touched.add(render.id)

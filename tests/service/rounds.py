@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
@@ -92,6 +93,7 @@ class Table:
         idle: int | None = None,
         spare: int = 0,
         leaving: Sequence[str] = (),
+        begun_before: float = 0.0,
     ) -> Round:
         self.flying = [task for task in self.flying if task not in {done for done, _ in reports}]
         result = Round(
@@ -103,6 +105,7 @@ class Table:
             spare,
             MAX_ATTEMPTS,
             worker_bytes=4 << 30,
+            begun=time.monotonic() - begun_before,
         )
         with self.database.writing() as session:
             result.decide(session)

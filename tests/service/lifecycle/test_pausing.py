@@ -117,6 +117,17 @@ def test_time_limit_waits_during_a_pause(table: PausableTable) -> None:
         assert [render.id for render in sharing.end_late(session)[0]] == ["a"]
 
 
+def test_sleep_in_the_middle_of_a_round_is_no_time_of_a_job(table: PausableTable) -> None:
+    table.next()
+    with table.database.writing() as session:
+        session.merge(table.job("a")).time_limit = 10
+    table.long_ago(11)
+    slept = table.round(begun_before=11)
+    # The next round knows how long it was.
+    assert (slept.ended, slept.deadline_in) == ({}, 0)
+    assert table.round().ended == {"a": JobState.FAILED}
+
+
 def test_job_is_paused_and_resumed_by_all_clients(
     client: httpx2.Client, server: RunningServer, capsys: pytest.CaptureFixture[str]
 ) -> None:
