@@ -60,7 +60,7 @@ def decode(content: bytes, name: str, size: Size | None = None) -> Raw:
         is decoded, if it has not the `size`.
     """
     if size is not None:
-        refuse_other_size(name, _size_of(content), size)
+        refuse_other_size(name, size_of(content), size)
     if content.startswith(PNG):
         return _png(content, name)
     if content.startswith(NPY):
@@ -87,7 +87,7 @@ def refuse_other_size(name: str, size: Size | None, wanted: Size) -> None:
     )
 
 
-def _size_of(content: bytes) -> Size | None:
+def size_of(content: bytes) -> Size | None:
     """Width and height by the header of a file; None where it is damaged, which decoding explains."""
     try:
         if content.startswith(PNG):

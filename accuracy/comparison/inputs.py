@@ -81,9 +81,7 @@ class Picture:
         return self.linear.shape[1]
 
 
-def read_picture(
-    path: str | os.PathLike[str], encoding: Encoding | None = None, size: Size | None = None
-) -> Picture:
+def read_picture(path: str | os.PathLike[str], encoding: Encoding | None = None) -> Picture:
     """The picture of a .png, .npy, .exr or .npz file, with layers that lie beside it as NAME.layer.npy.
 
     Raises
@@ -104,7 +102,7 @@ def read_picture(
     if file.suffix.lower() == PACKED:
         content, packed = unpacked(content, file.name)
         layers = packed | layers
-    return picture_of(content, file.name, encoding, layers, size)
+    return picture_of(content, file.name, encoding, layers)
 
 
 def unpacked(content: bytes, name: str) -> tuple[bytes, dict[str, NDArray[Any]]]:

@@ -84,8 +84,7 @@ def compare(  # noqa: PLR0913 - one argument for each option
     from renderer.errors import ImageFileError
 
     try:
-        wanted = read(reference, reference_encoding, server)
-        picture = read(image, encoding, server, wanted.size)
+        picture, wanted = read(image, encoding, server), read(reference, reference_encoding, server)
         shapes, names = (None, []) if scene is None else _shown(scene, wanted)
         policy = Policy(tolerance=tolerance, most_bias=max_bias, limit=limit)
         found = compared(picture, wanted, policy=policy, shapes=shapes, names=names, with_flip=flip)
@@ -99,8 +98,8 @@ def compare(  # noqa: PLR0913 - one argument for each option
         raise typer.Exit(ExitCode.BELOW_THRESHOLD)
 
 
-def read(source: str, encoding: Encoding | None, server: str, size: tuple[int, int] | None = None) -> Picture:
-    """The picture of a file, or of a job of the service; of that size if one is given.
+def read(source: str, encoding: Encoding | None, server: str) -> Picture:
+    """The picture of a file, or of a job of the service.
 
     Raises
     ------
@@ -110,14 +109,14 @@ def read(source: str, encoding: Encoding | None, server: str, size: tuple[int, i
     from accuracy.comparison import picture_of, read_picture
 
     if not source.startswith(JOB):
-        return read_picture(source, encoding, size)
+        return read_picture(source, encoding)
     from service.client.comparing import parts_of
 
     if source == JOB:
         raise CommandError(f"{JOB} has no id. Write it like {JOB}f9a1c3.")
     with connect(server) as client:
         parts = parts_of(client, source.removeprefix(JOB))
-    return picture_of(parts.content, source, encoding, parts.layers, size)
+    return picture_of(parts.content, source, encoding, parts.layers)
 
 
 def _shown(name: str, reference: Picture) -> tuple[NDArray[Any], list[str]]:

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+from numpy.typing import NDArray
 
 import renderer
 from accuracy.comparison import Comparison, NotComparableError, Picture, Policy, compare, heat, picture_of
+from accuracy.comparison.decoding import Size, size_of
+from accuracy.comparison.inputs import Encoding
 from accuracy.comparison.shown import names_of, shapes_shown
 from schemas.api.comparisons import ComparisonAnswer, ComparisonPictures, ComparisonRequest
 from schemas.api.jobs import JobRequest
@@ -29,12 +34,16 @@ def compared(task: CompareTask, store: TileStore, assets: renderer.AssetSource) 
     RefusedError
         If one of them cannot be used, or they cannot be compared.
     """
-    with _refusing("/reference"):
-        reference = _picture(task.reference, "reference", store, assets)
     with _refusing("/image"):
-        image = _picture(task.image, "image", store, assets, reference.size)
+        image = _sent(task.image, "image", store, assets)
+    with _refusing("/reference"):
+        reference = _sent(task.reference, "reference", store, assets)
+    with _refusing("/image"):
+        picture = image.picture(size_of(reference.content))
+    with _refusing("/reference"):
+        wanted = reference.picture()
     with _refusing(""):
-        return _answer(_compared(task, image, reference, store, assets), task.request)
+        return _answer(_compared(task, picture, wanted, store, assets), task.request)
 
 
 @contextmanager
@@ -45,17 +54,23 @@ def _refusing(pointer: str) -> Iterator[None]:
         raise RefusedError([Problem(pointer=pointer, detail=str(error), code=CODE)]) from None
 
 
-def _picture(
-    asked: ComparedPicture,
-    role: str,
-    store: TileStore,
-    assets: renderer.AssetSource,
-    size: tuple[int, int] | None = None,
-) -> Picture:
-    if asked.asset is not None:
-        return picture_of(_uploaded(asked.asset, assets), role, asked.encoding, size=size)
+class _Sent(NamedTuple):
+    """The file of a picture that is to be compared, and its layers."""
+
+    content: bytes
+    name: str
+    encoding: Encoding | None
+    layers: Mapping[str, NDArray[Any]]
+
+    def picture(self, size: Size | None = None) -> Picture:
+        """The picture, refused before it is decoded if it has another size than one that is given."""
+        return picture_of(self.content, self.name, self.encoding, self.layers, size)
+
+
+def _sent(asked: ComparedPicture, role: str, store: TileStore, assets: renderer.AssetSource) -> _Sent:
     if asked.job is None:
-        return picture_of(asked.content, role, asked.encoding, size=size)
+        content = asked.content if asked.asset is None else _uploaded(asked.asset, assets)
+        return _Sent(content, role, asked.encoding, {})
     name = f"{asked.prefix}image.npy"
     names = {layer: f"{asked.prefix}{layers.file_name(layer)}" for layer in asked.layers}
     try:
@@ -65,7 +80,7 @@ def _picture(
         }
     except (FileNotFoundError, StoreDamagedError) as error:
         raise NotComparableError("The stored picture is damaged. Submit the job again.") from error
-    return picture_of(content, f"job:{asked.job}", asked.encoding, sheets, size)
+    return _Sent(content, f"job:{asked.job}", asked.encoding, sheets)
 
 
 def _uploaded(asset: str, assets: renderer.AssetSource) -> bytes:
