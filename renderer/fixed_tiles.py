@@ -27,7 +27,7 @@ FEWEST_RAYS = 64
 """Rays that are followed to their end in any case; of fewer, calls are most of the price."""
 
 KINDS = ("camera", "shadow", "mirror", "transmission", *WORK)
-"""What is counted, in the order in which an unfinished tile keeps it."""
+"""Counts, in the order in which an unfinished tile keeps them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

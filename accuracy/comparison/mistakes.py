@@ -55,7 +55,7 @@ def candidates(image: Floats, reference: Floats) -> Iterator[Mistake]:
 
 
 def exposure_of(image: Floats, reference: Floats) -> float | None:
-    """How many times too bright a picture is; None where it is not, or where too much is white to tell.
+    """Factor by which a picture is too bright; None where it is not, or where too much is white to tell.
 
     By the ratio of means: unlike a least squares fit, noise does not draw it below 1.
     """

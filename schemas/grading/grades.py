@@ -11,7 +11,7 @@ from schemas.base import Message
 
 Status = Literal["passed", "partial", "failed", "error", "not_gradable", "skipped"]
 Feedback = Literal["none", "verdict", "difference", "picture"]
-"""How much students see of a test; each level has all of those before it."""
+"""Levels of detail that students see of a test, each with all of those before it."""
 
 GradeVerdict = Literal["match", "noisy_match", "mismatch", "not_comparable"]
 

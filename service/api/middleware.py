@@ -23,7 +23,7 @@ HEADER = "X-Request-ID"
 _GOOD = re.compile(r"[A-Za-z0-9._-]{1,64}")
 """Request ids that are safe in a log and in a header."""
 BY_PROXY = "penumbra.by_proxy"
-"""Where the scope of a request says whether it came by a trusted proxy."""
+"""Name in the scope of a request of whether it came by a trusted proxy."""
 TURN = "penumbra.turn"
 AT_ONCE = 8
 """Requests of one client that are handled at once. There are 40 threads, and Python runs one at a time."""

@@ -104,7 +104,7 @@ class Round:
     tasks: list[JobTask] = field(default_factory=list)
     """What to give to the engine."""
     beside: list[JobTask] = field(default_factory=list)
-    """Those of them that begin beside overdue ones."""
+    """Tasks among these that begin beside overdue ones."""
     deadline_in: float | None = None
     """Seconds until the time limit of some render is spent, and a decision is due."""
     store_closed: bool = False

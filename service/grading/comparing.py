@@ -168,7 +168,7 @@ def _fingerprint(found: _Found, reference: Wanted) -> Fingerprint | None:
 
 
 def _earned(accept: Acceptance, found: _Found) -> Outcome:
-    """What the judged part earns: nothing where too little of the picture is left to judge."""
+    """Points of the judged part: none where too little of the picture is left to judge."""
     outcome = accepted(accept, found.part, found.selection)
     return outcome if found.enough else replace(outcome, share=0.0, message=sentences.TOO_LITTLE)
 
@@ -209,7 +209,7 @@ def _undone(repair: Repair, pardon: Pardon, values: Floats) -> Floats:
 
 
 def _regions(found: _Found, names: Sequence[str]) -> tuple[ComparisonRegion, ...]:
-    """Where the judged part differs most; nowhere if it says too little."""
+    """Regions of the judged part that differ most; none if it says too little."""
     regions = (
         ComparisonRegion(
             x0=region.x0,

@@ -1,4 +1,4 @@
-"""Which pixels still say something about a picture after its mistakes were undone.
+"""Evidence: the pixels that still tell right from wrong after mistakes of a picture were undone.
 
 Undoing a mistake takes evidence away: values divided by an exposure are as coarse as their codes, what was
 too bright for the file may have been anything, and a picture without anti-aliasing may take any value between

@@ -38,7 +38,7 @@ class Selection:
         return float((gathered(self.pixels.astype(np.float64)) > 0).any(axis=2).mean())
 
     def among(self, pixels: Masks) -> Selection:
-        """Those of the selected pixels that are also among `pixels` of the whole picture, (H, W)."""
+        """Selection of the pixels that are also among `pixels` of the whole picture, (H, W)."""
         x0, y0, x1, y1 = self.region
         inside = pixels[y0:y1, x0:x1]
         return replace(self, pixels=inside if self.pixels is None else self.pixels & inside)

@@ -14,7 +14,7 @@ TOO_LITTLE = (
     "Without its mistakes too little of the picture is left to judge: most of it is white, black or of one "
     "colour, or too coarse. Correct them first."
 )
-"""What a student reads whose picture cannot be judged after its mistakes were undone."""
+"""Message to a student whose picture cannot be judged after its mistakes were undone."""
 
 
 def held(metric: str, value: float, scale: Scale) -> str:

@@ -82,7 +82,7 @@ class _OvertakenError(Exception):
 
 @dataclass(frozen=True)
 class _Entry:
-    """What is about to be entered.
+    """Rows about to be entered.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What requests hold at once, and how users share it: connections, memory, processors, encoded pictures."""
+"""Limits on what requests hold at once, shared by users: connections, memory, processors, pictures."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class SharedRoom:
         self._held: Counter[str] = Counter()
 
     def held(self, claimant: str) -> int:
-        """How much a claimant holds."""
+        """Amount that a claimant holds."""
         return self._held[claimant]
 
     def take(self, claimant: str, amount: int = 1) -> bool:
@@ -246,7 +246,7 @@ class UploadCount:
         self._bytes_of: Counter[str] = Counter()
 
     def bytes_of(self, principal: Principal) -> int:
-        """How many bytes of a user have arrived that are not entered yet."""
+        """Bytes of a user that have arrived and are not entered yet."""
         return self._bytes_of[principal.name]
 
     @contextmanager

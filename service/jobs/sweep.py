@@ -63,7 +63,7 @@ class Rules:
 
 @dataclass
 class Swept:
-    """What a sweep has deleted.
+    """Record of what a sweep has deleted.
 
     Attributes
     ----------

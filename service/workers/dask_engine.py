@@ -107,7 +107,7 @@ class DaskEngine:
         self._loop.call_soon_threadsafe(self._interrupt, wanted)
 
     def workers(self) -> list[WorkerState]:
-        """What each worker of the cluster is at; none without a cluster."""
+        """States of the cluster's workers; none without a cluster."""
         running = {flight.worker: flight for flight in tuple(self._flights.values())}
         return [_state(address, running.get(address)) for address in self._addresses]
 

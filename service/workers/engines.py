@@ -38,7 +38,7 @@ class Engine(Protocol):
         """Stop the running tasks that are ``wanted``; they are reported as interrupted."""
 
     def workers(self) -> list[WorkerState]:
-        """What each worker is at. May be called by any thread."""
+        """States of all workers. May be called by any thread."""
 
     def alive(self) -> bool:
         """Whether a task submitted now would be executed. May be called by any thread."""

@@ -29,7 +29,7 @@ MOST_PREVIEW_SECONDS = 10.0
 
 @dataclass(frozen=True)
 class Outline:
-    """What a plan says of a render before it begins.
+    """Description of a render before it begins, from its plan.
 
     Attributes
     ----------

@@ -92,7 +92,7 @@ class SlotEngine:
             slot.interrupt(wanted)
 
     def workers(self) -> list[WorkerState]:
-        """What each slot is at, the spare one last if it has begun."""
+        """States of the slots, the spare one last if it has begun."""
         slots = [*self._slots, *([self._spare] if self._spare.pid is not None else [])]
         return [slot.state(str(number)) for number, slot in enumerate(slots, 1)]
 
@@ -161,7 +161,7 @@ class Slot:
         return WINDOW if any(isinstance(task, CallTask) for task in tasks) else len(tasks)
 
     def state(self, name: str) -> WorkerState:
-        """What the process is at, under a name of the slot."""
+        """State of the process, under a name of the slot."""
         task = self._first()
         return WorkerState(name, self.pid, task, time.monotonic() - self._begun if task else 0.0)
 

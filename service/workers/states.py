@@ -1,4 +1,4 @@
-"""What workers are at, for people who look after a service."""
+"""States of workers, for people who look after a service."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from service.workers.tasks import Task
 
 
 class WorkerState(NamedTuple):
-    """What a worker is at.
+    """State of a worker.
 
     ``name`` is the number of its slot, or its address in a cluster, where its ``pid`` is not known. It has
     been at ``task`` for so many ``seconds``; None if it has nothing to do.

@@ -47,7 +47,7 @@ class DisplacedPinhole(Pinhole):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Repair:
-    """How to undo some mistakes of a program in its picture of one reference.
+    """Repair of a program's picture of one reference: some of its mistakes undone.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ class Pardon:
 
     @property
     def sentence(self) -> str:
-        """What a student reads about it."""
+        """Sentence for the student; empty where nothing is forgiven."""
         if not self.cause:
             return ""
         return f"It is judged as if {self.cause} were fixed; that mistake costs no points here."

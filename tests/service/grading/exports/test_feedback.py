@@ -1,4 +1,4 @@
-"""What students see of a test: no more than its feedback allows, on any platform; staff see everything."""
+"""Students see no more of a test than its feedback allows, on any platform; staff see everything."""
 
 import base64
 from pathlib import Path
