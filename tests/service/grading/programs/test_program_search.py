@@ -146,8 +146,9 @@ def without_light(name: str) -> np.ndarray:
     return drawn(name, lights=[])
 
 
-def by_pictures(assignment: Assignment, program: Program, **members: Any) -> Grade:
+def by_pictures(assignment: Assignment, program: Program, tolerance: float = 0.01, **members: Any) -> Grade:
     """A grade by reference pictures: no scene tells what causes a difference."""
+    accept = {"by": "verdict", "tolerance": tolerance}
     tests = []
     for name in CAMERAS:
         (assignment.references / f"{name}.npy").write_bytes(npy(right(name)))
@@ -156,7 +157,7 @@ def by_pictures(assignment: Assignment, program: Program, **members: Any) -> Gra
             "submitted": {"file": f"{name}.png", "encoding": "srgb"},
             "reference": {"type": "picture", "file": f"{name}.npy", "encoding": "linear"},
         }
-        tests.append(image_test(id=name, **files, deadline=60.0))
+        tests.append(image_test(id=name, **files, accept=accept, deadline=60.0))
     return assignment.grade(*tests, members={"charged_once": CHARGED} | members)
 
 
@@ -186,6 +187,17 @@ def test_exposure_beyond_repair_costs_all_points(
 def test_exposure_hides_no_other_mistake(assignment: Assignment, scale: float) -> None:
     assert earned(assignment, exposed(right, scale)) == LEFT
     assert earned(assignment, exposed(without_light, scale)) == NOTHING
+
+
+def test_white_is_no_evidence(assignment: Assignment) -> None:
+    # Most of what is in front is white at twice the brightness: a right picture cannot be told from a wrong.
+    assert earned(assignment, exposed(right, 2)) == {"front": 0, "left": 0, "above": 10}
+
+
+def test_codes_too_coarse_for_the_tolerance_are_no_evidence(assignment: Assignment) -> None:
+    found = by_pictures(assignment, exposed(right, 0.3), tolerance=0.001)
+    assert [test.points for test in found.tests] == [0, 0, 0]
+    assert "too little of the picture is left" in found.tests[2].message
 
 
 def test_late_search_leaves_pictures_open(assignment: Assignment) -> None:
