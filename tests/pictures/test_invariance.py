@@ -1,6 +1,7 @@
 """Pictures are the same, to the bit, whatever the tiles, passes, culling and effects without effect."""
 
 import itertools
+import time
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,21 @@ def test_tile_in_time_slices_has_the_same_bytes(name: str) -> None:
     assert slices > 9
     assert same(found.pixels, expected.pixels)
     assert same(found.layers["error"], expected.layers["error"])
+    assert (found.counts, found.work) == (expected.counts, expected.work)
+
+
+def test_rays_that_take_too_long_together_have_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No portion of rays that bounce is fast enough: they are followed in the smallest portions."""
+    plan = plan_of(wide(DRAWN["mirror and glass"], 37, 29), files=FILES)
+    pass_ = plan.passes[-1]
+    (whole,) = tiles(plan, pass_, 128)
+    expected = renderer.render_tile(plan, whole, pass_)
+    monkeypatch.setattr("renderer.fixed_tiles.PORTION_SECONDS", 0.0)
+    tile = renderer.TileRendering(plan, whole, pass_)
+    assert tile.run(until=time.monotonic() + 3600)
+    assert int(tile.arrays()["portion"]) < expected.pixels[..., 0].size
+    found = tile.result()
+    assert same(found.pixels, expected.pixels)
     assert (found.counts, found.work) == (expected.counts, expected.work)
 
 

@@ -83,9 +83,11 @@ def test_preempted_tile_is_charged_and_resumed(table: Table) -> None:
     assert costs(table)[0][:2] == (0, 4.0 + DONE.cpu_seconds)
 
 
-def test_tile_of_two_users_waits_at_no_worker(table: Table) -> None:
-    table.add("b", owner="bob")
-    assert len(table.round(room=4, idle=2).tasks) == 2
+@pytest.mark.parametrize(("owner", "begun"), [("local", 4), ("bob", 2)])
+def test_tile_of_two_users_waits_at_no_worker(table: Table, owner: str, begun: int) -> None:
+    for name in "bcd":
+        table.add(name, owner=owner)
+    assert len(table.round(room=4, idle=2).tasks) == begun
 
 
 def test_spare_worker_is_for_users_without_a_tile(table: Table) -> None:
