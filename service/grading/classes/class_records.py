@@ -91,7 +91,7 @@ def assignment_key(manifest: Manifest, references: Path) -> str:
 
 
 def submission_key(assignment: str, student: Student) -> str:
-    """A hash of the assignment and of the names, sizes and times of all files of a submission."""
+    """A hash of the assignment and of the names and contents of all files of a submission."""
     lines = sorted(_listed(student.folder))
     return _hashed(b"\0".join([assignment.encode(), os.fsencode(student.folder.name), *lines]))
 
@@ -164,12 +164,24 @@ def _content(folder: Folder, name: str) -> object:
 
 
 def _listed(folder: Path) -> Iterator[bytes]:
-    for inside, _, files in os.walk(folder):
-        for name in files:
+    for inside, folders, files in os.walk(folder):
+        for name in (*folders, *files):
             path = Path(inside, name)
-            status = path.lstat()
-            words = f"{status.st_size} {status.st_mtime_ns} "
-            yield words.encode() + os.fsencode(path.relative_to(folder))
+            yield _digest(path) + os.fsencode(path.relative_to(folder))
+
+
+def _digest(path: Path) -> bytes:
+    """A hash of the content of a file, or whatever else stands for it."""
+    try:
+        if path.is_symlink():
+            return os.fsencode(path.readlink()) + b" "
+        if not path.is_file():
+            # Reading a pipe would block.
+            return f"{path.lstat().st_mode} ".encode()
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, hashlib.sha256).digest()
+    except OSError as error:
+        return f"{error.errno} ".encode()
 
 
 def _hashed(content: bytes) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,9 +16,9 @@ from service.grading.exports.texts import line, rounded
 Cells = dict[str, str | float]
 """A row, by column."""
 
-FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
-"""Spreadsheets evaluate cells that begin with these characters, also in full width
-(https://owasp.org/www-community/attacks/CSV_Injection)."""
+FORMULA = re.compile("(^|[;,|])(?=[\\s\"']*[-=+@\uff1d\uff0b\uff0d\uff20])")
+"""Where spreadsheets see a formula: at these characters, also in full width, at the beginning of a cell, and
+after each character at which they may split it (https://owasp.org/www-community/attacks/CSV_Injection)."""
 
 
 def for_gradebook(grade: Grade, pictures: Path | None = None) -> bytes:
@@ -87,7 +88,4 @@ def _written(rows: Sequence[Cells], encoding: str = "utf-8") -> bytes:
 
 
 def _safe(cell: str | float) -> str | float:
-    if not isinstance(cell, str):
-        return cell
-    words = line(cell)
-    return f"'{words}" if words.startswith(FORMULA) else words
+    return FORMULA.sub(r"\1'", line(cell)) if isinstance(cell, str) else cell

@@ -49,18 +49,32 @@ def test_submissions_are_folders_by_name(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "change",
     [
-        lambda folder: (folder / "p.png").write_bytes(b"more"),
+        lambda folder: _replace(folder / "p.png", b"two"),
         lambda folder: (folder / "new.png").touch(),
         lambda folder: (folder / "p.png").rename(folder / "q.png"),
-        lambda folder: os.utime(folder / "p.png", ns=(1, 1)),
         lambda folder: (folder / "p.png").unlink(),
+        lambda folder: (folder / "link").symlink_to("p.png"),
+        lambda folder: os.mkfifo(folder / "pipe"),
     ],
-    ids=["longer", "added", "renamed", "written again", "deleted"],
+    ids=["another content", "added", "renamed", "deleted", "link", "pipe"],
 )
 def test_changed_submission_has_another_key(student: Student, change: Callable[[Path], object]) -> None:
     before = submission_key("k", student)
     change(student.folder)
     assert submission_key("k", student) != before
+
+
+def _replace(file: Path, content: bytes) -> None:
+    """Write a file anew, as if it had not been touched."""
+    status = file.stat()
+    file.write_bytes(content)
+    os.utime(file, ns=(status.st_atime_ns, status.st_mtime_ns))
+
+
+def test_copied_submission_has_the_same_key(student: Student) -> None:
+    before = submission_key("k", student)
+    os.utime(student.folder / "p.png", ns=(1, 1))
+    assert submission_key("k", student) == before
 
 
 def _key(assignment: Assignment, **changes: object) -> str:
