@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import ConfigDict, Field
 
 from schemas.base import Message
-from schemas.grading.grades import GradeVerdict, Signal
+from schemas.grading.grades import GradeVerdict, Lateness, Signal
 
 
 class SharedFiles(Message):
@@ -30,10 +30,12 @@ class ClassEntry(Message):
 
     student: str = Field(description="The name of its folder.")
     folder: str = Field(description="Where its result is, as a relative address; bytes are percent-encoded.")
-    score: float = Field(ge=0, description="Sum of all points, those of bonus tests too.")
+    score: float = Field(ge=0, description="As in the result of the submission.")
     gradable: bool = Field(description="Whether any test could be graded.")
     ungraded: tuple[str, ...] = Field(default=(), description="Ids of tests that could not be graded.")
     verdict: GradeVerdict
+    late: Lateness | None = Field(default=None, description="Points lost by lateness.")
+    overridden: tuple[str, ...] = Field(default=(), description="Ids of tests whose points staff set.")
     signals: tuple[Signal, ...] = Field(default=(), description="For staff only.")
 
 

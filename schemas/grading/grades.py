@@ -26,6 +26,22 @@ class GradeImage(Message):
     )
 
 
+class Override(Message):
+    """Points that staff gave a test by hand."""
+
+    reason: str = Field(description="A sentence for the student.")
+    points: float = Field(ge=0, description="Of the test before.")
+    status: Status = Field(description="Of the test before.")
+
+
+class Lateness(Message):
+    """Points lost by a late submission."""
+
+    deadline: str = Field(description="ISO 8601.")
+    days: int = Field(ge=1, description="Days begun after the deadline.")
+    points: float = Field(ge=0, description="Taken off the score.")
+
+
 class TestGrade(Message):
     """What became of one test."""
 
@@ -48,6 +64,7 @@ class TestGrade(Message):
     hidden: bool = Field(default=False, description="Students do not see this test.")
     feedback: Feedback = Field(default="picture", description="What students see of it.")
     tags: tuple[str, ...] = ()
+    override: Override | None = Field(default=None, description="Where staff gave the points.")
     message: str = Field(description="What decided, and what to do, for students.")
     verdict: GradeVerdict | None = Field(default=None, description="Of pictures.")
     metric: str | None = Field(default=None, description="What was compared with the threshold.")
@@ -129,8 +146,13 @@ class Grade(Message):
         description="`not_comparable` where not a single test could be graded; `mismatch` where points were "
         "lost; `match` where all pictures equal their references but for rounding; else `noisy_match`."
     )
-    score: float = Field(ge=0, description="Sum of all points, those of bonus tests too.")
+    score: float = Field(
+        ge=0, description="Sum of all points, those of bonus tests too, less those lost by lateness."
+    )
     max_score: float = Field(ge=0, description="Sum of all points but those of bonus tests.")
+    late: Lateness | None = Field(
+        default=None, description="Null if the submission is in time, or the manifest has no late policy."
+    )
     tests: tuple[TestGrade, ...] = Field(description="In the order of the manifest.")
     signals: tuple[Signal, ...] = Field(default=(), description="For staff only.")
     inputs: tuple[GradeInput, ...] = Field(default=(), description="What was read.")
@@ -139,3 +161,13 @@ class Grade(Message):
     )
     tool: GradeTool
     timings: GradeTimings
+
+    @property
+    def is_open(self) -> bool:
+        """Whether its score is not final; bonus points may stay open."""
+        return any(test.is_open and not test.bonus for test in self.tests)
+
+    @property
+    def earned(self) -> float:
+        """The points before those lost by lateness."""
+        return self.score + (self.late.points if self.late else 0.0)

@@ -11,6 +11,7 @@ from schemas.api.comparisons import Encoding
 from schemas.base import Closed, chosen_by, tag
 from schemas.grading.acceptance import Acceptance, CpuSeconds, RayShare, Verdict
 from schemas.grading.grades import Feedback
+from schemas.grading.policies import LatePolicy
 from schemas.quality import Quality
 from schemas.quantities import WHOLE, Count, Index, Name, Point, Size
 
@@ -304,6 +305,7 @@ class Manifest(Closed):
         "(`verdict`); why it is not, with a map of the `difference`; or the `picture` beside its reference. "
         "Who sees references can hand in copies of them.",
     )
+    late: LatePolicy | None = Field(default=None, description="What lateness costs; by default nothing.")
     charged_once: tuple[Charge, ...] = Field(
         default=(),
         description="Mistakes of a whole program, which cost points only in some tests.",

@@ -7,8 +7,10 @@ import tempfile
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
@@ -21,6 +23,7 @@ from service.cli.targets import check_target, make_folder, save, write_whole
 if TYPE_CHECKING:
     from schemas.grading.grades import Grade, TestGrade
     from schemas.grading.manifests import Manifest
+    from service.grading.adjustments import Correction
     from service.grading.grading import Graded
 
 RESULT = "result.json"
@@ -28,6 +31,10 @@ YAML = (".yaml", ".yml")
 
 COLORS = {"passed": "green", "partial": "yellow", "failed": "red"}
 NO_POINTS = "-"
+FILES = "files"
+"""In place of a time: submissions are as old as their newest file."""
+
+Table = TypeVar("Table")
 
 
 def grade(  # noqa: PLR0913 - one argument for each option
@@ -69,9 +76,29 @@ def grade(  # noqa: PLR0913 - one argument for each option
         Path | None,
         typer.Option(metavar="DIR", help="Folder that keeps rendered references for the next submission."),
     ] = None,
-    student: Annotated[str | None, typer.Option(help="Name of the submitter, for the result.")] = None,
+    student: Annotated[
+        str | None, typer.Option(help="Name or number of the submitter, for the result and --overrides.")
+    ] = None,
     submitted_at: Annotated[
-        str | None, typer.Option(metavar="TIME", help="Time of submission, ISO 8601, for the result.")
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help=f"Time of submission, ISO 8601; with --class {FILES}: that of the newest file of each.",
+        ),
+    ] = None,
+    roster: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.csv",
+            help="With --class, the gradebook of Canvas, the grading worksheet of Moodle, or any table with "
+            "student and submitted_at: gives times, and comes back with points.",
+        ),
+    ] = None,
+    overrides: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.csv", help="Points set by staff: a table with student, test, points and reason."
+        ),
     ] = None,
     fail_under: Annotated[
         float | None, typer.Option(min=0.0, help="Exit with 1 if there are fewer points.")
@@ -79,49 +106,101 @@ def grade(  # noqa: PLR0913 - one argument for each option
     as_json: JsonOption = False,
 ) -> None:
     """Run the tests of an assignment on a submission, and report the points and why they were lost."""
-    if class_folder is not None:
-        single = {"--submission": submission != Path(), "--student": student, "--submitted-at": submitted_at}
-        _refuse_with_class(single | {"--fail-under": fail_under is not None})
-        code = _grade_class(manifest, class_folder, out, export or [], jobs, server, cache, as_json=as_json)
-        raise typer.Exit(code)
-    for folder in filter(None, (out, cache)):
+    given = _Given(
+        manifest, out, export or [], jobs, server, cache, student, submitted_at, overrides, as_json
+    )
+    if class_folder is None:
+        if roster is not None:
+            raise CommandError(
+                "--roster is for --class. Give the time of one submission with --submitted-at."
+            )
+        raise typer.Exit(_grade_one(given, submission, fail_under))
+    single = {
+        "--submission": submission != Path(),
+        "--student": student,
+        "--fail-under": fail_under is not None,
+    }
+    _refuse_with_class(single | {"--submitted-at": submitted_at not in {None, FILES}})
+    raise typer.Exit(_grade_class(given, class_folder, roster))
+
+
+@dataclass(frozen=True, slots=True)
+class _Given:
+    """The options that one submission and a class share."""
+
+    manifest: Path
+    out: Path | None
+    export: Sequence[str]
+    jobs: int | None
+    server: str | None
+    cache: Path | None
+    student: str | None
+    submitted_at: str | None
+    overrides: Path | None
+    as_json: bool
+
+    @property
+    def processes(self) -> int:
+        """Tests at a time."""
+        from renderer.processors import usable_processors
+
+        return self.jobs or usable_processors()
+
+    def corrections(self, manifest: Manifest) -> tuple[Correction, ...]:
+        """Points set by staff."""
+        from service.grading.adjustments import read_corrections
+
+        return _read_table(self.overrides, partial(read_corrections, manifest=manifest)) or ()
+
+
+def _grade_one(given: _Given, submission: Path, fail_under: float | None) -> int:
+    for folder in filter(None, (given.out, given.cache)):
         make_folder(folder)
-    targets = _targets(export or [])
+    targets = _targets(given.export)
     if "classroom50" in targets:
         # Minutes of grading would be lost where the runner does not say whose submission it is.
         from service.grading.exports import classroom50
 
-        classroom50.stamp(submitted_at)
+        classroom50.stamp(given.submitted_at)
     if not submission.is_dir():
         raise InputError(f"{submission} is not a folder. Give the folder with the submission.")
-    _check_time(submitted_at)
-    read = _read(manifest)
-    _check_server(server)
-    from renderer.processors import usable_processors
+    _check_time(given.submitted_at)
+    read = _read(given.manifest)
+    if read.late is not None and given.submitted_at is None:
+        raise CommandError(f"{given.manifest} has a late policy. Give the time with --submitted-at.")
+    corrections = given.corrections(read)
+    if given.overrides is not None and given.student is None:
+        raise CommandError("--overrides needs the name of the submitter. Give it with --student.")
+    _check_server(given.server)
     from service.grading.grading import grade as graded
 
     with _progress(read) as show:
         found = graded(
             read,
-            references=manifest.parent,
+            references=given.manifest.parent,
             submission=submission,
-            jobs=jobs or usable_processors(),
-            server=server,
-            cache=cache,
-            pictures=out is not None or bool(targets),
-            student=student,
-            submitted=submitted_at,
+            jobs=given.processes,
+            server=given.server,
+            cache=given.cache,
+            pictures=given.out is not None or bool(targets),
+            student=given.student,
+            submitted=given.submitted_at,
+            corrections=[each for each in corrections if each.student == given.student],
             on_test=show,
         )
-    _save(found, out, targets)
+    _save(found, given.out, targets)
     width = shutil.get_terminal_size().columns if output.on_terminal() else None
-    output.report(found.grade, lines(found.grade, width), as_json=as_json)
-    if not found.grade.gradable:
-        raise typer.Exit(ExitCode.UNUSABLE_INPUT)
+    output.report(found.grade, lines(found.grade, width), as_json=given.as_json)
+    return _exit_code(found.grade, fail_under)
+
+
+def _exit_code(found: Grade, fail_under: float | None) -> int:
     from service.grading.scales import reached
 
-    if fail_under is not None and not reached(found.grade.score, fail_under, rising=True):
-        raise typer.Exit(ExitCode.BELOW_THRESHOLD)
+    if not found.gradable:
+        return ExitCode.UNUSABLE_INPUT
+    enough = fail_under is None or reached(found.score, fail_under, rising=True)
+    return ExitCode.DONE if enough else ExitCode.BELOW_THRESHOLD
 
 
 @contextmanager
@@ -143,37 +222,44 @@ def _refuse_with_class(given: Mapping[str, object]) -> None:
         raise CommandError(f"{', '.join(wrong)}: this is for one submission, and --class grades many.")
 
 
-def _grade_class(
-    manifest: Path,
-    folder: Path,
-    out: Path | None,
-    export: Sequence[str],
-    jobs: int | None,
-    server: str | None,
-    cache: Path | None,
-    *,
-    as_json: bool,
-) -> int:
-    from renderer.processors import usable_processors
+def _grade_class(given: _Given, folder: Path, roster: Path | None) -> int:
     from service.cli.grade_class import ClassRun, check_folders, file_names, grade_class
+    from service.grading.classes.rosters import Roster
 
-    place = check_folders(folder, out)
-    exports = file_names(export)
-    for made in filter(None, (place, cache)):
+    place = check_folders(folder, given.out)
+    exports = file_names(given.export)
+    for made in filter(None, (place, given.cache)):
         make_folder(made)
-    read = _read(manifest)
-    _check_server(server)
+    read = _read(given.manifest)
+    if read.late is not None and roster is None and given.submitted_at is None:
+        raise CommandError(
+            f"{given.manifest} has a late policy. Give times by --roster FILE.csv or --submitted-at {FILES}."
+        )
+    _check_server(given.server)
     run = ClassRun(
         manifest=read,
-        references=manifest.parent,
+        references=given.manifest.parent,
         folder=folder,
         out=place,
         exports=exports,
-        jobs=jobs or usable_processors(),
-        server=server,
-        cache=cache,
+        jobs=given.processes,
+        server=given.server,
+        cache=given.cache,
+        roster=_read_table(roster, Roster.read),
+        file_times=given.submitted_at == FILES,
+        corrections=given.corrections(read),
     )
-    return grade_class(run, as_json=as_json)
+    return grade_class(run, as_json=given.as_json)
+
+
+def _read_table(path: Path | None, read: Callable[[bytes], Table]) -> Table | None:
+    """What is read from a file, if one was given."""
+    from service.grading.errors import AdjustmentError
+
+    try:
+        return None if path is None else read(scene_files.read_bytes(str(path)))
+    except AdjustmentError as error:
+        raise InputError(f"{path}: {error}") from error
 
 
 def _check_server(address: str | None) -> None:
@@ -249,17 +335,17 @@ def _pictures(pictures: Mapping[str, bytes], out: Path | None) -> Iterator[Path]
 
 def lines(found: Grade, width: int | None) -> Iterator[str]:
     """A grade as lines: wrapped to a width for people, without one cells with tabs for programs."""
-    from service.grading.exports.texts import number
+    from service.grading.exports.rows import WORDS, for_staff
+    from service.grading.exports.texts import line, number
 
-    for test in found.tests:
-        points = NO_POINTS if test.id in found.ungraded else number(test.points)
-        cells = [test.status, f"{points}/{number(test.max_points)}", output.harmless(test.name)]
-        message = output.harmless(test.message) if test.status != "passed" else ""
+    for row in for_staff(found):
+        points = f"{NO_POINTS if row.open else number(row.points)}/{number(row.max_points)}"
+        word = "late" if row.is_deduction else row.status
+        message = "" if row.result == WORDS["passed"] else row.message
         if width is None:
-            yield "\t".join([*cells, test.id, message])
+            yield "\t".join([word, points, row.name, row.id, line(message)])
             continue
-        status = output.emphasis(f"{cells[0]:<13}", COLORS.get(test.status))
-        yield f"{status}{cells[1]:>9}  {cells[2]}" + ("  (bonus)" if test.bonus else "")
+        yield f"{output.emphasis(f'{word:<13}', COLORS.get(word))}{points:>9}  {row.name}"
         yield from textwrap.wrap(message, width, initial_indent=" " * 4, subsequent_indent=" " * 4)
     for signal in found.signals:
         yield f"for staff: {signal.test}: {output.harmless(signal.message)}"

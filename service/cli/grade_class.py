@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,11 +17,14 @@ from service.cli.targets import make_folder, save, write_whole
 
 if TYPE_CHECKING:
     from schemas.grading.classes import ClassGrade
+    from schemas.grading.grades import Grade
     from schemas.grading.manifests import Manifest
+    from service.grading.adjustments import Correction
     from service.grading.classes.class_grading import StudentResult
     from service.grading.classes.class_records import Record, Student
+    from service.grading.classes.rosters import Roster
 
-GRADEBOOK, PAGE, RESULT = "gradebook.csv", "index.html", "class.json"
+GRADEBOOK, PAGE, RESULT, ROSTER = "gradebook.csv", "index.html", "class.json", "roster.csv"
 STAFF_PAGE = "staff.html"
 
 HEADINGS = ("points", "submission", "not graded", "signals")
@@ -45,6 +49,10 @@ class ClassRun:
     jobs : int
     server : str or None
     cache : Path or None
+    roster : Roster or None
+    file_times : bool
+        Whether files are as old as their submission.
+    corrections : sequence of Correction
     """
 
     manifest: Manifest
@@ -55,6 +63,9 @@ class ClassRun:
     jobs: int
     server: str | None
     cache: Path | None
+    roster: Roster | None = None
+    file_times: bool = False
+    corrections: Sequence[Correction] = ()
 
     def place(self, student: Student) -> Path:
         """The folder for the result of a student."""
@@ -112,18 +123,51 @@ def file_names(words: Sequence[str]) -> dict[str, str]:
 
 def grade_class(run: ClassRun, *, as_json: bool) -> int:
     """Grade a class, write all results, report them, and return the exit code."""
-    from service.grading.classes.class_records import (
-        assignment_key,
-        graded_before,
-        submission_key,
-        submissions,
-    )
+    with tempfile.TemporaryDirectory(prefix="submissions-", dir=run.out) as into:
+        students, left_out = _submissions(run, Path(into))
+        whole = _graded(run, [_adjusted(run, student) for student in students], left_out)
+    _report(whole, as_json=as_json)
+    return ExitCode.DONE if any(entry.gradable for entry in whole.students) else ExitCode.UNUSABLE_INPUT
 
-    students, left_out = submissions(run.folder)
+
+def _submissions(run: ClassRun, into: Path) -> tuple[Sequence[Student], Sequence[str]]:
+    """The submissions, and the names of other files; those of a download are sorted into an empty folder."""
+    from service.grading.classes.class_records import submissions
+    from service.grading.classes.downloads import sorted_download
+
+    download = sorted_download(run.folder, into, {test.submitted.file for test in run.manifest.tests})
+    if download is None:
+        students, left_out = submissions(run.folder)
+    else:
+        students, left_out = download.students, download.left_out
+        for trouble in download.troubles:
+            output.say(output.harmless(trouble))
     if not students:
         raise InputError(f"{run.folder} has no folders. {FOLDERS}")
     if left_out:
         output.say(f"Not submissions: {output.harmless(', '.join(left_out))}. {FOLDERS}")
+    for correction in run.corrections:
+        if not any(student.is_called(correction.student) for student in students):
+            raise InputError(f"--overrides: no submission is called {correction.student!r}.")
+    return students, left_out
+
+
+def _adjusted(run: ClassRun, student: Student) -> Student:
+    """A submission with its time and what staff give it."""
+    from service.grading.classes.class_records import last_written
+
+    submitted = last_written(student.folder) if run.file_times else None
+    if run.roster is not None:
+        submitted = run.roster.submitted(student) or submitted
+    if run.manifest.late is not None and submitted is None:
+        output.say(f"{output.harmless(student.name)} has no time of submission; lateness costs nothing.")
+    corrections = tuple(each for each in run.corrections if student.is_called(each.student))
+    return replace(student, submitted=submitted, corrections=corrections)
+
+
+def _graded(run: ClassRun, students: Sequence[Student], left_out: Sequence[str]) -> ClassGrade:
+    from service.grading.classes.class_records import assignment_key, graded_before, submission_key
+
     assignment = _with_forms(assignment_key(run.manifest, run.references), run.exports)
     keys = {student: submission_key(assignment, student) for student in students}
     before = {student: graded_before(run.place(student), key) for student, key in keys.items()}
@@ -131,9 +175,7 @@ def grade_class(run: ClassRun, *, as_json: bool) -> int:
     if records:
         output.say(f"{len(records)} of {len(students)} submissions have not changed since they were graded.")
     _grade_others(run, keys, records)
-    whole = _save_class(run, {student: records[student] for student in students}, left_out)
-    _report(whole, as_json=as_json)
-    return ExitCode.DONE if any(entry.gradable for entry in whole.students) else ExitCode.UNUSABLE_INPUT
+    return _save_class(run, {student: records[student] for student in students}, left_out)
 
 
 def cells(whole: ClassGrade) -> Iterator[list[str]]:
@@ -240,4 +282,17 @@ def _save_class(run: ClassRun, records: Mapping[Student, Record], left_out: Sequ
     save(run.out / RESULT, f"{whole.model_dump_json(indent=2)}\n".encode())
     save(run.out / GRADEBOOK, for_class([*grades.values()], whole))
     save(run.out / PAGE, class_page(whole, grades, STAFF_PAGE), "open it in a browser")
+    _save_roster(run, {student: record.grade for student, record in records.items()})
     return whole
+
+
+def _save_roster(run: ClassRun, grades: Mapping[Student, Grade]) -> None:
+    """Write the roster with points, for the system that it is from."""
+    if run.roster is None:
+        return
+    others = [student.name for student in grades if run.roster.row_of(student) is None]
+    if others:
+        output.say(f"Not in the roster: {output.harmless(', '.join(others))}.")
+    filled = run.roster.filled(grades, run.manifest.title)
+    if filled is not None:
+        save(run.out / ROSTER, filled, "import it where the roster is from")

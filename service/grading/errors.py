@@ -1,10 +1,11 @@
-"""Errors that leave a test without points and verdict, and one that leaves a result without its export.
+"""Errors that leave a test without points and verdict, a result without its export, or nothing graded.
 
 GradingError
 ├── NotSubmittedError     the submission lacks the file
 ├── NotGradableError      the submitted file cannot be compared with the reference
 └── BrokenTestError       the test itself cannot run: its reference is missing, damaged or cannot be rendered
 ExportError               the platform requires a value that is unknown
+AdjustmentError           a table of points, times or students cannot be used
 """
 
 from __future__ import annotations
@@ -28,3 +29,7 @@ class BrokenTestError(GradingError):
 
 class ExportError(Exception):
     """A value that the platform requires is unknown; the message names it and says how to set it."""
+
+
+class AdjustmentError(Exception):
+    """A table of points, times or students cannot be used; the message follows the name of the file."""

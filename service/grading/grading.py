@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -14,6 +14,7 @@ from pathlib import Path
 from schemas.grading.grades import Grade, TestGrade
 from schemas.grading.manifests import ImageTest, Manifest
 from service.grading import results
+from service.grading.adjustments import Correction
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
 from service.grading.kinds import findings
@@ -51,6 +52,7 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
     pictures: bool = False,
     student: str | None = None,
     submitted: str | None = None,
+    corrections: Sequence[Correction] = (),
     on_test: OnTest | None = None,
 ) -> Graded:
     """Grade a submission by the tests of a manifest.
@@ -69,6 +71,8 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
         Whether to make pictures of the differences.
     student, submitted
         Name of the student and time of the submission (ISO 8601), for the result.
+    corrections
+        Points that staff give this submission.
     on_test
         Called with each test as soon as it finishes.
 
@@ -95,7 +99,9 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
                 on_test(tested.grade)
     in_order = [done[test.id] for test in manifest.tests]
     timings = results.timings(begun, cpu_seconds)
-    whole = results.graded(manifest, in_order, timings, student=student, submitted=submitted)
+    whole = results.graded(
+        manifest, in_order, timings, student=student, submitted=submitted, corrections=corrections
+    )
     return Graded(whole, pictures_of(in_order))
 
 

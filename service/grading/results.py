@@ -22,6 +22,7 @@ from schemas.grading.grades import (
 )
 from schemas.grading.manifests import Criterion, Manifest
 from service.grading import sentences
+from service.grading.adjustments import Correction, corrected, lateness
 from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
 from service.grading.likeness.fingerprints import Fingerprint
 from service.grading.outcomes import DIFFERENCE, Outcome
@@ -101,13 +102,20 @@ def graded(
     *,
     student: str | None = None,
     submitted: str | None = None,
+    corrections: Sequence[Correction] = (),
 ) -> Grade:
     """The whole result."""
     grades = [
         each.model_copy(update={"feedback": test.feedback or manifest.feedback})
-        for test, each in zip(manifest.tests, _with_requirements(manifest, tests), strict=True)
+        for test, each in zip(manifest.tests, _with_requirements(manifest, tests, corrections), strict=True)
     ]
     verdict = _verdict(grades)
+    # fsum rounds once, so shares of points add up exactly.
+    earned = math.fsum(grade.points for grade in grades)
+    full = math.fsum(grade.max_points for grade in grades if not grade.bonus)
+    # Where all tests are a bonus they are the whole.
+    whole = full or math.fsum(grade.max_points for grade in grades)
+    late = lateness(manifest.late, submitted, whole, earned)
     return Grade(
         title=manifest.title,
         student=student,
@@ -115,9 +123,9 @@ def graded(
         gradable=verdict != "not_comparable",
         ungraded=tuple(grade.id for grade in grades if grade.is_open),
         verdict=verdict,
-        # fsum rounds once, so shares of points add up exactly.
-        score=math.fsum(grade.points for grade in grades),
-        max_score=math.fsum(grade.max_points for grade in grades if not grade.bonus),
+        score=earned - late.points if late else earned,
+        max_score=full,
+        late=late,
         tests=tuple(grades),
         signals=tuple(signal for test in tests for signal in test.signals),
         inputs=tuple(read for test in tests for read in test.inputs),
@@ -127,12 +135,14 @@ def graded(
     )
 
 
-def _with_requirements(manifest: Manifest, tests: Sequence[Tested]) -> list[TestGrade]:
-    """The grades of all tests; those whose required tests are not passed earn nothing."""
-    done = {tested.grade.id: tested.grade for tested in tests}
+def _with_requirements(
+    manifest: Manifest, tests: Sequence[Tested], corrections: Sequence[Correction]
+) -> list[TestGrade]:
+    """The grades of all tests; those whose required tests are not passed earn only what staff give them."""
+    done = {tested.grade.id: corrected(tested.grade, corrections) for tested in tests}
     for test in manifest.tests:
         missed = [done[name] for name in manifest.required(test) if done[name].status != "passed"]
-        if missed and done[test.id].points > 0:
+        if missed and done[test.id].points > 0 and done[test.id].override is None:
             done[test.id] = _without(done[test.id], missed)
     return [*done.values()]
 

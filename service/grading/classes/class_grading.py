@@ -69,7 +69,14 @@ class _Progress:
             cpu_seconds=self.cpu_seconds,
             started=self.started.isoformat(timespec="seconds"),
         )
-        grade = results.graded(manifest, in_order, timings, student=self.student.name)
+        grade = results.graded(
+            manifest,
+            in_order,
+            timings,
+            student=self.student.name,
+            submitted=self.student.submitted,
+            corrections=self.student.corrections,
+        )
         prints = {test.grade.id: test.fingerprint for test in in_order if test.fingerprint is not None}
         return StudentResult(self.student, grade, pictures_of(in_order), prints)
 
@@ -163,5 +170,7 @@ def _entry(student: Student, grade: Grade) -> ClassEntry:
         gradable=grade.gradable,
         ungraded=grade.ungraded,
         verdict=grade.verdict,
+        late=grade.late,
+        overridden=tuple(test.id for test in grade.tests if test.override is not None),
         signals=grade.signals,
     )

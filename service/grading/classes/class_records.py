@@ -9,6 +9,7 @@ import os
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ from schemas.grading.manifests import (
     ReferenceScene,
     SceneTest,
 )
+from service.grading.adjustments import Correction
 from service.grading.errors import GradingError
 from service.grading.folders import Folder, is_hidden, readable
 from service.grading.likeness.fingerprints import Fingerprint
@@ -42,14 +44,27 @@ class Student:
     ----------
     folder : Path
         Its name is that of the student.
+    number : str or None
+        The student's number in the system that it was downloaded from.
+    submitted : str or None
+        Time of the submission, ISO 8601.
+    corrections : tuple of Correction
+        Points that staff give it.
     """
 
     folder: Path
+    number: str | None = None
+    submitted: str | None = None
+    corrections: tuple[Correction, ...] = ()
 
     @property
     def name(self) -> str:
         """The name of the folder as text."""
         return readable(self.folder.name)
+
+    def is_called(self, word: str) -> bool:
+        """Whether a table means this student: by name or by number."""
+        return word in {self.name, self.number}
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +108,8 @@ def assignment_key(manifest: Manifest, references: Path) -> str:
 def submission_key(assignment: str, student: Student) -> str:
     """A hash of the assignment and of the names and contents of all files of a submission."""
     lines = sorted(_listed(student.folder))
-    return _hashed(b"\0".join([assignment.encode(), os.fsencode(student.folder.name), *lines]))
+    words = repr((assignment, student.submitted, student.corrections)).encode()
+    return _hashed(b"\0".join([words, os.fsencode(student.folder.name), *lines]))
 
 
 def graded_before(place: Path, key: str) -> Record | None:
@@ -182,6 +198,12 @@ def _digest(path: Path) -> bytes:
             return hashlib.file_digest(file, hashlib.sha256).digest()
     except OSError as error:
         return f"{error.errno} ".encode()
+
+
+def last_written(folder: Path) -> str | None:
+    """The time of the newest file of a submission, ISO 8601; None without files."""
+    times = [Path(inside, name).lstat().st_mtime for inside, _, files in os.walk(folder) for name in files]
+    return datetime.fromtimestamp(max(times), UTC).isoformat(timespec="seconds") if times else None
 
 
 def _hashed(content: bytes) -> str:

@@ -193,17 +193,25 @@ def _signal(what: str, entries: Sequence[ClassEntry], tests: Sequence[str], page
 
 def _students(whole: ClassGrade, page: str) -> Iterator[str]:
     yield "<h2>Submissions</h2>"
-    yield "<table class=lists><tr><th>Submission</th><th class=points>Points</th><th>Not graded</th></tr>"
+    yield "<table class=lists><tr><th>Submission</th><th class=points>Points</th><th>Not graded</th>"
+    yield "<th>Adjusted</th></tr>"
     for entry in whole.students:
         points = number(entry.score) if entry.gradable else "–"
         yield (
             f"<tr><td>{_link(entry, page)}</td><td class=points>{points}</td>"
-            f"<td>{words(', '.join(entry.ungraded))}</td></tr>"
+            f"<td>{words(', '.join(entry.ungraded))}</td><td>{words(_adjusted(entry))}</td></tr>"
         )
     yield "</table>"
     if whole.left_out:
         names = words(line(", ".join(whole.left_out)))
         yield f"<p>Not graded, because they are no folders: {names}.</p>"
+
+
+def _adjusted(entry: ClassEntry) -> str:
+    """What staff and lateness have changed."""
+    late = f"late: -{number(entry.late.points)}" if entry.late is not None else ""
+    by_staff = f"set by staff: {', '.join(entry.overridden)}" if entry.overridden else ""
+    return "; ".join(filter(None, (late, by_staff)))
 
 
 def _links(entries: Sequence[ClassEntry], page: str) -> str:

@@ -70,11 +70,17 @@ def _cells(grade: Grade, rows: Sequence[Row], more: dict[str, str]) -> Cells:
         "submitted": grade.submitted or "",
         "assignment": grade.title,
         # A partial total could be mistaken for the final one; bonus points may stay open.
-        "score": "" if any(test.is_open and not test.bonus for test in grade.tests) else rounded(grade.score),
+        "score": "" if grade.is_open else rounded(grade.score),
         "max_score": rounded(grade.max_score),
+        "earned": rounded(grade.earned),
+        "days_late": grade.late.days if grade.late else 0,
         "ungraded": len(grade.ungraded),
     }
-    cells |= {f"points_{row.id or 'hidden'}": "" if row.open else rounded(row.points) for row in rows}
+    cells |= {
+        f"points_{row.id or 'hidden'}": "" if row.open else rounded(row.points)
+        for row in rows
+        if not row.is_deduction
+    }
     return cells | more
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -41,25 +42,29 @@ def export(grade: Grade, pictures: Path | None = None) -> bytes:
             "visibility": "visible",
             "stdout_visibility": "hidden",
             "extra_data": {"schema": grade.schema_, "tool": grade.tool.model_dump()},
-            "tests": [_test(row, test, shown.of(row)) for row, test in zip(rows, grade.tests, strict=True)],
+            "tests": [
+                _judged(row) | _details(row, test) | _output(row, shown.of(row))
+                for row, test in zip_longest(rows, grade.tests)
+            ],
         }
     )
 
 
-def _test(row: Row, test: TestGrade, pictures: Sequence[Shown]) -> dict[str, Any]:
+def _judged(row: Row) -> dict[str, Any]:
     judged = {"score": rounded(row.points), "status": "passed" if row.status == "passed" else "failed"}
-    return (
-        ({} if row.open else judged)
-        | {
-            "max_score": rounded(row.max_points),
-            "name": row.name,
-            "name_format": "text",
-            "tags": _tags(row, test),
-            "visibility": _visibility(test),
-            "extra_data": {"id": test.id, "metric": test.metric, "value": _value(test)},
-        }
-        | _output(row, pictures)
-    )
+    named = {"max_score": rounded(row.max_points), "name": row.name, "name_format": "text"}
+    return named if row.open else judged | named
+
+
+def _details(row: Row, test: TestGrade | None) -> dict[str, Any]:
+    """The fields that only tests have; points lost by lateness are a row without a test."""
+    if test is None:
+        return {"visibility": "visible"}
+    return {
+        "tags": _tags(row, test),
+        "visibility": _visibility(test),
+        "extra_data": {"id": test.id, "metric": test.metric, "value": _value(test)},
+    }
 
 
 def _value(test: TestGrade) -> float | None:

@@ -54,11 +54,16 @@ def export(grade: Grade, pictures: Path | None = None) -> bytes:
 
 def _case(suite: Element, grade: Grade, row: Row) -> None:
     # A report keeps only one test of the same class and name.
-    words = {"classname": f"{line(grade.title)}.{row.id or 'hidden'}", "name": row.name}
+    words = {
+        "classname": f"{line(grade.title)}.{row.id or ('late' if row.is_deduction else 'hidden')}",
+        "name": row.name,
+    }
     case = SubElement(suite, "testcase", words | {"time": f"{row.seconds:.3f}"})
     numbers = {} if row.test is None else {name: getattr(row.test, name) for name in NUMBERS}
     written = {name: f"{value:.6g}" if isinstance(value, float) else value for name, value in numbers.items()}
     points = {"points": number(row.points), "max_points": number(row.max_points), "status": row.status}
+    if row.status == "passed" and row.message:
+        points["message"] = line(row.message)
     known = points | {name: value for name, value in written.items() if value is not None}
     if outcome := _outcome(row):
         first = row.message.split("\n", 1)[0]

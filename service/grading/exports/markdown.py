@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 
 from schemas.grading.grades import Grade
-from service.grading.exports.rows import WORDS, Row, for_students, headline
-from service.grading.exports.texts import line, number, shortened
+from service.grading.exports.rows import Row, for_students, headline
+from service.grading.exports.texts import line, shortened
 
 MOST = 1_000_000
 """Bytes: GitHub drops the summary of a step that writes more than 1 MiB."""
@@ -40,9 +40,8 @@ def _summary(grade: Grade, rows: tuple[Row, ...], length: int) -> bytes:
 
 
 def _line(row: Row, length: int) -> str:
-    points = f"{number(row.points)} of {number(row.max_points)}"
     why = _plain(shortened(line(row.message), length))
-    return f"| {_plain(row.name)} | {'–' if row.open else points} | {WORDS[row.status]} | {why} |"
+    return f"| {_plain(row.name)} | {row.total} | {row.result} | {why} |"
 
 
 def _plain(text: str) -> str:

@@ -9,8 +9,8 @@ from pathlib import Path
 from accuracy.comparison.heat import GAP
 from schemas.grading.grades import Grade, GradeInput
 from service.grading.exports.pictures import Album, Shown, album
-from service.grading.exports.rows import WORDS, Row, for_staff, for_students, headline
-from service.grading.exports.texts import harmless, line, number
+from service.grading.exports.rows import Row, for_staff, for_students, headline
+from service.grading.exports.texts import harmless, line
 
 OUTLINED = 3
 """Number of worst regions outlined in the pictures; the text lists all of them."""
@@ -72,15 +72,11 @@ def words(text: str) -> str:
 
 
 def _entry(row: Row) -> str:
-    return f"<tr><td>{_name(row)}</td><td class=points>{_points(row)}</td><td>{WORDS[row.status]}</td></tr>"
+    return f"<tr><td>{_name(row)}</td><td class=points>{row.total}</td><td>{row.result}</td></tr>"
 
 
 def _name(row: Row) -> str:
     return words(row.name) + (" (hidden)" if row.test is not None and row.test.hidden else "")
-
-
-def _points(row: Row) -> str:
-    return "–" if row.open else f"{number(row.points)} of {number(row.max_points)}"
 
 
 def _section(row: Row, pictures: Sequence[Shown], inputs: Sequence[GradeInput]) -> str:
@@ -91,7 +87,7 @@ def _section(row: Row, pictures: Sequence[Shown], inputs: Sequence[GradeInput]) 
         for picture in pictures
     )
     return (
-        f"<section><h2>{_name(row)}: {_points(row)}</h2>\n"
+        f"<section><h2>{_name(row)}: {row.total}</h2>\n"
         f'<p class="words">{words(row.message)}</p>\n'
         + (f"<p>Where the pictures differ most:</p><ul>{places}</ul>\n" if places else "")
         + "\n".join(figures)

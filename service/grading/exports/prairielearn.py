@@ -51,7 +51,7 @@ def _content(grade: Grade, rows: Sequence[Row], shown: Album, length: int) -> by
 
 def _gradable(grade: Grade) -> bool:
     """Whether the score stands: bonus points may stay open, those of the full score may not."""
-    return grade.gradable and not any(test.is_open and not test.bonus for test in grade.tests)
+    return grade.gradable and not grade.is_open
 
 
 def _judged(grade: Grade, rows: Sequence[Row], length: int) -> dict[str, Any]:

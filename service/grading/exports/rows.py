@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from schemas.grading.grades import Feedback, Grade, GradeImage, Status, TestGrade
 from service.grading.exports.texts import harmless, line, number
-from service.grading.sentences import place
+from service.grading.sentences import joined, place
 
 OPEN: frozenset[Status] = frozenset({"error", "not_gradable"})
 """Statuses of rows that were not judged."""
@@ -54,6 +54,25 @@ class Row:
         return self.status in OPEN
 
     @property
+    def result(self) -> str:
+        """The status in words."""
+        if self.test is not None and self.test.override is not None:
+            return f"{WORDS[self.status]}, set by staff"
+        return "deducted" if self.is_deduction else WORDS[self.status]
+
+    @property
+    def total(self) -> str:
+        """The points in words."""
+        if self.is_deduction:
+            return number(self.points)
+        return "–" if self.open else f"{number(self.points)} of {number(self.max_points)}"
+
+    @property
+    def is_deduction(self) -> bool:
+        """Whether it is no test, but the points that the submission lost by lateness."""
+        return self.points < 0
+
+    @property
     def lost(self) -> float:
         """Points not earned."""
         return max(self.max_points - self.points, 0.0)
@@ -61,19 +80,34 @@ class Row:
 
 def for_staff(grade: Grade) -> tuple[Row, ...]:
     """All tests."""
-    return tuple(_row(test, "picture") for test in grade.tests)
+    return (*(_row(test, "picture") for test in grade.tests), *_deduction(grade))
 
 
 def for_platform(grade: Grade) -> tuple[Row, ...]:
     """All tests with what students may see of each, for a platform that hides tests itself."""
-    return tuple(_row(test, test.feedback) for test in grade.tests)
+    return (*(_row(test, test.feedback) for test in grade.tests), *_deduction(grade))
 
 
 def for_students(grade: Grade) -> tuple[Row, ...]:
     """Visible tests, and one row for all hidden ones: their sum follows from the total anyway."""
     hidden = [test for test in grade.tests if test.hidden]
     shown = tuple(_row(test, test.feedback) for test in grade.tests if not test.hidden)
-    return (*shown, _together(hidden)) if hidden else shown
+    return (*shown, *([_together(hidden)] if hidden else ()), *_deduction(grade))
+
+
+def _deduction(grade: Grade) -> Iterator[Row]:
+    """The points lost by lateness, as a row."""
+    if grade.late is not None and grade.late.points > 0:
+        days = "1 day" if grade.late.days == 1 else f"{grade.late.days} days"
+        yield Row(
+            id="",
+            name=f"Late by {days}",
+            points=-grade.late.points,
+            max_points=0.0,
+            status="failed",
+            message=f"The deadline was {grade.late.deadline}, the submission is of {grade.submitted}. Each "
+            "day begun costs points; the tests show what was earned.",
+        )
 
 
 def headline(grade: Grade) -> str:
@@ -82,6 +116,8 @@ def headline(grade: Grade) -> str:
     if not grade.gradable:
         return "Nothing could be graded, and no points are lost. The tests say why."
     total = f"{number(grade.score)} of {number(grade.max_score)} points."
+    if grade.late is not None and grade.late.points > 0:
+        total += f" {number(grade.earned)} were earned, and {number(grade.late.points)} are lost by lateness."
     if not left:
         return total
     points = number(sum(test.max_points for test in left))
@@ -94,6 +130,9 @@ def _row(test: TestGrade, feedback: Feedback) -> Row:
     # Why a test was not judged tells nothing of its reference.
     unjudged = test.is_open or test.status == "skipped"
     message = test.message if explained or unjudged else _verdict(test, feedback)
+    if test.override is not None:
+        before = "not graded" if test.override.status in OPEN else number(test.override.points)
+        message = joined(f"Staff set these points (before: {before}). {test.override.reason}", message)
     places = test.worst_regions if explained and test.status != "passed" else ()
     return Row(
         id=test.id,

@@ -1,16 +1,20 @@
 """Students see no more of a test than its feedback allows, on any platform; staff see everything."""
 
 import base64
+import csv
+import io
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from schemas.grading.grades import Feedback, Grade, GradeImage
+from schemas.grading.grades import Feedback, Grade, GradeImage, Lateness, Override
 from service.grading.exports import EXPORTS
+from service.grading.exports.classroom50 import REQUIRED
 from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels
-from tests.service.grading.exports.samples import failed, result
+from tests.service.grading.exports.samples import failed, result, tried
 
 LEVELS: tuple[Feedback, ...] = ("none", "verdict", "difference", "picture")
 FOR_STUDENTS = ("gradescope", "prairielearn", "html", "markdown", "junit")
@@ -60,3 +64,28 @@ def test_references_are_shown_only_where_the_manifest_says_so(
     (image,) = (image for image in found.grade.tests[0].images if image.feedback == level)
     assert page.count(b"<image ") == 1
     assert base64.b64encode(found.pictures[image.file]) in page
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("form", [*FOR_STUDENTS, "classroom50", "csv", "html-staff"])
+def test_lateness_and_points_of_staff_are_shown(
+    form: str, level: Feedback, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in (*REQUIRED.values(), "REVIEW_URL"):
+        monkeypatch.setenv(name, "x")
+    changed = Override(reason="Agreed in person", points=8, status="partial")
+    late = Lateness(deadline="2026-05-31T12:00:00Z", days=2, points=4)
+    grade = result(tried(override=changed, feedback=level), tried("b"), late=late, score=16)
+    document = EXPORTS[form](grade, None).decode()
+    if form == "csv":
+        (row,) = csv.DictReader(io.StringIO(document))
+        assert (row["score"], row["earned"], row["days_late"]) == ("16.0", "20.0", "2")
+        assert [name for name in row if name.startswith("points_")] == ["points_soft", "points_b"]
+        return
+    assert "-4" in document
+    assert "Late by 2 days" in document
+    assert "Agreed in person" in document
+    assert "8" in document.partition("Agreed in person")[0].rpartition("Staff")[2]
+    if form in {"gradescope", "classroom50"}:
+        read = json.loads(document)
+        assert read["score"] == 16 == sum(test["score"] for test in read["tests"])

@@ -90,6 +90,8 @@ def test_row_has_the_total_and_the_points_of_each_test() -> None:
         "assignment": "Ray tracer",
         "score": "14.0",
         "max_score": "30.0",
+        "earned": "14.0",
+        "days_late": "0",
         "ungraded": "0",
         "points_soft": "10.0",
         "points_phong": "0.0",
