@@ -86,6 +86,9 @@ def test_nothing_gradable_exit_code(here: Penumbra, assignment: Assignment, tmp_
         ((*WORDS, "--export", "html=a.html", "--export", "html=b.html"), 2, "each form once"),
         ((*WORDS, "--export", "classroom50=a.json"), 2, "CLASSROOM is not set"),
         ((*WORDS, "--submitted-at", "yesterday"), 2, "yesterday"),
+        ((*WORDS, "--roster", "wrong.yaml"), 2, "--submitted-at"),
+        ((*WORDS, "--overrides", "wrong.yaml", "--student", "ada"), 3, "wrong.yaml: line 1 lacks student"),
+        (("grade", "late.json", *WORDS[2:]), 2, "late policy"),
         ((*WORDS, "--server", "http://127.0.0.1:9"), 4, "127.0.0.1:9"),
     ],
 )
@@ -93,6 +96,9 @@ def test_unusable_arguments(
     here: Penumbra, tmp_path: Path, words: tuple[str, ...], code: int, reported: str
 ) -> None:
     Assignment.of(tmp_path).manifest(image_test())
+    late = json.loads((tmp_path / "assignment" / "manifest.json").read_text())
+    late["late"] = {"deadline": "2026-11-21T23:59:00Z", "per_day": 0.1}
+    (tmp_path / "late.json").write_text(json.dumps(late))
     (tmp_path / "wrong.yaml").write_text("schema: penumbra/manifest/v1\ntitle: T\ntest: []\n")
     outcome = here(*words)
     assert (outcome.code, outcome.out) == (code, "")

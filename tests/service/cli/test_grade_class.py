@@ -166,6 +166,8 @@ def test_table_fits_a_terminal(on_a_terminal: Penumbra, pupils: Path) -> None:
         ((*WORDS[:3], "nowhere", "-o", "marks"), 3, "nowhere"),
         ((*WORDS[:3], "assignment", "-o", "marks"), 3, "has no folders"),
         ((*WORDS, "--student", "ada"), 2, "--student"),
+        ((*WORDS, "--submitted-at", "2026-11-21"), 2, "--submitted-at"),
+        ((*WORDS, "--overrides", "nobody.csv"), 3, "no submission is called 'nobody'"),
         ((*WORDS, "--fail-under", "0"), 2, "--fail-under"),
         ((*WORDS, "--export", "html=a/b.html"), 2, "without a folder"),
         ((*WORDS, "--export", "html=staff.html"), 2, "other than"),
@@ -176,6 +178,7 @@ def test_table_fits_a_terminal(on_a_terminal: Penumbra, pupils: Path) -> None:
 def test_unusable_arguments(
     here: Penumbra, tmp_path: Path, words: tuple[str, ...], code: int, reported: str
 ) -> None:
+    (tmp_path / "nobody.csv").write_text("student,test,points,reason\nnobody,picture,1,Agreed\n")
     outcome = here(*words)
     assert outcome.code == code
     assert reported in outcome.err
