@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from schemas.api.administration import KeyRequest
+    from service.access.keys import Key
     from service.settings import Settings
     from service.storage.database.models import KeyRow
 
@@ -104,15 +105,10 @@ def add(  # noqa: PLR0913, PLR0917 - one argument for each option
         if out is not None:
             # Before the key is kept: it could not be shown again.
             _write_secret(out, f"{key}\n")
-    if out is not None:
+    if out is None:
+        _print_key(key, asked, settings, as_json=as_json)
+    else:
         output.say(f"Key {key.id} of {user} is in {output.harmless(str(out))}.")
-        return
-    if as_json:
-        output.document({"id": key.id, "user": user, "role": role, "key": str(key)})
-        return
-    output.result(str(key))
-    place = "the configured database" if settings.database else f"the data folder {settings.data}"
-    output.say(f"Key {key.id} of {user} is in {place}. It cannot be shown again: only its hash is stored.")
 
 
 @app.command(cls=Command)
@@ -183,6 +179,17 @@ def revoke(
         if not keys.revoke(session, key_id):
             raise CommandError(f"There is no key {output.harmless(key_id)!r}. `penumbra keys ls` lists them.")
     output.say(f"Key {key_id} is revoked.")
+
+
+def _print_key(key: Key, asked: KeyRequest, settings: Settings, *, as_json: bool) -> None:
+    if as_json:
+        output.document({"id": key.id, "user": asked.user, "role": asked.role, "key": str(key)})
+        return
+    output.result(str(key))
+    place = "the configured database" if settings.database else f"the data folder {settings.data}"
+    output.say(
+        f"Key {key.id} of {asked.user} is in {place}. It cannot be shown again: only its hash is stored."
+    )
 
 
 def _write_secret(path: Path, text: str) -> None:

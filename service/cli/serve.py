@@ -134,7 +134,10 @@ def serve(  # noqa: PLR0913, PLR0917 - one argument for each option
         "behind_proxy": behind_proxy or None,
     }
     given = {name: value for name, value in options.items() if value is not None}
-    settings = read_settings(given, config=config)
+    _run(read_settings(given, config=config))
+
+
+def _run(settings: Settings) -> None:
     if settings.engine == "slots":
         from service.workers.fork_server import fork_server
 
