@@ -21,6 +21,7 @@ from service.grading.accepting import accepted, compared, noiseless
 from service.grading.errors import BrokenTestError, NotGradableError
 from service.grading.evidence import evidence
 from service.grading.likeness.fingerprints import Fingerprint, fingerprint
+from service.grading.likeness.marks import marked
 from service.grading.likeness.signals import signals, signals_of_scene
 from service.grading.mistakes.counterfactuals import explain, is_certain
 from service.grading.outcomes import DIFFERENCE, Outcome, of_picture
@@ -228,5 +229,5 @@ def _regions(found: _Found, names: Sequence[str]) -> tuple[ComparisonRegion, ...
 
 
 def _drawn(found: Comparison) -> dict[str, bytes]:
-    image, reference = found.image.linear, found.reference.linear
+    image, reference = found.image.linear, marked(found.reference)
     return {LABEL: encoded(side_by_side(image, reference)), DIFFERENCE: encoded(heat_map(image, reference))}

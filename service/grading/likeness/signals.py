@@ -16,6 +16,7 @@ from renderer.textures.image import build
 from schemas.grading.grades import Signal
 from schemas.textures import ImageTexture
 from service.grading.likeness.closeness import closeness
+from service.grading.likeness.marks import is_marked
 from service.grading.likeness.sample_counts import MOST_SAMPLES, grain, sample_count
 
 IDENTICAL = "identical_bytes"
@@ -23,6 +24,7 @@ CLOSE = "closer_than_noise"
 CLEAN = "cleaner_than_samples"
 GRAINY = "noise_without_samples"
 CARRIED = "reference_in_texture"
+MARKED = "marked_reference"
 
 SIZE = 32, 24
 """Columns and rows that pictures are reduced to: more than shapes share by chance, and no noise is left."""
@@ -72,9 +74,20 @@ def _found(submitted: bytes, reference: bytes | None, comparison: Comparison, te
             message="The submitted file is the reference, byte for byte.",
         )
     else:
+        yield from _marked(comparison, test)
         yield from _close(comparison, test)
         yield from _clean(comparison, test)
         yield from _grainy(comparison, test)
+
+
+def _marked(comparison: Comparison, test: str) -> Iterator[Signal]:
+    if is_marked(comparison.image, comparison.reference):
+        yield Signal(
+            test=test,
+            code=MARKED,
+            message="The picture has the invisible mark of the reference that results show: it was made from "
+            "pictures of a result. Others have the mark in one picture in a million.",
+        )
 
 
 def _close(comparison: Comparison, test: str) -> Iterator[Signal]:
