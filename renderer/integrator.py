@@ -80,44 +80,43 @@ def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Point
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Surfaces:
-    """What is known of the surfaces that N camera rays hit, beside their radiance.
+class FirstHits:
+    """Albedo and expected error at the first hits of N camera rays.
 
     Attributes
     ----------
     colors : (3, N) float64
-        1 where there is none.
-    doubts : (N,) float64
+        Of textures, 1 without one.
+    shading_error : (N,) float64
         As in `interaction.Points`.
     """
 
     colors: Floats
-    doubts: Floats
+    shading_error: Floats
 
     @classmethod
-    def none(cls, count: int) -> "Surfaces":
-        """Nothing is known yet."""
+    def none(cls, count: int) -> "FirstHits":
+        """Those of rays that have not been traced."""
         return cls(np.ones((3, count)), np.zeros(count))
 
     def take(self, points: Points) -> None:
-        """Keep what is known at points."""
+        """Keep the colours and errors of points."""
         put(self.colors, points.rays, points.colors)
-        self.doubts[points.rays] = points.doubts
+        self.shading_error[points.rays] = points.shading_error
 
 
 def radiance(
     plan: RenderPlan,
     rays: Rays,
     counts: Counter[str],
-    surfaces: Surfaces | None = None,
+    first_hits: FirstHits | None = None,
     *,
     until: float = inf,
 ) -> Floats:
     """Radiance (3, N) along camera rays (N,), over all bounces.
 
-    Into `surfaces` goes what is known of those that the camera rays hit.
-
-    Each depth has a sum of its own, to which a camera ray's paths add in their own order.
+    `first_hits` receives the albedo and expected error at the camera rays' own hits. Each depth has a sum of
+    its own, to which a camera ray's paths add in their own order.
 
     Raises
     ------
@@ -126,8 +125,8 @@ def radiance(
     """
     seen, points = local_radiance(plan, rays, counts)
     counts["camera"] += rays.t.size
-    if surfaces is not None:
-        surfaces.take(points)
+    if first_hits is not None:
+        first_hits.take(points)
     sums = [seen]
     waiting = WaitingWaves(successors(plan, points, camera_wave(rays)))
     while waiting:

@@ -180,7 +180,7 @@ class Points:
         Of the surface, linear.
     radiance : (3, M) float64
         Towards the viewer, gathered by the stages.
-    doubts : (M,) float64
+    shading_error : (M,) float64
         Squared error to expect of the radiance, because what varies within the pixel has few samples.
     bent : bool
         Whether shading normals may differ from geometric ones.
@@ -221,7 +221,7 @@ class Points:
     sizes: Floats
     colors: Floats
     radiance: Floats
-    doubts: Floats
+    shading_error: Floats
     bent: bool
     lookups: int = 0
     viewers: Floats = field(init=False)
@@ -324,7 +324,7 @@ def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
         sizes=np.zeros(count),
         colors=np.zeros((3, count)),
         radiance=np.zeros((3, count)),
-        doubts=np.zeros(count),
+        shading_error=np.zeros(count),
         bent=bent,
     )
 

@@ -1,7 +1,7 @@
 """Target quality: samples where the picture needs them, until its error is at most the target.
 
-A picture is a state machine (`estimate.State`). Each state is a pass over all tiles; when they are all there,
-the controller decides about the whole picture what the next pass asks for::
+A picture is a state machine (`estimate.State`). Each state is a pass over all tiles, after which the
+controller decides what the next pass requests::
 
        finer                        more samples
       +-----+                          +----+
@@ -12,14 +12,14 @@ the controller decides about the whole picture what the next pass asks for::
                                   error reached
 
 ========  ===================================================================================================
-LATTICE   The nodes of a lattice that grows finer where the picture is not smooth. A node is a pilot sample:
-          one ray through the middle of a pixel, with as little noise as may be. Through a lens, where no ray
-          alone says much, a node is sampled.
-PROBES    Many rays find which shapes the pixels at borders show; pilot samples nearby say how bright these
-          are. Probes, pixels chosen at random, measure in each stratum how far from the truth pixels are.
-SAMPLE    Where that is too far, pixels are sampled, in two halves whose difference estimates the error left.
-          This is decided again until the error is reached.
-DONE      Nothing more is requested.
+LATTICE   Takes the nodes of a lattice that is refined where the picture is not smooth. A node is a pilot
+          sample: one ray through the centre of a pixel, with as little noise as possible. Through a lens,
+          where single rays are noisy, a node is sampled.
+PROBES    Measures the coverage of border pixels by unshaded rays; pilot samples nearby have the radiance of
+          their parts. Samples probes, pixels chosen at random, which measure the error of each stratum.
+SAMPLE    Samples pixels where that reduces the error most, in two independent halves whose difference
+          estimates the error that remains. Repeated until the target is reached.
+DONE      Requests nothing: the target is reached, or more samples would not reduce the error.
 ========  ===================================================================================================
 """
 

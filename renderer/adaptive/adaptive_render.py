@@ -1,4 +1,4 @@
-"""A picture of target quality rendered by processes of this machine, one pass after another."""
+"""Render a picture of target quality by processes of this machine, one pass after another."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 
 from renderer.adaptive.driver import Driver
+from renderer.adaptive.error_statistics import sample_layers
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.findings import sample_layers
 from renderer.adaptive.forecast import Forecast, Progress, seconds_left
 from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
@@ -31,25 +31,25 @@ from schemas.tiles import Pass, Tile
 
 @dataclass(slots=True)
 class AdaptiveRender:
-    """A render in progress: its passes, one after another, and what they took. Satisfies `passes.Picture`.
+    """A render of target quality in progress. Satisfies `passes.Picture`.
 
     Attributes
     ----------
     driver : Driver
-        Decides what each pass does.
+        Decides about each pass.
     on_tile : callable or None
         Called with each tile.
     deadline : float
-        By the clock of `time.monotonic`, seconds.
+        By `time.monotonic`, seconds.
     tally : Tally
-        CPU seconds are those of tiles, and of what is decided and merged between them.
+        CPU seconds of tiles, and of merging and deciding between them.
     done : int
         Tiles.
     buffers : LayerBuffers
-        Layers of what the centres of pixels show.
+        Layers recorded at the centres of pixels.
     progress : Progress
     between, between_cpu : float
-        Seconds that deciding and merging has taken, and CPU seconds.
+        Seconds and CPU seconds of merging and deciding.
     """
 
     driver: Driver
@@ -72,12 +72,12 @@ class AdaptiveRender:
 
     @property
     def estimate(self) -> Estimate:
-        """What is known of the picture."""
+        """The picture so far."""
         return self.driver.estimate
 
     @property
     def plan(self) -> RenderPlan:
-        """Of the picture."""
+        """Plan of the picture."""
         return self.estimate.plan
 
     def tasks(self) -> list[TileRequest]:
@@ -94,14 +94,14 @@ class AdaptiveRender:
         return TimeLimit(self._last_moment(), self.driver.ray_seconds)
 
     def _last_moment(self) -> float:
-        """When tiles have to end, so that the picture is finished at the deadline."""
-        # A CPU second lasts longer where other programs have the processors, too.
+        """Deadline of tiles, so that the picture is finished at its own."""
+        # A CPU second takes longer where other programs share the processors.
         stretch = max(self.between / self.between_cpu, 1.0) if self.between_cpu else 1.0
         last = LAST_SECONDS * self.estimate.have.size * stretch
         return self.deadline - reserve(self.deadline - self.tally.begun, last)
 
     def take(self, task: TileRequest, result: Samples | None) -> None:
-        """Keep what was found in a tile, and show it; None where there was no time."""
+        """Merge the samples of a tile and report it; None if it ran out of time."""
         if result is None:
             self._late = True
             return
@@ -125,7 +125,7 @@ class AdaptiveRender:
         )
 
     def end_pass(self) -> bool:
-        """Merge the pass; False if the picture is done or its time is over."""
+        """End the pass; False if the picture is done or its time is up."""
         late = self._late or time.monotonic() >= self._last_moment()
         with self._counted():
             more = self.driver.end_pass(last=late)
@@ -135,7 +135,7 @@ class AdaptiveRender:
 
     @contextmanager
     def _counted(self) -> Iterator[None]:
-        """Count what this process does between tiles."""
+        """Count the time of this process between tiles."""
         begun, begun_cpu = time.monotonic(), time.process_time()
         yield
         spent = time.process_time() - begun_cpu
@@ -145,7 +145,7 @@ class AdaptiveRender:
 
 
 def attempt(plan: RenderPlan, request: TileRequest) -> Samples | None:
-    """Render what is requested of a tile, None if its time is over; errors name the tile."""
+    """Render a request, None if its time is up; errors name the tile."""
     with tile_errors(plan.seed, request.tile, f"levels up to {request.levels.want.max()}"):
         try:
             return render_request(target_plan(plan), request)

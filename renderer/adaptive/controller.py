@@ -1,8 +1,7 @@
-"""What the next pass of a picture asks for. The package's docstring draws how passes follow each other.
+"""Decisions between the passes of a picture: what the next one requests. The package's docstring draws them.
 
-All decisions are made about the whole picture between passes, so that no pixel depends on tiles. Where nodes
-are sampled, as through a lens, those answer for all that is interpolated between them; pilot samples have no
-noise to answer for.
+Each decision is made for the whole picture, so that no pixel depends on tiles. Pilot samples have no noise;
+the sampled nodes of a lens do, and it enters the error of every pixel interpolated from them.
 """
 
 from collections.abc import Callable
@@ -12,11 +11,11 @@ import numpy as np
 
 from renderer.adaptive import strata
 from renderer.adaptive.allocation import allocate
+from renderer.adaptive.error_statistics import ErrorStatistics, error_of, error_statistics, keep_pilots
 from renderer.adaptive.estimate import Estimate, State
-from renderer.adaptive.findings import Findings, error_of, findings, keep_pilots
 from renderer.adaptive.first_passes import (
-    MOST_PROBED,
-    PROBED,
+    FIRST_PROBE_LEVEL,
+    MAX_PROBE_LEVEL,
     choose_probes,
     cover_borders,
     noise,
@@ -32,49 +31,49 @@ from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, RAY_PRICE, SAMP
 from renderer.adaptive.uncertainty import standard_errors
 from renderer.math.arrays import Floats, Integers, Masks
 
-EASES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
-"""Shares of the goals, tried in turn until one asks for work: the error was not reached, so the goals were
-too high."""
+BACKOFF = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
+"""Factors on the goal, tried in turn until one requests work: the last goal was reached and did not
+suffice."""
 
-LEAST = 0.05
-"""Share of all samples so far that a pass asks for at least: each has a cost of its own. Without it there are
-9 % more passes on 188 random pictures of 48 pixels, with a tenth 2 % more samples."""
+MIN_PASS_SHARE = 0.05
+"""Least samples of a pass, as a share of all so far: each pass has a fixed cost. Without it there are 9 %
+more passes on 188 random pictures of 48 pixels; with a tenth, 2 % more samples."""
 
-DOUBT = 0.2
-"""Share of the budget that all strata together may be uncertain by."""
+PROBE_VARIANCE_SHARE = 0.2
+"""Share of the budget that the strata's errors may be uncertain by in all."""
 
-MOSTLY = 0.5
-"""If this share of a stratum's pixels are probes, it is sampled as a whole: few samples rarely see that a
-pilot sample is wrong, and they know their own error better."""
+SAMPLE_WHOLE_STRATUM = 0.5
+"""Share of probes from which on a whole stratum is sampled: few samples rarely reveal that a pilot sample is
+wrong, and they estimate their own error better."""
 
-MANY, MOST_SHARE = 4096, 0.25
-"""In a stratum of more pixels than this, at most this share are probes: to probe all would be to sample
-all."""
+LARGE_STRATUM, MAX_LARGE_STRATUM_PROBES = 4096, 0.25
+"""Pixels of a large stratum, and its largest share of probes: more would amount to sampling it whole."""
 
-RAISED = 2
-"""Levels that an uncertain probe rises by, to four times its samples."""
+PROBE_LEVEL_STEP = 2
+"""Levels by which an uncertain probe rises: four times its samples."""
 
-LEAST_GOAL = 1 / 4
-"""Least share of the budget that samples aim at, however uncertain the error is."""
+MIN_GOAL_SHARE = 1 / 4
+"""Least share of the budget that samples aim for, however uncertain the error is."""
 
-MOST_ROUNDS = 38
-"""Most decisions about samples. More have never been needed, and the loop must end."""
+MAX_ROUNDS = 38
+"""Bound on the loop of sampling passes. No picture has needed as many."""
 
-UNEXPLAINED = 2.0
-"""Through a lens a stratum is sampled as a whole if its error is this many times the noise of its nodes."""
+UNEXPLAINED_ERROR_RATIO = 2.0
+"""Error of an interpolated stratum over the noise of its nodes from which on more samples of the nodes do not
+help, so that the stratum itself is sampled."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Borders:
-    """Pixels (k,) at borders that rays have covered.
+    """Border pixels (k,) with measured coverage.
 
     Attributes
     ----------
     pixels : (k,) int64
     contrasts : (k,) float64
-        Scaled so that they explain how exact the shares are in all. What the rays of a single pixel have
-        found does not count: those that missed what is thin would get no more. But it does where lights are
-        seen, whose outlines are known.
+        Variances of single rays, scaled to explain the total variance of the coverage. A pixel's own measured
+        variance is used only where lights are visible, whose outlines are known: a pixel whose rays missed
+        something thin would otherwise get no more rays.
     coverage : (k,) uint8
     """
 
@@ -84,61 +83,61 @@ class _Borders:
 
     @classmethod
     def of(cls, estimate: Estimate) -> "_Borders":
-        """Those of a picture."""
+        """Borders of a picture."""
         pixels = np.flatnonzero(estimate.coverage)
         contrasts = estimate.contrasts.ravel()[pixels].astype(np.float64)
         coverage = estimate.coverage.ravel()[pixels]
-        found = estimate.spread.ravel()[pixels] * COVERAGES[coverage] ** 1.5
+        measured = estimate.coverage_variance.ravel()[pixels] * COVERAGES[coverage] ** 1.5
         are_lit = lit(estimate.labels, estimate.plan.lamps).ravel()[pixels]
         shares = COVERAGES[coverage] ** -1.5 * ~are_lit
         explained = float((contrasts * shares).sum())
-        contrasts *= float((found * shares).sum()) / explained if explained > 0 else 0.0
-        np.copyto(contrasts, found, where=are_lit)
+        contrasts *= float((measured * shares).sum()) / explained if explained > 0 else 0.0
+        np.copyto(contrasts, measured, where=are_lit)
         return cls(pixels, contrasts, coverage)
 
     def rays(self, sizes: Integers) -> float:
-        """Camera samples that cost as much as covering them again with other sizes (k,)."""
+        """Cost, in camera samples, of raising the coverage to `sizes` (k,)."""
         return float(RAY_PRICE * COVERAGES[sizes[sizes > self.coverage]].sum())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Shared:
-    """Findings as allocation needs them: nodes answer for all that is interpolated between them.
+class _AllocationInput:
+    """Error statistics with the error of interpolated pixels attributed to their nodes.
 
     Attributes
     ----------
     variances : (n,) float64
-        Of the sampled pixels, as often as they count.
-    survey : Survey
-        Of what more samples of nodes do not cure.
-    bent : float
-        Sum of the squared errors of interpolation in all other strata.
+        Of the sampled pixels, each times the number of pixels that depend on it.
+    strata : StratumStatistics
+        Errors that more samples of nodes do not reduce.
+    interpolation_error : float
+        Sum of squared errors of interpolation in all other strata.
     """
 
     variances: Floats
-    survey: strata.Survey
-    bent: float
+    strata: strata.StratumStatistics
+    interpolation_error: float
 
     @classmethod
-    def of(cls, estimate: Estimate, found: Findings) -> "_Shared":
-        """How findings are shared among nodes."""
+    def of(cls, estimate: Estimate, found: ErrorStatistics) -> "_AllocationInput":
+        """Attribute errors to nodes where these are sampled."""
         if estimate.piloted:
-            return cls(found.variances, found.survey, 0.0)
-        between, survey = ~estimate.shown, found.survey
+            return cls(found.variances, found.strata, 0.0)
+        between, measured = ~estimate.shown, found.strata
         noises = np.bincount(estimate.strata[between], noise(estimate)[between], minlength=strata.COUNT)
-        inherited = noises / np.maximum(survey.sizes, 1)
-        own = np.maximum(survey.errors - inherited, 0)
-        hidden = survey.errors > UNEXPLAINED * inherited
-        counted = weights(estimate.ways, estimate.coarsest).ravel()[found.sampled]
+        inherited = noises / np.maximum(measured.sizes, 1)
+        own = np.maximum(measured.errors - inherited, 0)
+        hidden = measured.errors > UNEXPLAINED_ERROR_RATIO * inherited
+        counted = weights(estimate.axes, estimate.coarsest).ravel()[found.sampled]
         return cls(
             variances=found.variances * counted,
-            survey=replace(survey, errors=own * hidden),
-            bent=float((survey.sizes * own * ~hidden).sum()),
+            strata=replace(measured, errors=own * hidden),
+            interpolation_error=float((measured.sizes * own * ~hidden).sum()),
         )
 
 
 def advance(estimate: Estimate) -> bool:
-    """Decide what the next pass wants, after all tiles of this one; False if the picture is done."""
+    """Decide what the next pass requests, after all tiles of this one; False if the picture is done."""
     estimate.state = TRANSITIONS[estimate.state](estimate)
     return estimate.state is not State.DONE
 
@@ -151,7 +150,7 @@ def _after_lattice(estimate: Estimate) -> State:
     if estimate.piloted:
         cover_borders(estimate)
     else:
-        interpolate(estimate.values, estimate.ways, estimate.coarsest)
+        interpolate(estimate.values, estimate.axes, estimate.coarsest)
     choose_probes(estimate)
     return State.PROBES
 
@@ -161,11 +160,11 @@ def _after_samples(estimate: Estimate) -> State:
     before = estimate.shown.copy()
     if not estimate.piloted:
         take_nodes(estimate)
-        interpolate(estimate.values, estimate.ways, estimate.coarsest)
+        interpolate(estimate.values, estimate.axes, estimate.coarsest)
     more = _sample_more(estimate)
     if estimate.piloted:
         # Nothing says yet that the few samples of a probe are better.
-        estimate.kept |= estimate.shown & ~before
+        estimate.pilot_kept |= estimate.shown & ~before
     return State.SAMPLE if more else State.DONE
 
 
@@ -174,39 +173,38 @@ TRANSITIONS: dict[State, Callable[[Estimate], State]] = {
     State.PROBES: _after_samples,
     State.SAMPLE: _after_samples,
 }
-"""What is decided when a pass is complete; gives the state of the next."""
+"""Decision after each kind of pass; returns the state of the next."""
 
 
 def _sample_more(estimate: Estimate) -> bool:
-    found = findings(estimate)
+    found = error_statistics(estimate)
     estimate.error = sampled = error_of(estimate, found)
-    estimate.kept[...] = False
+    estimate.pilot_kept[...] = False
     estimate.want[...] = 0
     estimate.cover[...] = estimate.coverage
     if sampled.bound <= estimate.target:
         return False
     # Only what is shown meanwhile: few probes may leave more doubt about pilot samples than samples have.
     estimate.error = error_of(estimate, keep_pilots(estimate, found))
-    if estimate.rounds > MOST_ROUNDS:
+    if estimate.rounds > MAX_ROUNDS:
         return False
-    aim_lower(estimate, sampled.bound)
-    few = _show_probed(estimate, found)
-    if few.any():
-        found = findings(estimate)
-    shared, borders = _Shared.of(estimate, found), _Borders.of(estimate)
-    estimate.outlook = _rays_to_come(estimate, found, shared, borders)
+    lower_aim(estimate, sampled.bound)
+    if _sample_probed_strata(estimate, found):
+        found = error_statistics(estimate)
+    allocated, borders = _AllocationInput.of(estimate, found), _Borders.of(estimate)
+    estimate.predicted_rays = _predicted_rays(estimate, found, allocated, borders)
     spent = int(COUNTS[estimate.have].sum())
-    for ease in EASES:
-        _allot(estimate, found, shared, borders, ease)
-        _add_probes(estimate, found, ease)
+    for backoff in BACKOFF:
+        _allocate(estimate, found, allocated, borders, backoff)
+        _add_probes(estimate, found, backoff)
         _begin_shown(estimate)
-        if estimate.rays_wanted() > LEAST * spent:
+        if estimate.rays_wanted() > MIN_PASS_SHARE * spent:
             break
     return bool(estimate.rays_wanted())
 
 
-def aim_lower(estimate: Estimate, bound: float) -> None:
-    """Continue from aims that are reached."""
+def lower_aim(estimate: Estimate, bound: float) -> None:
+    """Replace aims that have been reached by finer ones."""
     before = estimate.aim
     while bound <= estimate.aim:
         estimate.aims += 1
@@ -215,22 +213,31 @@ def aim_lower(estimate: Estimate, bound: float) -> None:
         raise_probe_probability(estimate, expected)
 
 
-def _rays_to_come(estimate: Estimate, found: Findings, shared: _Shared, borders: _Borders) -> int:
-    """Camera rays of all passes to come, if no pixel had to rise by steps, and if nothing was in doubt."""
-    certain = replace(shared.survey, uncertain=np.zeros(strata.COUNT))
+def _predicted_rays(
+    estimate: Estimate, found: ErrorStatistics, allocated: _AllocationInput, borders: _Borders
+) -> int:
+    """Camera rays of all passes to come, if every stratum's error were certain."""
+    certain = replace(allocated.strata, uncertain=np.zeros(strata.COUNT))
     have = estimate.have.ravel()[found.sampled]
     goal = estimate.target**2 * estimate.have.size
-    allotted = allocate(shared.variances, have, certain, goal, borders.contrasts, borders.coverage)
+    allotted = allocate(allocated.variances, have, certain, goal, borders.contrasts, borders.coverage)
     again = (COUNTS[allotted.pixels] - COUNTS[have]).sum() + (COUNTS[allotted.strata] * certain.sizes).sum()
     return int(again + borders.rays(allotted.covers))
 
 
-def _allot(estimate: Estimate, found: Findings, shared: _Shared, borders: _Borders, ease: float) -> None:
-    """Samples where they lower the error most; strata whose error nodes do not explain are sampled whole."""
-    goal = ease * max(_goal(estimate, found) - shared.bent, LEAST_GOAL * estimate.budget)
+def _allocate(
+    estimate: Estimate,
+    found: ErrorStatistics,
+    allocated: _AllocationInput,
+    borders: _Borders,
+    backoff: float,
+) -> None:
+    """Request samples where they reduce the error most; whole strata where nodes do not explain it."""
+    goal = _sampling_goal(estimate, found) - allocated.interpolation_error
+    goal = backoff * max(goal, MIN_GOAL_SHARE * estimate.budget)
     have, want = estimate.have.ravel(), estimate.want.ravel()
     allotted = allocate(
-        shared.variances, have[found.sampled], shared.survey, goal, borders.contrasts, borders.coverage
+        allocated.variances, have[found.sampled], allocated.strata, goal, borders.contrasts, borders.coverage
     )
     estimate.cover.ravel()[borders.pixels] = allotted.covers
     want[found.sampled] = allotted.pixels
@@ -242,33 +249,34 @@ def _allot(estimate: Estimate, found: Findings, shared: _Shared, borders: _Borde
     estimate.shown.ravel()[hidden[levels > 0]] = True
 
 
-def _goal(estimate: Estimate, found: Findings) -> float:
-    """Sum of squared errors whose bound is within the budget: doubts fall as samples' errors do.
+def _sampling_goal(estimate: Estimate, found: ErrorStatistics) -> float:
+    """Sum of squared errors whose upper bound is the budget, if its uncertainty falls as the error does.
 
-    That about pilot samples is for probes to lower.
+    The uncertainty of pilot samples is left out: probes reduce it.
     """
-    own = np.sqrt(max(found.variance - found.survey.variance, 0.0))
+    own = np.sqrt(max(found.variance - found.strata.variance, 0.0))
     doubt = own / max(found.total / estimate.budget, 1.0)
     return float(estimate.budget - standard_errors(estimate.confidence) * doubt)
 
 
-def _add_probes(estimate: Estimate, found: Findings, ease: float) -> None:
-    """More of probes whose strata leave the error uncertain: more samples, or more of them."""
-    survey = found.survey
-    unsure = survey.unsure((ease * DOUBT * estimate.budget) ** 2)
+def _add_probes(estimate: Estimate, found: ErrorStatistics, backoff: float) -> None:
+    """Reduce the uncertainty of strata: by more samples of their probes, or by more probes."""
+    measured = found.strata
+    unsure = measured.unsure((backoff * PROBE_VARIANCE_SHARE * estimate.budget) ** 2)
     estimate.shown |= (unsure & (estimate.probe_probability >= 1))[estimate.strata]
-    noisy = unsure & (survey.noise**2 > survey.uncertain**2 / 2) & (_closeness(estimate, found) < MOST_PROBED)
+    noisy = unsure & (measured.noise**2 > measured.uncertain**2 / 2)
+    noisy &= _least_probe_level(estimate, found) < MAX_PROBE_LEVEL
     have, want, shown = estimate.have.ravel(), estimate.want.ravel(), estimate.shown.ravel()
     again = found.probes[noisy[estimate.strata.ravel()[found.probes]] & ~shown[found.probes]]
-    want[again] = np.minimum(have[again] + RAISED, MOST_PROBED)
-    most = np.where(survey.sizes > MANY, MOST_SHARE, 1.0)
+    want[again] = np.minimum(have[again] + PROBE_LEVEL_STEP, MAX_PROBE_LEVEL)
+    most = np.where(measured.sizes > LARGE_STRATUM, MAX_LARGE_STRATUM_PROBES, 1.0)
     rarer = unsure & ~noisy & (estimate.probe_probability < most)
     estimate.probe_probability[rarer] = np.minimum(2 * estimate.probe_probability, most)[rarer]
     fresh = probes(estimate) & ~estimate.shown & (estimate.have < SAMPLED)
     np.copyto(estimate.want, probe_levels(estimate), where=fresh)
 
 
-def _closeness(estimate: Estimate, found: Findings) -> Integers:
+def _least_probe_level(estimate: Estimate, found: ErrorStatistics) -> Integers:
     """Least level of the probes of each stratum."""
     levels = np.full(strata.COUNT, HIGHEST)
     np.minimum.at(levels, estimate.strata.ravel()[found.probes], estimate.have.ravel()[found.probes])
@@ -276,17 +284,17 @@ def _closeness(estimate: Estimate, found: Findings) -> Integers:
 
 
 def _begin_shown(estimate: Estimate) -> None:
-    """Ask for the first samples of pixels that are shown from now on."""
+    """Request the first samples of pixels that have just been chosen to show samples."""
     waiting = estimate.shown & (estimate.have < SAMPLED)
-    first = np.where(estimate.coverage[waiting] > 0, PROBED, node_level(estimate.aim))
+    first = np.where(estimate.coverage[waiting] > 0, FIRST_PROBE_LEVEL, node_level(estimate.aim))
     estimate.want[waiting] = np.maximum(estimate.want[waiting], first)
 
 
-def _show_probed(estimate: Estimate, found: Findings) -> Masks:
-    """Show the samples of strata most of whose pixels are probes; gives those (H, W) that it concerns now."""
-    mostly = estimate.probe_probability >= MOSTLY
+def _sample_probed_strata(estimate: Estimate, found: ErrorStatistics) -> bool:
+    """Show samples in all strata that consist mostly of probes; whether any pixel is new among them."""
+    mostly = estimate.probe_probability >= SAMPLE_WHOLE_STRATUM
     if not estimate.piloted:
-        mostly &= found.survey.unsure((DOUBT * estimate.budget) ** 2)
-    few: Masks = mostly[estimate.strata] & ~estimate.shown
-    estimate.shown |= few
-    return few
+        mostly &= found.strata.unsure((PROBE_VARIANCE_SHARE * estimate.budget) ** 2)
+    fresh: Masks = mostly[estimate.strata] & ~estimate.shown
+    estimate.shown |= fresh
+    return bool(fresh.any())

@@ -1,9 +1,8 @@
-"""Pixels at borders: many rays find what they show, and pilot samples nearby say how bright that is.
+"""Coverage of border pixels: unshaded rays find the share of each shape, pilot samples nearby its radiance.
 
-What differs inside such a pixel is mostly which shape is seen, and little how bright each of them is. So the
-rays do no more than find shapes. What no neighbour's pilot sample has hit is shaded once.
-
-The rays form two independent lattices: their difference estimates the error of the shares.
+Within such a pixel the visible shape varies, and the radiance of each shape hardly. A shape that no pilot
+sample around has hit is shaded once. The rays form two independent Fibonacci lattices, whose difference
+estimates the error of the shares.
 """
 
 from collections import Counter
@@ -27,54 +26,53 @@ from renderer.math.arrays import Floats, Integers, Masks, put, taken
 from renderer.math.streams import bits, keys, uniforms
 from renderer.plan.plan import RenderPlan
 
-STEPS = dict(zip(FIBONACCI, (1, *FIBONACCI), strict=False))
-"""Fibonacci lattices: point i of n lies at (i / n, i z / n), with z the number before n. No direction of an
-edge is aligned with them."""
+GENERATORS = dict(zip(FIBONACCI, (1, *FIBONACCI), strict=False))
+"""Generators z of Fibonacci lattices of n points (i / n, i z / n): the Fibonacci number before n."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cover:
-    """What n pixels show.
+    """Coverage of n border pixels.
 
     Attributes
     ----------
     values : (3, n) float32
         Mean radiance.
     others : (3, n) float32
-        Radiance of what no pilot sample around has hit, as `guides.Surroundings` has it.
-    spread : (n,) float32
-        Squared standard error of it, clipped to 0..1, mean over channels, because shares are not exact.
+        Radiance of shapes that no pilot sample around has hit, as in `guides.Surroundings`.
+    coverage_variance : (n,) float32
+        Squared standard error of the values clipped to 0..1, mean over channels, due to the shares.
     """
 
     values: NDArray[np.float32]
     others: NDArray[np.float32]
-    spread: NDArray[np.float32]
+    coverage_variance: NDArray[np.float32]
 
 
 def places(seed: int, pixels: Integers, count: int) -> tuple[Floats, Floats]:
-    """Places in pixels (n,), (n, 2, count) each in [0, 1): two lattices, each shifted at random.
+    """Positions of rays in pixels (n,), two arrays (n, 2, count) in [0, 1): two randomly shifted lattices.
 
-    Their streams are the ones after those of the halves of samples.
+    Their random streams follow those of the halves of samples.
     """
     key = keys(seed, PIXEL_DIMENSIONS, pixels[:, None], HALVES + np.arange(HALVES))
     index = np.arange(count)
     across = index / count + uniforms(bits(key, 0))[:, :, None]
-    along = index * STEPS[count] / count + uniforms(bits(key, 1))[:, :, None]
+    along = index * GENERATORS[count] / count + uniforms(bits(key, 1))[:, :, None]
     return across - np.floor(across), along - np.floor(along)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Parts:
-    """What lattices show: m parts, those of one lattice together.
+    """Parts of lattices with one visible shape each: m parts, those of one lattice together.
 
     Attributes
     ----------
     lattices : (m,) int64
-        Which of the lattices; two belong to each pixel.
+        Number of the lattice; each pixel has two.
     shares : (m,) float64
         Of the lattice.
     rays : (m,) int64
-        The ray nearest to the middle of the part.
+        The ray nearest to the centre of the part.
     """
 
     lattices: Integers
@@ -84,16 +82,16 @@ class _Parts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lamps:
-    """Lights in n pixels, of which lattices find only how much is hidden.
+    """Visible lights in n pixels: areas known from their outlines, visibility from the lattices.
 
     Attributes
     ----------
     shares : (2 n,) float64
         Of the pixel, by each lattice.
     radiance : (3, 2 n) float64
-        What they add to its mean.
+        Their contribution to its mean.
     parted, hidden : (3, n) float64
-        What those would add, if nothing hid them, of which rays see only a part, and of which they see none.
+        Unoccluded contribution of the lights that rays see partly, and of those that they do not see.
     """
 
     shares: Floats
@@ -102,18 +100,18 @@ class _Lamps:
     hidden: Floats
 
     def beside(self, parts: _Parts, are_lights: Masks) -> _Parts:
-        """The parts (m,) with shares of what lights leave; those that are lights have none of it."""
+        """The parts (m,) scaled to the area that lights leave; parts that are lights get 0."""
         others = np.bincount(parts.lattices, parts.shares * ~are_lights, minlength=self.shares.size)
         left = np.divide(1 - self.shares, others, out=1 - self.shares, where=others > 0)
         alone = (others == 0)[parts.lattices]
         return replace(parts, shares=parts.shares * left[parts.lattices] * (~are_lights | alone))
 
     def uncertain(self, values: NDArray[np.float32], rays: int, mixed: Masks) -> Floats:
-        """Squared error (n,) to expect beside what lattices differ by: of one ray more or less.
+        """Expected squared error (n,) in addition to the lattices' difference: one ray more or less.
 
         Lattices may agree by chance, and one ray may be much brighter than white. Where all rays find a light
-        hidden, one of them is missed with a probability of 1 / (rays + 1), if all shares are as probable; and
-        only where pixels are `mixed` (n,), which show an edge.
+        hidden, one ray misses a visible part with a probability of 1 / (rays + 1), if all shares are equally
+        probable; and only in pixels that are `mixed` (n,), which show an edge.
         """
         parted, hidden = self.parted / rays, self.hidden / rays
         apart = (np.clip(values + parted, 0, 1) - np.clip(values - parted, 0, 1)) / 2
@@ -124,7 +122,7 @@ class _Lamps:
 def _lamps(
     pilot: RenderPlan, x: Integers, y: Integers, place: tuple[Floats, Floats], counts: Counter[str]
 ) -> _Lamps:
-    """Lights in pixels (n,): how much of their outlines rays see, at places (2 n, k) of the unit square."""
+    """Visible lights in pixels (n,), from rays at positions (2 n, k) of the unit square in each outline."""
     pieces = pieces_of(pilot.camera, pilot.visible_lights, x, y)
     areas = pieces.areas()
     lattices = pieces.pixels[:, None] * HALVES + np.arange(HALVES)
@@ -152,7 +150,7 @@ def _lamps(
 def _hits(
     pilot: RenderPlan, x: Integers, y: Integers, place: tuple[Floats, Floats], counts: Counter[str]
 ) -> Integers:
-    """Numbers (m,) of what rays through places (m,) in pixels (m,) hit."""
+    """Shapes (m,) hit by rays through positions (m,) in pixels (m,)."""
     if not x.size:
         return np.zeros(0, dtype=np.int64)
     rays = camera_rays(pilot, x, y, np.full(x.size, HALVES), place)
@@ -171,7 +169,13 @@ def cover(
     *,
     until: float = inf,
 ) -> Cover:
-    """Find what pixels (n,) show, with `COVERAGES[size]` rays each, unless rays are left at `until`."""
+    """Measure the coverage of pixels (n,) with `COVERAGES[size]` rays each.
+
+    Raises
+    ------
+    OutOfTimeError
+        If rays are left at the time `until`.
+    """
     pilot = plan.pilot or plan
     count = int(COVERAGES[size]) // HALVES
     across, along = (
@@ -196,16 +200,16 @@ def cover(
         shaded = np.minimum(radiance(pilot, seen, counts, until=until), BRIGHTEST)
         others = _mean_others(others, pixels[missing], parts.shares[missing], shaded)
         put(shown, missing, taken(others, pixels[missing]))
-    # What only samples are going to find differs from the pixel's own pilot sample.
+    # The pixel's own pilot sample stands for what only samples will find.
     others = np.where(np.isnan(others), nearby.values[:, 4], others)
     found = _cover(parts, others, shown, lamps.radiance)
     mixed = (nearby.labels != nearby.labels[4]).any(axis=0)
     uncertain = lamps.uncertain(found.values, HALVES * count, mixed).astype(np.float32)
-    return replace(found, spread=found.spread + uncertain)
+    return replace(found, coverage_variance=found.coverage_variance + uncertain)
 
 
 def _mean_others(others: Floats, pixels: Integers, shares: Floats, radiance: Floats) -> Floats:
-    """The others (3, n) with the mean radiance of parts (m,) in pixels that have none yet."""
+    """Others (3, n) with the mean radiance of parts (m,) added in pixels that have none yet."""
     count = others.shape[1]
     sums = np.stack([np.bincount(pixels, shares * channel, count) for channel in radiance])
     weights = np.bincount(pixels, shares, count)
@@ -213,7 +217,7 @@ def _mean_others(others: Floats, pixels: Integers, shares: Floats, radiance: Flo
 
 
 def _cover(parts: _Parts, others: Floats, shown: Floats, lamps: Floats) -> Cover:
-    """Means of pixels from the radiance (3, m) of their parts, and what `lamps` (3, 2 n) add to lattices."""
+    """Means of pixels from the radiance (3, m) of their parts and of `lamps` (3, 2 n) by lattice."""
     starts = np.flatnonzero(np.diff(parts.lattices, prepend=-1))
 
     def means(radiance: Floats) -> Floats:
@@ -224,12 +228,12 @@ def _cover(parts: _Parts, others: Floats, shown: Floats, lamps: Floats) -> Cover
     return Cover(
         values=halves.mean(axis=2).astype(np.float32),
         others=others.astype(np.float32),
-        spread=((apart**2).mean(axis=0) / 4).astype(np.float32),
+        coverage_variance=((apart**2).mean(axis=0) / 4).astype(np.float32),
     )
 
 
 def _parts(shapes: Integers, across: Floats, along: Floats) -> _Parts:
-    """Parts of lattices by what their rays hit, all (lattices, count)."""
+    """Parts of lattices, from the shapes and positions of their rays, all (lattices, count)."""
     count = shapes.shape[1]
     order = np.argsort(shapes, axis=1, kind="stable")
     sorted_shapes = np.take_along_axis(shapes, order, axis=1)

@@ -1,15 +1,15 @@
-"""The driver of a picture of target quality: which tiles a pass has, what it asks of them, and what follows.
+"""Driver of a picture of target quality: the tiles and requests of each pass, and the decision after it.
 
-The driver decides and runs nothing. `adaptive_render` gives its requests to processes of this machine, the
-service to its workers through a database; a picture has the same passes, tiles and bytes either way.
+It runs nothing itself. `adaptive_render` sends its requests to processes of this machine, the service to its
+workers through a database; a picture has the same passes, tiles and bytes either way.
 """
 
 from dataclasses import dataclass, field
 from typing import Self
 
 from renderer.adaptive.controller import advance
+from renderer.adaptive.error_statistics import settle
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.findings import settle
 from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, measured, usual_prices
 from renderer.adaptive.guides import Surroundings, surroundings
 from renderer.adaptive.partition import pass_tiles
@@ -23,17 +23,17 @@ from schemas.tiles import Tile
 
 @dataclass(slots=True)
 class Driver:
-    """What is known of a picture in the middle of a pass or between two, and what the next one asks for.
+    """State of a picture during a pass or between two.
 
     Attributes
     ----------
     estimate : Estimate
     prices : dict
-        CPU seconds of a ray by kind, as far as they were measured.
+        CPU seconds of a ray by kind.
     workers : int
-        Processes that share the tiles of a pass; 0 where single tiles are not awaited.
+        Processes that share the tiles of a pass; 0 if no one waits for single tiles.
     tile_size : int or None
-        Side of tiles, pixels; None for tiles that share out each pass evenly.
+        Side of the tiles, pixels; None for tiles of about equal work.
     """
 
     estimate: Estimate
@@ -46,7 +46,7 @@ class Driver:
 
     @classmethod
     def begin(cls, plan: RenderPlan, workers: int = 0, tile_size: int | None = None) -> Self:
-        """Drive a picture from its first pass on."""
+        """Begin a picture."""
         return cls(Estimate.begin(target_plan(plan)), usual_prices(plan), workers, tile_size)
 
     @property
@@ -56,20 +56,20 @@ class Driver:
 
     @property
     def ray_seconds(self) -> float:
-        """CPU seconds that a ray of the next pass is expected to take."""
+        """Expected CPU seconds of a ray of the next pass."""
         return self.prices[kind_of(self.estimate)]
 
     def forecast(self) -> Forecast:
-        """CPU seconds that the next pass and all later ones are predicted to take."""
+        """Predicted CPU seconds of the next pass and of all later ones."""
         return forecast(self.estimate, self.prices)
 
     def tiles(self) -> list[Tile]:
-        """Tiles in which the next pass has something to do."""
+        """Tiles of the next pass."""
         records = self.is_first and records_centres(self.estimate.plan)
         return pass_tiles(self.estimate, self.prices, self.workers, self.tile_size, records=records)
 
     def requests(self, limit: TimeLimit | None) -> list[TileRequest]:
-        """What the next pass asks of its tiles, each of which has to be finished at the limit."""
+        """Requests of the next pass, each to be finished at the limit."""
         estimate, first, requested = self.estimate, self.is_first, self.estimate.requested
 
         def request(tile: Tile) -> TileRequest:
@@ -81,19 +81,19 @@ class Driver:
         return [request(tile) for tile in self.tiles()]
 
     def take(self, tile: Tile, samples: Samples) -> None:
-        """Add what the pass has found in a tile. The order of tiles does not matter."""
+        """Merge the samples of a tile. The order of tiles does not matter."""
         self._work = self._work or self.estimate.work_wanted()
         self._seconds += samples.cpu_seconds
         self._tiles += 1
         self.estimate.take(tile, samples)
 
     def end_pass(self, *, last: bool) -> bool:
-        """Decide about the next pass that has something to do; False where the picture is done.
+        """Decide about the next pass that has any work; False if the picture is done.
 
         Parameters
         ----------
         last : bool
-            Whether the time is spent, so that no pass follows: tiles may be missing then.
+            Whether time is up, so that no pass follows; tiles may be missing then.
         """
         if last:
             settle(self.estimate)

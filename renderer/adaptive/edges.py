@@ -1,4 +1,4 @@
-"""Where edges of flat shapes run on the picture: pixels that they cross may resemble all their neighbours."""
+"""Projected edges of flat shapes: pixels that they cross need not differ from any neighbour."""
 
 from dataclasses import dataclass
 
@@ -9,23 +9,24 @@ from renderer.math.arrays import Floats, Integers, Masks, dot, taken
 from renderer.shapes.family import Hulls
 
 STEP = 0.5
-"""Distance of the places along an edge, pixels: an edge may cross no more than a corner of a pixel unseen."""
+"""Spacing of the positions along an edge, pixels: an edge may cross no more than a corner of a pixel
+unseen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Places:
-    """Places on the picture along edges, a `STEP` or less apart.
+class EdgePositions:
+    """Positions on the picture along edges, a `STEP` or less apart.
 
     Attributes
     ----------
     pixels : (2, N) int64
         Column and row.
     edges : (N,) int64
-        Which edge each is of.
+        Number of the edge of each.
     depths : (N,) float64
         Along the view, scene units.
     lengths : (N,) float64
-        Of the part of its edge that each stands for, pixels.
+        Length of its edge that each represents, pixels.
     """
 
     pixels: Integers
@@ -33,22 +34,24 @@ class Places:
     depths: Floats
     lengths: Floats
 
-    def some(self, chosen: Masks) -> "Places":
-        """Those of a mask (N,)."""
-        return Places(self.pixels[:, chosen], self.edges[chosen], self.depths[chosen], self.lengths[chosen])
+    def select(self, chosen: Masks) -> "EdgePositions":
+        """Select by a mask (N,)."""
+        return EdgePositions(
+            self.pixels[:, chosen], self.edges[chosen], self.depths[chosen], self.lengths[chosen]
+        )
 
 
-def edge_places(camera: Pinhole, hulls: Hulls) -> Integers:
-    """Pixels that edges of shapes pass, (2, N): column and row."""
+def edge_pixels(camera: Pinhole, hulls: Hulls) -> Integers:
+    """Pixels that edges of shapes cross, (2, N): column and row."""
     corners, pairs = hulls.corners, hulls.edges
     if not pairs:
         return np.zeros((2, 0), dtype=np.int64)
     first, second = (np.hstack([corners[pair[end]] for pair in pairs]) for end in (0, 1))
-    return places_along(camera, first, second).pixels
+    return positions_along(camera, first, second).pixels
 
 
-def places_along(camera: Pinhole, first: Floats, second: Floats) -> Places:
-    """Places along those parts of the edges from `first` to `second`, (3, M) each, that are in the view."""
+def positions_along(camera: Pinhole, first: Floats, second: Floats) -> EdgePositions:
+    """Positions along the edges from `first` to `second`, (3, M) each, within the view."""
     starts, ends = _inside(_seen(camera, first), _seen(camera, second))
     seen = np.flatnonzero(starts[2] > 0)
     starts, ends = taken(starts, seen), taken(ends, seen)
@@ -57,12 +60,12 @@ def places_along(camera: Pinhole, first: Floats, second: Floats) -> Places:
     counts = (apart / STEP).astype(np.int64) + 2
     edges = np.arange(seen.size).repeat(counts)
     steps = (np.arange(edges.size) - (np.cumsum(counts) - counts)[edges]) / (counts - 1)[edges]
-    places = taken(first, edges) + steps * taken(second - first, edges)
+    positions = taken(first, edges) + steps * taken(second - first, edges)
     size = np.array([[camera.width], [camera.height]])
-    # What is inverse to the depth is linear on the picture.
+    # Reciprocal depth is linear on the picture.
     depths = 1 / ((1 - steps) / starts[2][edges] + steps / ends[2][edges])
-    pixels = np.clip(np.floor(places).astype(np.int64), 0, size - 1)
-    return Places(pixels, seen[edges], depths, (apart / counts)[edges])
+    pixels = np.clip(np.floor(positions).astype(np.int64), 0, size - 1)
+    return EdgePositions(pixels, seen[edges], depths, (apart / counts)[edges])
 
 
 def _inside(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
@@ -82,24 +85,24 @@ def _inside(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
     return (starts + enters * along) * seen, (starts + leaves * along) * seen
 
 
-def project(camera: Pinhole, places: Floats) -> tuple[Floats, Floats, Masks]:
-    """Column and row (2, M) of places (3, M), their depths (M,) along the view, and which are in the view."""
-    seen = _seen(camera, places)
+def project(camera: Pinhole, positions: Floats) -> tuple[Floats, Floats, Masks]:
+    """Column and row (2, M) of points (3, M), their depths (M,) along the view, and which are in the view."""
+    seen = _seen(camera, positions)
     inside: Masks = (np.abs(seen[:2]) < seen[2]).all(axis=0)
     return _on_picture(camera, np.where(inside, seen, 1.0)), seen[2], inside
 
 
-def _seen(camera: Pinhole, places: Floats) -> Floats:
+def _seen(camera: Pinhole, positions: Floats) -> Floats:
     """Right and up, by half the width and height of the picture at the distance 1, and depth, (3, M)."""
-    away = places - camera.position
+    away = positions - camera.position
     right, up = dot(away, camera.right) / camera.half_width, dot(away, camera.up) / camera.half_height
     return np.stack((right, up, dot(away, camera.forward)))
 
 
-def _on_picture(camera: Pinhole, places: Floats) -> Floats:
-    """Column and row, (2, M), of places in the view: right, up and depth, as `_seen` gives them.
+def _on_picture(camera: Pinhole, positions: Floats) -> Floats:
+    """Column and row, (2, M), of points in the view, given as right, up and depth by `_seen`.
 
     They lie no farther aside than deep, but for the rounding of an end that is level with the camera.
     """
-    x, y = places[:2] / np.maximum(np.abs(places).max(axis=0), np.finfo(np.float64).tiny)
+    x, y = positions[:2] / np.maximum(np.abs(positions).max(axis=0), np.finfo(np.float64).tiny)
     return np.stack(((x + 1) / 2 * camera.width, (1 - y) / 2 * camera.height))

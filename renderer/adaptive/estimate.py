@@ -1,4 +1,4 @@
-"""The picture so far, and what is known of its error.
+"""The picture so far with its samples, labels and error.
 
 All sums are formed in the order of pixels, so that nothing depends on tiles.
 """
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from renderer.adaptive import strata
 from renderer.adaptive.guides import Around
-from renderer.adaptive.lattice import NODE, Picture, Ways
+from renderer.adaptive.lattice import NODE, Axes, Picture
 from renderer.adaptive.levels import (
     COUNTS,
     COVERAGES,
@@ -23,7 +23,7 @@ from renderer.adaptive.levels import (
     Levels,
 )
 from renderer.adaptive.rays import Labels
-from renderer.adaptive.requests import FIRST_AIM, NEXT_AIM, LevelRequest, first_levels, first_stride
+from renderer.adaptive.requests import AIM_FACTOR, FIRST_AIM, LevelRequest, first_levels, first_stride
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.uncertainty import ErrorEstimate
@@ -36,58 +36,49 @@ from schemas.tiles import Tile
 
 
 class State(Enum):
-    """What the next pass of a picture does."""
+    """The kind of the next pass; the package's docstring draws how they follow each other."""
 
     LATTICE = "lattice"
-    """Takes the nodes of a lattice that grows finer where the picture is not smooth."""
-
     PROBES = "probes"
-    """Covers pixels at borders with rays that find which shapes they show, and samples probes, which measure
-    how far the picture is from the converged one."""
-
     SAMPLE = "sample"
-    """Samples where that lowers the error most."""
-
     DONE = "done"
-    """There is none: the error is reached, or more samples would not lower it."""
 
     @property
     def is_measured(self) -> bool:
-        """Whether probes have measured how far the picture is from the converged one."""
+        """Whether probes have measured the error of the picture."""
         return self in (State.SAMPLE, State.DONE)
 
 
 @dataclass(slots=True, eq=False)
 class Estimate:
-    """An adaptive picture.
+    """A picture of target quality in progress.
 
     A pass brings the pixels from the levels that they `have` to those that it wants (`levels`). Between
-    passes `advance` decides.
+    passes `controller.advance` decides.
 
     Attributes
     ----------
     plan : TargetPlan
     values : (3, H, W) float32
-        What pixels show without samples: pilot samples, what is interpolated between them, and at borders the
-        mean of what rays hit.
+        Radiance without samples: pilot samples, values interpolated between nodes, and at borders the means
+        of what rays hit.
     pilots : (3, H, W) float32
-        The pilot samples alone, once pixels at borders show something else.
+        The pilot samples alone, once border pixels show something else.
     labels : (H, W) int32
-        What the pilot samples hit.
+        Of the pilot samples' hits.
     colors : (3, H, W) float32
-        What textures gave there, 1 where there was none.
+        Texture colours there, 1 without a texture.
     others : (3, H, W) float32
-        Radiance of what borders show and no pilot sample around has hit; NaN where they are not covered yet.
+        Radiance of what border pixels show and no pilot sample around has hit; NaN before they are covered.
     controlled : (H, W) bool
-        Pixels whose samples are differences from a control variate, whose mean `values` are.
+        Pixels whose samples are differences from a control variate with the mean `values`.
     contrasts : (H, W) float32
-        Squared error to expect of one ray at borders, if it estimated the share of what it hits.
-    spread : (H, W) float32
-        Squared errors there, mean over channels, as measured, because shares are not exact.
-    doubts : (H, W) float32
-        Squared errors to expect, mean over channels: at borders because brightness is not exact, between
-        nodes because the picture bends, and of pilot samples that hit what varies within the pixel at a few
-        places.
+        Expected squared error of border pixels if one ray estimated the coverage.
+    coverage_variance : (H, W) float32
+        Measured squared standard error of border pixels due to their coverage, mean over channels.
+    expected_error : (H, W) float32
+        Expected squared error, mean over channels: at borders of the brightness of their parts, between nodes
+        of interpolation, and of pilot samples that shade fine texture at a few points.
     have, want : (H, W) uint8
     coverage, cover : (H, W) uint8
         Numbers of `levels.COVERAGES`: present, and requested.
@@ -96,26 +87,26 @@ class Estimate:
     squares : (H, W) float64
         Sum over the samples of squares about their mean, mean over channels.
     shown : (H, W) bool
-        Pixels whose samples are to be shown, and not the pilot sample or what is interpolated.
-    kept : (H, W) bool
-        Those of them that show the latter still, as they have too few samples to be better.
-    ways : (H, W) uint8
-        How pixels that are not shown are interpolated between those that are (`between`).
+        Pixels that show their samples, in place of their pilot sample or an interpolated value.
+    pilot_kept : (H, W) bool
+        Those of them that still show the latter, as they have too few samples to be better.
+    axes : (H, W) uint8
+        Axis along which pixels that are not shown are interpolated (`lattice`).
     strata : (H, W) int64
     probe_probability : (strata.COUNT,) float64
         Share of the pixels of each stratum that are probes.
     state : State
-        What the next pass does.
+        Of the next pass.
     stride : int
-        Pixels between the nodes of the lattice, with those that the next pass adds.
+        Pixels between the nodes of the lattice, those of the next pass included.
     rounds : int
-        Times that samples were decided about, after the probes.
+        Sampling decisions so far, after the probes.
     aims : int
-        How often the error aimed at was halved, where there is a time limit.
-    outlook : int
-        Camera rays that are expected in all passes to come.
+        Times that the error aimed at was halved, where there is a time limit.
+    predicted_rays : int
+        Camera rays of all passes to come.
     error : ErrorEstimate or None
-        None before anything is known.
+        None before the probes.
     """
 
     plan: TargetPlan
@@ -126,8 +117,8 @@ class Estimate:
     others: Picture
     controlled: Masks
     contrasts: NDArray[np.float32]
-    spread: NDArray[np.float32]
-    doubts: NDArray[np.float32]
+    coverage_variance: NDArray[np.float32]
+    expected_error: NDArray[np.float32]
     have: Levels
     want: Levels
     coverage: Levels
@@ -135,20 +126,20 @@ class Estimate:
     halves: Floats
     squares: Floats
     shown: Masks
-    kept: Masks
-    ways: Ways
+    pilot_kept: Masks
+    axes: Axes
     strata: Integers
     probe_probability: Floats
     state: State
     stride: int
     rounds: int = 0
     aims: int = 0
-    outlook: int = 0
+    predicted_rays: int = 0
     error: ErrorEstimate | None = None
 
     @classmethod
     def begin(cls, plan: TargetPlan) -> "Estimate":
-        """Nothing but what the first pass wants: pilot samples or samples on a coarse lattice."""
+        """The empty picture with the first pass requested: pilot samples or samples on a coarse lattice."""
         size = plan.height, plan.width
         want = first_levels(plan, Tile(0, 0, 0, plan.width, plan.height))
         sampled = want >= SAMPLED
@@ -161,8 +152,8 @@ class Estimate:
             others=np.full((3, *size), np.nan, dtype=np.float32),
             controlled=np.zeros(size, dtype=bool),
             contrasts=np.zeros(size, dtype=np.float32),
-            spread=np.zeros(size, dtype=np.float32),
-            doubts=np.zeros(size, dtype=np.float32),
+            coverage_variance=np.zeros(size, dtype=np.float32),
+            expected_error=np.zeros(size, dtype=np.float32),
             have=np.zeros(size, dtype=np.uint8),
             coverage=np.zeros(size, dtype=np.uint8),
             cover=np.zeros(size, dtype=np.uint8),
@@ -170,9 +161,9 @@ class Estimate:
             halves=np.zeros((HALVES, 3, *size)),
             squares=np.zeros(size),
             shown=sampled,
-            kept=np.zeros(size, dtype=bool),
-            ways=np.full(size, NODE, dtype=np.uint8),
-            strata=np.full(size, strata.STEPS - 1),
+            pilot_kept=np.zeros(size, dtype=bool),
+            axes=np.full(size, NODE, dtype=np.uint8),
+            strata=np.full(size, strata.STEPS_PER_KIND - 1),
             probe_probability=np.zeros(strata.COUNT),
             state=State.LATTICE,
             stride=first_stride(plan),
@@ -181,8 +172,7 @@ class Estimate:
     @classmethod
     def restored(cls, plan: TargetPlan, arrays: dict[str, NDArray[Any]]) -> "Estimate":
         """The estimate that gave `arrays`; ValueError if they are not those of an estimate."""
-        if "known" in arrays:
-            arrays = _of_first_release(arrays)
+        arrays = _of_first_release(arrays)
         odd = {*_ARRAYS, *_COUNTERS, STATE} ^ (arrays.keys() - {ERROR})
         if odd:
             raise ValueError(f"Not the arrays of an estimate: {', '.join(sorted(odd))} missing or unknown.")
@@ -192,7 +182,7 @@ class Estimate:
         return cls(plan=plan, state=State(arrays[STATE].item()), error=error, **known)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """Its whole state besides the plan."""
+        """The whole state but for the plan."""
         known = {name: np.asarray(getattr(self, name)) for name in (*_ARRAYS, *_COUNTERS)}
         known[STATE] = np.array(self.state.value)
         return known if self.error is None else known | {ERROR: self.error.array()}
@@ -221,22 +211,19 @@ class Estimate:
 
     @property
     def aim(self) -> float:
-        """The error that the next pass aims at.
-
-        Where time is short it is coarse to begin with, so that the error falls as fast as it can.
-        """
+        """The error that the next pass aims at: coarse first under a time limit, so that it falls fast."""
         assert isinstance(self.plan.quality, TargetQuality)
         if self.plan.quality.time_limit is None:
             return self.target
-        return float(max(self.target, FIRST_AIM * NEXT_AIM**self.aims))
+        return float(max(self.target, FIRST_AIM * AIM_FACTOR**self.aims))
 
     @property
     def budget(self) -> float:
-        """Sum of squared errors, mean over channels, that the aim allows."""
+        """Sum of squared errors, mean over channels, at which the aim is reached."""
         return self.aim**2 * self.have.size
 
     def take(self, tile: Tile, samples: Samples) -> None:
-        """Add what this pass has found in a tile. The order of tiles does not matter."""
+        """Merge the samples of a tile. The order of tiles does not matter."""
         part = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
         have, want = self.have[part], self.want[part]
         requested = self.requested.part(tile)
@@ -244,7 +231,7 @@ class Estimate:
         put(self.values.reshape(3, -1), previewed, samples.pilots)
         self.labels.ravel()[previewed] = samples.labels
         put(self.colors.reshape(3, -1), previewed, samples.colors)
-        self.doubts.ravel()[previewed] = samples.residues
+        self.expected_error.ravel()[previewed] = samples.shading_errors
         covered = self._numbers(tile, requested.covered)
         self._cover(covered, samples)
         self._add(self._numbers(tile, requested.sampled), samples)
@@ -258,18 +245,18 @@ class Estimate:
         return (rows + tile.y0) * self.have.shape[1] + columns + tile.x0
 
     def _cover(self, pixels: Integers, samples: Samples) -> None:
-        """Put other means under the samples of pixels (m,) at borders, which are differences from them."""
+        """Change the control variates of border pixels (m,), and their samples, which are differences."""
         values, others = self.values.reshape(3, -1), self.others.reshape(3, -1)
         change = (samples.covers - taken(values, pixels)) * (self.have.ravel()[pixels] >= SAMPLED)
         for half in self.halves.reshape(HALVES, 3, -1):
             add(half, pixels, change)
         put(values, pixels, samples.covers)
         put(others, pixels, samples.others)
-        self.spread.ravel()[pixels] = samples.spread
+        self.coverage_variance.ravel()[pixels] = samples.coverage_variance
         self.controlled.ravel()[pixels] = True
 
     def _add(self, pixels: Integers, samples: Samples) -> None:
-        """Join new samples of pixels (m,) with those that they have (Chan, Golub, LeVeque 1979)."""
+        """Merge new samples of pixels (m,) with earlier ones (Chan, Golub, LeVeque 1979)."""
         before, after = COUNTS[self.have.ravel()[pixels]], COUNTS[self.want.ravel()[pixels]]
         share = (after - before) / after
         halves = self.halves.reshape(HALVES, 3, -1)
@@ -300,29 +287,26 @@ class Estimate:
         picture = self.values[:, y, x].copy()
         sampled = self.displayed[y, x] & (self.have[y, x] >= SAMPLED)
         if sampled.any():
-            # Differences from a control variate may leave less than nothing where all is dark.
+            # Differences from a control variate may leave a negative sum in the dark.
             picture[:, sampled] = np.maximum(self.halves[:, :, y, x][:, :, sampled].mean(axis=0), 0)
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
     def needs_pilots(self) -> bool:
-        """Whether the pass needs what pilot samples around pixels found."""
+        """Whether the pass needs the pilot samples around its pixels."""
         return self.requested.needs_pilots(self.plan)
 
     @property
     def around(self) -> Around:
-        """The pilot samples, as tiles need them."""
+        """The pilot samples that tiles get."""
         return self.pilots, self.labels, self.colors, self.others
 
     @property
     def requested(self) -> LevelRequest:
-        """What pixels have, and what the pass wants of them."""
+        """Levels that the pixels have and that the pass wants."""
         return LevelRequest(self.have, self.want, self.coverage, self.cover)
 
     def counts(self) -> Integers:
-        """Camera rays through each pixel, (H, W): of its pilot sample, or of its coverage and its samples.
-
-        Those of a probe count, though it may show its pilot sample.
-        """
+        """Camera rays through each pixel, (H, W), those of probes included."""
         return np.asarray(COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == PREVIEWED))
 
     def rays_wanted(self) -> int:
@@ -331,12 +315,12 @@ class Estimate:
         return int(samples.sum() + covers.sum())
 
     def work_wanted(self) -> float:
-        """Work of the next pass, in samples."""
+        """Cost of the next pass, in camera samples."""
         _, samples, covers = self._wanted()
         return float(samples.sum() + RAY_PRICE * covers.sum())
 
     def work_in_cells(self, side: int) -> Floats:
-        """The same in each square of so many pixels a side, (a, b)."""
+        """Cost in each square of `side` by `side` pixels, (a, b)."""
         height, width = (-(-size // side) for size in self.have.shape)
         pixels, samples, covers = self._wanted()
         rows, columns = np.divmod(pixels, self.have.shape[1])
@@ -345,7 +329,7 @@ class Estimate:
         return work.astype(np.float64).reshape(height, width)
 
     def _wanted(self) -> tuple[Integers, Integers, Integers]:
-        """Pixels (n,) of which the next pass wants something, and the samples and other rays of each."""
+        """Pixels (n,) of the next pass, and the samples and coverage rays of each."""
         have, want, coverage, cover = (
             map_.ravel() for map_ in (self.have, self.want, self.coverage, self.cover)
         )
@@ -357,30 +341,40 @@ class Estimate:
     @property
     def displayed(self) -> Masks:
         """Pixels whose samples are shown, (H, W)."""
-        return self.shown & ~self.kept
+        return self.shown & ~self.pilot_kept
 
 
 def _of_first_release(arrays: dict[str, Any]) -> dict[str, Any]:
-    """The arrays of an estimate that version 0.1.0 has stored.
+    """Convert arrays that version 0.1.0 has stored.
 
-    It showed the samples of all strata and had more states, and at borders others counted as 0 in the control
-    variate.
+    It showed the samples of all strata, had more states, and others counted as 0 in the control variate.
     """
-    covered, known = arrays["coverage"] > 0, arrays["known"]
-    arrays = arrays | {
-        "kept": np.zeros(covered.shape, dtype=bool),
+    arrays = {_RENAMED.get(name, name): array for name, array in arrays.items()}
+    if "known" not in arrays:
+        return arrays
+    covered, known = arrays["coverage"] > 0, arrays.pop("known")
+    if arrays[STATE].item() in {"preview", "borders"}:
+        arrays[STATE] = np.array(State.LATTICE.value)
+    return arrays | {
+        "pilot_kept": np.zeros(covered.shape, dtype=bool),
         "others": np.where(covered, np.float32(0), np.full_like(known, np.nan)),
         "controlled": covered | known.any(axis=0),
         "values": np.where(covered, known, arrays["values"]),
     }
-    if arrays[STATE].item() in {"preview", "borders"}:
-        arrays[STATE] = np.array(State.LATTICE.value)
-    return {name: array for name, array in arrays.items() if name != "known"}
 
 
 STATE, ERROR = "state", "error"
 """Names of the arrays of an estimate's state, and of its error where that is known."""
 
-_COUNTERS = ("stride", "rounds", "aims", "outlook")
+_COUNTERS = ("stride", "rounds", "aims", "predicted_rays")
 
 _ARRAYS = tuple(item.name for item in fields(Estimate) if item.name not in {"plan", STATE, ERROR, *_COUNTERS})
+
+_RENAMED = {
+    "spread": "coverage_variance",
+    "doubts": "expected_error",
+    "kept": "pilot_kept",
+    "ways": "axes",
+    "outlook": "predicted_rays",
+}
+"""Stored names of version 0.1.0."""

@@ -1,7 +1,7 @@
-"""Lights that pixels show: a light's share of a pixel is an area, so that no ray has to find it.
+"""Visible lights in pixels: areas of their clipped outlines, with rays for the occluded share alone.
 
-A lamp that covers a thousandth of a pixel whitens it where it is a thousand times as bright as white, and few
-rays hit it. What its outline covers of the pixel is known; rays through that part find how much is hidden.
+A lamp that covers a thousandth of a pixel and is a thousand times as bright as white makes it white, and few
+rays would hit it.
 """
 
 from dataclasses import dataclass
@@ -23,11 +23,11 @@ class Pieces:
     Attributes
     ----------
     pixels : (m,) int64
-        Which of n pixels.
+        Indices of the pixels.
     lights : (m,) int64
         Numbers of the lights.
     corners : (m, V, 2) float64
-        Of convex polygons: across and along, from 0 to 1 in the pixel. A corner may be there more than once.
+        Of convex polygons: across and along, from 0 to 1 in the pixel. Corners may be repeated.
     """
 
     pixels: Integers
@@ -39,7 +39,7 @@ class Pieces:
         return self._triangles().sum(axis=1)
 
     def places(self, across: Floats, along: Floats) -> Floats:
-        """Points of the unit square, (m, k) each, carried onto the polygons, area to area: (2, m, k)."""
+        """Map points of the unit square, (m, k) each, onto the polygons, (2, m, k), preserving areas."""
         areas = np.cumsum(self._triangles(), axis=1)
         wanted = across * areas[:, -1:]
         which = np.minimum((wanted[:, :, None] >= areas[:, None]).sum(axis=2), areas.shape[1] - 1)
@@ -52,14 +52,14 @@ class Pieces:
         return np.moveaxis(start + inside * (first - start + along[..., None] * (second - first)), 2, 0)
 
     def _triangles(self) -> Floats:
-        """Areas (m, V - 2) of the triangles that fan out from the first corner."""
+        """Areas (m, V - 2) of the triangle fan from the first corner."""
         away = self.corners[:, 1:] - self.corners[:, :1]
         (x, y), (next_x, next_y) = (np.moveaxis(ends, 2, 0) for ends in (away[:, :-1], away[:, 1:]))
         return np.abs(x * next_y - y * next_x) / 2
 
 
 def lit(labels: Labels, edges: Integers) -> Masks:
-    """Pixels (H, W) whose pilot sample hit a light, or that `edges` (2, N) of lights pass."""
+    """Pixels (H, W) whose pilot sample hit a light, or that `edges` (2, N) of lights cross."""
     found = of_lights(labels)
     columns, rows = edges
     found[rows, columns] = True
@@ -72,7 +72,7 @@ NONE = Pieces(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3, 2)))
 def pieces_of(
     camera: Pinhole, visible: tuple[LightSurfaces, ...], columns: Integers, rows: Integers
 ) -> Pieces:
-    """Parts of pixels (n,) covered by unoccluded lights."""
+    """Clip the outlines of lights to pixels (n,)."""
     found = [
         _pieces(camera, lights.rectangles, light, columns, rows)
         for lights in visible
@@ -90,7 +90,7 @@ def pieces_of(
 
 def _pieces(camera: Pinhole, lights: Rectangles, light: int, columns: Integers, rows: Integers) -> Pieces:
     outline = _seen_from(camera, lights, light)
-    # By quarters of a pixel: the camera of a part of a picture knows only places inside its pixels.
+    # By quarters of a pixel: the camera of a part of a picture accepts only positions inside its pixels.
     left, top = camera.screen(np.float64(0.25) + columns, np.float64(0.25) + rows)
     right, bottom = camera.screen(np.float64(0.75) + columns, np.float64(0.75) + rows)
     middle, size = np.stack((left + right, top + bottom)) / 2, 2 * np.stack((right - left, bottom - top))
@@ -113,7 +113,7 @@ def _pieces(camera: Pinhole, lights: Rectangles, light: int, columns: Integers, 
 
 
 def _seen_from(camera: Pinhole, lights: Rectangles, light: int) -> Floats:
-    """Corners of a light around its outline, (3, 4): right, up and forward from the camera."""
+    """Corners around a light, (3, 4): right, up and forward from the camera."""
     first, second = lights.first[:, light, None], lights.second[:, light, None]
     away = lights.anchors[:, light, None] - camera.position
     corners = np.hstack((away, away + first, away + first + second, away + second))
@@ -121,18 +121,18 @@ def _seen_from(camera: Pinhole, lights: Rectangles, light: int) -> Floats:
 
 
 def _cut(polygons: Floats, inside: Floats) -> Floats:
-    """The parts of convex polygons (m, V, 3) where a linear function is not negative, (m, V + 1, 3).
+    """Clip convex polygons (m, V, 3) to where a linear function is not negative: (m, V + 1, 3).
 
-    `inside` (m, V) are its values at the corners. Where nothing is left all corners are one.
+    `inside` (m, V) are its values at the corners. All corners of empty polygons coincide.
     """
     following = np.roll(inside, -1, axis=1)
-    kept = inside >= 0
-    crossing = kept != (following >= 0)
+    pilot_kept = inside >= 0
+    crossing = pilot_kept != (following >= 0)
     share = np.divide(inside, inside - following, out=np.zeros_like(inside), where=crossing)
     between = polygons + share[:, :, None] * (np.roll(polygons, -1, axis=1) - polygons)
     count = polygons.shape[1]
     both = np.stack((polygons, between), axis=2).reshape(len(polygons), 2 * count, 3)
-    valid = np.stack((kept, crossing), axis=2).reshape(len(polygons), 2 * count)
+    valid = np.stack((pilot_kept, crossing), axis=2).reshape(len(polygons), 2 * count)
     order = np.argsort(~valid, axis=1, kind="stable")[:, : count + 1]
     there: Masks = np.take_along_axis(valid, order, axis=1)
     found = np.take_along_axis(both, order[:, :, None], axis=1)

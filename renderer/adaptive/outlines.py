@@ -1,7 +1,7 @@
-"""Outlines of triangles that share edges: where a mesh ends as it is seen from a place, however thin it is.
+"""Silhouettes of triangle meshes, and where two of them that face away from each other are close.
 
-A triangle of a mesh says little: most are smaller than a pixel and parts of something larger. Whatever is
-thin has two outlines close to each other that face away from each other, and so has a thin gap.
+Such pairs bound thin shapes and thin gaps. Single triangles of a mesh tell nothing, as most are smaller than
+a pixel and part of something larger.
 """
 
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.edges import Places, places_along
+from renderer.adaptive.edges import EdgePositions, positions_along
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, Integers, Masks, cross, dot, taken
 from renderer.math.streams import keys
@@ -19,15 +19,15 @@ from renderer.shapes.triangles import Triangles
 NEXT = np.array([1, 2, 0])
 """The vertex after each vertex of a triangle."""
 
-OPPOSED = 1.2
-"""Length of the sum of outward vectors, each as long as its edge, in three by three squares, over the side of
-a square, below which outlines there face away from each other. A single one crosses two squares or three,
-however much it is folded: that of a fine mesh runs to and fro between triangles that are seen edge-on."""
+FACING_AWAY = 1.2
+"""Length of the sum of outward vectors, each as long as its edge, over three by three cells, in sides of a
+cell, below which silhouettes in them face away from each other. A single one crosses two cells or three,
+however much it is folded: that of a fine mesh zigzags between triangles that are seen edge-on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outline:
-    """Edges (M,) that outlines of triangles consist of.
+    """Silhouette edges (M,) of flat shapes.
 
     Attributes
     ----------
@@ -45,18 +45,18 @@ class Outline:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SharedEdges:
-    """Edges of triangles and the neighbours that have them in common.
+    """Edges of triangles with their adjacency.
 
     Attributes
     ----------
     numbers : (K,) int64
     vertices : (3, 3, K) float64
     alone : (A,) int64
-        Edges of one triangle, or of more than two; edge j of triangle k has the number j K + k.
+        Edges of one triangle or of more than two; edge j of triangle k has the number j K + k.
     pairs : (2, B) int64
-        Edges of two triangles: as either has it.
+        Edges of two triangles: their numbers in either.
     alike : (B,) bool
-        Whether both triangles run along it the same way, which those of a surface do not.
+        Whether both triangles traverse it in the same direction, unlike those of an oriented surface.
     """
 
     numbers: Integers
@@ -67,7 +67,7 @@ class SharedEdges:
 
     @classmethod
     def of(cls, numbers: Integers, vertices: Floats) -> "SharedEdges":
-        """Those of triangles (3, 3, K); vertices at the same place are one."""
+        """Adjacency of triangles (3, 3, K); vertices at equal positions are identified."""
         names = _names(vertices)
         after = names[NEXT]
         both = (names + after).ravel()
@@ -81,7 +81,7 @@ class SharedEdges:
         return cls(numbers, vertices, alone, pairs, rising[pairs[0]] == rising[pairs[1]])
 
     def outline(self, place: Floats, weight: float = 1.0) -> Outline:
-        """The outline as seen from a place (3, 1); weight 0 stands for a direction."""
+        """Silhouette from a position (3, 1), or from a direction with weight 0."""
         a, b, c = self.vertices
         faces = np.sign(dot(cross(b - a, c - a), place - weight * a))
         one, other = (faces[side % faces.size] for side in self.pairs)
@@ -95,7 +95,7 @@ class SharedEdges:
 
 
 def outline_of(family: Family, place: Floats, weight: float = 1.0) -> Outline:
-    """The outline of flat shapes as seen from a place (3, 1); weight 0 stands for a direction."""
+    """Silhouette of flat shapes from a position (3, 1), or from a direction with weight 0."""
     if isinstance(family, Triangles):
         return SharedEdges.of(family.numbers, family.vertices).outline(place, weight)
     hulls = family.hulls()
@@ -106,29 +106,29 @@ def outline_of(family: Family, place: Floats, weight: float = 1.0) -> Outline:
 
 
 def _names(vertices: Floats) -> NDArray[np.uint64]:
-    """A number for the place of each vertex, (3, K): equal for equal coordinates."""
+    """Hash of each vertex's position, (3, K)."""
     x, y, z = np.ascontiguousarray((vertices + 0.0).transpose(1, 0, 2)).view(np.uint64)
     return keys(0, x, y, z)
 
 
-def thin_places(camera: Pinhole, outline: Outline, within: int) -> Places:
-    """Those places along an outline that have another about so many pixels beside them, facing away."""
-    places = places_along(camera, outline.starts, outline.ends)
+def thin_positions(camera: Pinhole, outline: Outline, within: int) -> EdgePositions:
+    """Positions along a silhouette with another one facing away about `within` pixels beside them."""
+    positions = positions_along(camera, outline.starts, outline.ends)
     rows, columns = -(-camera.height // within), -(-camera.width // within)
-    cells = places.pixels[1] // within * columns + places.pixels[0] // within
-    across, along = taken(_outward(camera, outline), places.edges) * places.lengths
+    cells = positions.pixels[1] // within * columns + positions.pixels[0] // within
+    across, along = taken(_outward(camera, outline), positions.edges) * positions.lengths
 
     def around(values: Floats) -> Floats:
-        """Sums over the places in squares of so many pixels, and the eight squares around each."""
+        """Sums over the positions in each cell and the eight cells around it."""
         padded = np.pad(np.bincount(cells, values, rows * columns).reshape(rows, columns), 1)
         across = padded[:, :-2] + padded[:, 1:-1] + padded[:, 2:]
         return (across[:-2] + across[1:-1] + across[2:]).ravel()
 
-    return places.some((np.hypot(around(across), around(along)) < OPPOSED * within)[cells])
+    return positions.select((np.hypot(around(across), around(along)) < FACING_AWAY * within)[cells])
 
 
 def _outward(camera: Pinhole, outline: Outline) -> Floats:
-    """Unit vectors (2, M) on the picture across edges, away from their triangles."""
+    """Unit vectors (2, M) on the picture, normal to edges and away from their triangles."""
     starts, ends, inner = (place - camera.position for place in (outline.starts, outline.ends, outline.inner))
     normal = cross(starts, ends)
     across, along = dot(normal, camera.right), -dot(normal, camera.up)

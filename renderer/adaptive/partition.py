@@ -1,8 +1,8 @@
-"""Cutting a picture into tiles that share out the work of a pass evenly.
+"""Partition of a picture into tiles of equal work.
 
-Most passes of target quality ask for something along edges and shadows alone, so tiles of equal size would
-have very different amounts to do. A rectangle is cut in two across its longer side, where the work on
-either side is that of the tiles it is to make, and each part again.
+Most passes of target quality work along edges and shadows alone, so tiles of equal size would take very
+different times. A rectangle is cut in two across its longer side in proportion to the tiles that either part
+is to make, and each part again.
 """
 
 from math import ceil
@@ -15,34 +15,34 @@ from renderer.math.arrays import Floats
 from renderer.tiling import tiles
 from schemas.tiles import Pass, Tile
 
-PER_WORKER = 4
-"""Tiles for each worker: while one is at its last, the others have little to wait for."""
+TILES_PER_WORKER = 4
+"""Tiles for each worker, so that none waits long for the last tile of another."""
 
-SHORTEST, LONGEST = 0.015, 0.25
-"""CPU seconds. No cut leaves tiles predicted to take less than `SHORTEST`: one of `soft` costs 3 to 4 ms for
-its calls. None is predicted to take more than `LONGEST`: watchers wait for it, and a deadline may lose it."""
+MIN_TILE_SECONDS, MAX_TILE_SECONDS = 0.015, 0.25
+"""Least and most predicted CPU seconds of a tile: the calls of one of `soft` take 3 to 4 ms, viewers wait for
+a tile, and a deadline may lose it."""
 
-CELLS = 128
-"""Most cells along the longer side of the picture; tiles are cut between them. Finding the cuts takes far
-less than a tile."""
+MAX_CELLS = 128
+"""Most cells along the longer side of the picture, between which it is cut. Finding the cuts takes far less
+than a tile."""
 
 
 def pass_tiles(
     estimate: Estimate, prices: Prices, workers: int, tile_size: int | None, *, records: bool
 ) -> list[Tile]:
-    """The tiles of the next pass in which it has something to do.
+    """Tiles of the next pass that have work.
 
     Parameters
     ----------
     estimate : Estimate
     prices : dict
-        As measured so far.
+        Measured so far.
     workers : int
-        Processes that share the pass; 0 where single tiles are not awaited.
+        Processes that share the pass; 0 if no one waits for single tiles.
     tile_size : int or None
-        Side of the tiles; None for tiles of about equal work.
+        Side of the tiles, pixels; None for tiles of about equal work.
     records : bool
-        Whether the pass records layers, which all pixels have.
+        Whether the pass records layers, of all pixels.
     """
     if tile_size:
         found = tiles(estimate.plan, Pass(index=0, stride=1, first=0, last=0), tile_size)
@@ -50,9 +50,11 @@ def pass_tiles(
         return [tile for tile in found if records or more[tile.y0 : tile.y1, tile.x0 : tile.x1].any()]
     layers = estimate.have.size * prices[LAYERS] if records else 0.0
     seconds = estimate.work_wanted() * prices[kind_of(estimate)] + layers
-    count = max(ceil(seconds / LONGEST), min(PER_WORKER * workers, int(seconds / SHORTEST)), 1)
+    count = max(
+        ceil(seconds / MAX_TILE_SECONDS), min(TILES_PER_WORKER * workers, int(seconds / MIN_TILE_SECONDS)), 1
+    )
     side, (height, width) = estimate.stride, estimate.have.shape
-    while side * CELLS < max(width, height):
+    while side * MAX_CELLS < max(width, height):
         side *= 2
     return partition(estimate.work_in_cells(side), side, width, height, count)
 
@@ -63,25 +65,24 @@ def partition(work: Floats, side: int, width: int, height: int, count: int) -> l
     Parameters
     ----------
     work : (a, b) float64
-        Of each cell, at least 0; those of the last row and column may reach beyond the picture.
+        Of each cell, at least 0; cells of the last row and column may reach beyond the picture.
     side : int
         Of a cell, pixels.
     width, height : int
         Of the picture, pixels.
     count : int
-        Tiles at most; there are fewer where cells are too few, or where the work cannot be cut evenly.
+        Most tiles; fewer where cells are too few or the work cannot be cut evenly.
 
     Returns
     -------
     list of Tile
-        Disjoint, numbered from 0, row by row as far as cuts allow. They hold all cells with work; what has
-        none may be in no tile.
+        Disjoint, numbered from 0, row by row as far as cuts allow. They contain all cells with work.
     """
     cuts = _cut(work, (0, 0, work.shape[1], work.shape[0]), count)
-    places = sorted((y0, x0, y1, x1) for x0, y0, x1, y1 in cuts)
+    corners = sorted((y0, x0, y1, x1) for x0, y0, x1, y1 in cuts)
     return [
         Tile(index, x0 * side, y0 * side, min(x1 * side, width), min(y1 * side, height))
-        for index, (y0, x0, y1, x1) in enumerate(places)
+        for index, (y0, x0, y1, x1) in enumerate(corners)
     ]
 
 

@@ -1,7 +1,6 @@
-"""Camera rays through scattered pixels, and labels of what they hit.
+"""Camera rays through scattered pixels, and labels of their hits.
 
-A label is small enough for a map of the picture: a shape's number, -1 for the background, -2 and below for
-lights.
+A label is a shape's number, -1 for the background, -2 and below for lights, as int32 in maps of the picture.
 """
 
 import numpy as np
@@ -18,7 +17,7 @@ Labels = NDArray[np.int32]
 def camera_rays(
     plan: RenderPlan, columns: Integers, rows: Integers, samples: Integers, place: tuple[Floats, Floats]
 ) -> Rays:
-    """Rays of samples (n,) through pixels (n,), at places in them (n,) and (n,)."""
+    """Rays of samples (n,) through pixels (n,), at two coordinates (n,) within them."""
     pixels = plan.camera.numbers(columns, rows)
     origins, directions = plan.camera.rays(columns + place[0], rows + place[1], pixels, samples)
     bounds = plan.camera.bounds(columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
@@ -26,17 +25,17 @@ def camera_rays(
 
 
 def labels_of(shapes: Integers) -> NDArray[np.int32]:
-    """Labels (n,) of the shape numbers of rays."""
+    """Labels (n,) of the shape numbers that rays have hit."""
     return np.where(shapes >= EMITTER, EMITTER - 2 - shapes, shapes).astype(np.int32)
 
 
 def of_lights(labels: NDArray[np.int32]) -> Masks:
-    """Mask of labels that stand for lights."""
+    """Mask of labels of lights."""
     return np.asarray(labels < MISS)
 
 
 def of_labels(shapes: Masks, labels: NDArray[np.int32]) -> Masks:
-    """What a mask of the scene's shapes says of labels, False where they show no shape."""
+    """Mask of labels whose shape is in a mask `shapes` (K,)."""
     if not shapes.any():
         return np.zeros(labels.shape, dtype=bool)
     return np.take(np.append(False, shapes), labels + 1, mode="clip")

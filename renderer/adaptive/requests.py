@@ -1,4 +1,4 @@
-"""What a pass asks for: levels of pixels, and all that a worker needs to bring those of a tile to them."""
+"""Requests of a pass: levels of pixels, and what a worker needs to bring those of a tile to them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,20 +16,20 @@ from renderer.math.arrays import Masks
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 
-FIRST_AIM, NEXT_AIM = 2.0**-8, 0.5
-"""With a time limit: the first error aimed at, and each next one as a share of the last."""
+FIRST_AIM, AIM_FACTOR = 2.0**-8, 0.5
+"""Under a time limit: the first error aimed at, and the ratio of each next one to the last."""
 
-COARSER = 2
-"""Stride of the first lattice through a lens, over that of pilot samples: a node costs eight rays or more."""
+LENS_STRIDE_FACTOR = 2
+"""Stride of the first lattice through a lens over that of pilot samples: a node costs eight rays or more."""
 
 
 def first_stride(plan: TargetPlan) -> int:
-    """Pixels between the nodes of a picture's first lattice, also of a part of the picture."""
-    return stride_for(*plan.document.camera.picture_size) * (1 if plan.pilot else COARSER)
+    """Pixels between the nodes of the first lattice, by the size of the whole picture."""
+    return stride_for(*plan.document.camera.picture_size) * (1 if plan.pilot else LENS_STRIDE_FACTOR)
 
 
 def first_levels(plan: TargetPlan, tile: Tile) -> Levels:
-    """Levels requested by the first pass for the pixels of a tile, (h, w)."""
+    """Levels that the first pass requests of the pixels of a tile, (h, w)."""
     target = plan.quality
     assert isinstance(target, TargetQuality)
     aim = target.error if target.time_limit is None else max(target.error, FIRST_AIM)
@@ -42,12 +42,12 @@ def first_levels(plan: TargetPlan, tile: Tile) -> Levels:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LevelRequest:
-    """What the pixels of a tile have and what a pass wants of them, all (h, w) uint8.
+    """Present and requested levels of the pixels of a tile, all (h, w) uint8.
 
     Attributes
     ----------
     have, want
-        Levels. A pixel whose wanted level is not higher gets no samples.
+        Levels. A pixel whose requested level is not higher gets no samples.
     coverage, cover
         Numbers of `levels.COVERAGES` at borders: present, and requested.
     """
@@ -74,34 +74,33 @@ class LevelRequest:
 
     @property
     def rising(self) -> Masks:
-        """Pixels of which anything is requested."""
+        """Pixels with any request."""
         return (self.want > self.have) | self.covered
 
     @property
     def guided(self) -> Masks:
-        """Pixels whose samples are differences from the guide."""
+        """Pixels whose samples are differences from the control variate of borders."""
         return (self.coverage > 0) | (self.cover > 0)
 
     @classmethod
     def first(cls, want: Levels) -> "LevelRequest":
-        """The request for pixels that have nothing."""
+        """Request levels of pixels that have nothing."""
         return cls(*(np.zeros_like(want), want, np.zeros_like(want), np.zeros_like(want)))
 
     def needs_pilots(self, plan: TargetPlan) -> bool:
-        """Whether anything is requested of pixels that may have a control variate from pilot samples."""
+        """Whether any requested pixel may have a control variate from pilot samples."""
         if self.covered.any():
             return True
-        adaptive = plan
-        tinted = adaptive.pilot is not None and adaptive.tinted.any()
+        tinted = plan.pilot is not None and plan.tinted.any()
         sampled = self.sampled
         return bool(sampled.any() and (tinted or (sampled & self.guided).any()))
 
     def stacked(self) -> NDArray[np.uint8]:
-        """All of it, (4, h, w), in the order of the fields."""
+        """The fields in their order, (4, h, w)."""
         return np.stack((self.have, self.want, self.coverage, self.cover))
 
     def part(self, tile: Tile) -> "LevelRequest":
-        """Those of a tile, where these are of the picture."""
+        """Levels of a tile, from those of the picture."""
         inside = np.s_[tile.y0 : tile.y1, tile.x0 : tile.x1]
         return LevelRequest(
             *(map_[inside].copy() for map_ in (self.have, self.want, self.coverage, self.cover))
@@ -110,7 +109,7 @@ class LevelRequest:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TileRequest:
-    """What a pass asks of a tile.
+    """Request of a pass for a tile.
 
     Attributes
     ----------
@@ -119,9 +118,9 @@ class TileRequest:
     around : Surroundings or None
         Pilot samples, where `levels.needs_pilots`.
     records : bool
-        Whether the layers that the centres of pixels show are recorded, too: once, in the first pass.
+        Whether layers are recorded at the centres of pixels: in the first pass only.
     limit : TimeLimit or None
-        The first pass has none but for a time slice.
+        Of the first pass only for a time slice.
     """
 
     tile: Tile
@@ -132,7 +131,7 @@ class TileRequest:
 
     @property
     def until(self) -> float:
-        """When the tile has to be finished, by `time.monotonic`; inf where there is no limit."""
+        """Deadline by `time.monotonic`; inf without a limit."""
         return self.limit.until if self.limit else inf
 
 
@@ -145,7 +144,7 @@ def tile_request(
     *,
     first: bool,
 ) -> TileRequest:
-    """What a pass asks of a tile.
+    """Form the request of a pass for a tile.
 
     Parameters
     ----------
@@ -153,10 +152,10 @@ def tile_request(
     tile : Tile
     levels : LevelRequest
     around : callable
-        Gives the pilot samples around the tile; called only if they are needed.
+        Returns the pilot samples around the tile; called only if they are needed.
     limit : TimeLimit or None
     first : bool
-        Whether it is the first pass, which records layers and is never cut short: without it there is no
+        Whether it is the first pass, which records layers and ignores the limit: without it there is no
         picture.
     """
     return TileRequest(
@@ -169,5 +168,5 @@ def tile_request(
 
 
 def records_centres(plan: TargetPlan) -> bool:
-    """Whether the first pass records what the centres of pixels show."""
+    """Whether the first pass records layers at the centres of pixels."""
     return any(layer.values for layer in plan.layers)

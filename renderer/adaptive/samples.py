@@ -1,4 +1,4 @@
-"""What a pass has found in a tile, and the tile's preview before the pass is merged."""
+"""Samples of a tile, and the tile's preview before the pass is merged."""
 
 from dataclasses import dataclass, field
 
@@ -15,23 +15,22 @@ from schemas.tiles import Tile
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """What a pass has found in a tile.
+    """Results of a pass for a tile, pixels in row-major order.
 
-    Pixels are in the order of rows: pilot samples of those that were at level 0, coverage of those at
-    borders, samples of those that continue.
+    Pilot samples of pixels that were at level 0, coverage of border pixels, samples of pixels that continue.
 
     Attributes
     ----------
     pilots : (3, n) float32
     labels : (n,) int32
-        What the pilot samples hit: a shape's number, -1 for the background, -2 and below for lights.
+        Of the pilot samples' hits: a shape's number, -1 for the background, -2 and below for lights.
     colors : (3, n) float32
-        What textures gave at the pilot samples, 1 where there was none.
-    residues : (n,) float32
-        Squared errors to expect of pilot samples that hit what varies within the pixel at a few places.
+        Texture colours at the pilot samples, 1 without a texture.
+    shading_errors : (n,) float32
+        Expected squared errors of pilot samples that shade fine texture at a few points.
     covers, others : (3, k) float32
-    spread : (k,) float32
-        Of pixels at borders (`coverage.Cover`).
+    coverage_variance : (k,) float32
+        Of border pixels (`coverage.Cover`).
     halves : (2, 3, m) float32
         Means of the new samples of either half, or of their differences from a control variate.
     squares : (m,) float32
@@ -42,18 +41,18 @@ class Samples:
     cpu_seconds : float
         As in `TileResult`.
     layers : dict of str to array
-        What the centres of pixels show, in the pass that records it.
+        Recorded at the centres of pixels, in the first pass only.
     layer_seconds : float
-        CPU seconds that this took besides.
+        CPU seconds of recording them.
     """
 
     pilots: NDArray[np.float32]
     labels: NDArray[np.int32]
     colors: NDArray[np.float32]
-    residues: NDArray[np.float32]
+    shading_errors: NDArray[np.float32]
     covers: NDArray[np.float32]
     others: NDArray[np.float32]
-    spread: NDArray[np.float32]
+    coverage_variance: NDArray[np.float32]
     halves: NDArray[np.float32]
     squares: NDArray[np.float32]
     controlled: Masks
@@ -65,10 +64,10 @@ class Samples:
 
 
 def preview(tile: Tile, samples: Samples, levels: LevelRequest, before: Image) -> Image:
-    """The pixels of a tile with what a pass has found there.
+    """The picture of a tile with the results of an unmerged pass.
 
-    What the first pass finds fills the squares of its lattice, later samples join those that a pixel shows.
-    Differences from a control variate, whose mean is not here, are seen when the pass is merged.
+    Nodes of the first pass fill the squares of their lattice; later samples are averaged with earlier ones.
+    Differences from a control variate, whose mean is not known here, wait for the pass to be merged.
 
     Parameters
     ----------
@@ -77,7 +76,7 @@ def preview(tile: Tile, samples: Samples, levels: LevelRequest, before: Image) -
         Of `render_samples` with the same levels.
     levels : LevelRequest
     before : (h, w, 3) float32
-        The tile as it was shown before the pass.
+        The tile before the pass.
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""Strata of pixels by the expected error of their pilot sample, and what probes measure in each stratum.
+"""Strata of pixels by the expected error of their pilot sample, and the error that probes measure in each.
 
-A stratum is a kind of pixel and an octave or so of its expected error. Of each some pixels, chosen by a hash
-of their number, are sampled as probes. From the halves a and b of a probe and the pilot sample v the mean of
-(a - v)(b - v) is the squared error of v, without bias, because the halves are independent.
+A stratum is a kind of pixel and 1.5 octaves of its expected squared error. Some of its pixels, chosen by a
+hash of their number, are sampled as probes. With the halves a and b of a probe and the pilot sample v, the
+mean of (a - v)(b - v) is the squared error of v without bias, because the halves are independent.
 """
 
 from dataclasses import dataclass
@@ -14,33 +14,34 @@ from renderer.adaptive.lattice import Picture
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.math.streams import bits, keys, uniforms
 
-STEPS = 24
+STEPS_PER_KIND = 24
 """Strata of each kind: 1.5 octaves of the squared error each, from below 1e-10 to 1."""
 
-INTERPOLATED, EVEN, BORDER, NEEDS_SAMPLING, SUSPECT = range(5)
-"""Kinds: without a pilot sample; away from other shapes; beside one; with something fine; near a find."""
+INTERPOLATED, EVEN, BORDER, NEEDS_SAMPLING, OUTLIER = range(5)
+"""Kinds: interpolated; away from borders; at borders; with fine detail; where pilot samples may miss
+light."""
 
-UNSEEN = 16.0
-"""The next probe may find this many times the expected error: a few probes miss what is rare."""
+UNSEEN_ERROR_FACTOR = 16.0
+"""Error that the next probe may find, over the expected one: few probes miss rare errors."""
 
-ALONE = 2.0**-8
-"""If one pixel is expected to use this share of the budget, all pixels of its stratum are probes."""
+MAX_PIXEL_BUDGET_SHARE = 2.0**-8
+"""Share of the budget that one pixel may be expected to use; beyond it its whole stratum is probed."""
 
-PROBES_AT_LEAST, PROBES_OF_BUDGET = 16, 50
-"""Least number of probes of a stratum, and of one that is expected to use the whole budget."""
+MIN_PROBES, PROBES_PER_BUDGET = 16, 50
+"""Least probes of a stratum, and further ones if it is expected to use the whole budget."""
 
-COUNT = STEPS * (SUSPECT + 1)
+COUNT = STEPS_PER_KIND * (OUTLIER + 1)
 """Number of strata."""
 
-PROBES = 1 << 41
-"""Stream of random numbers for the choice of probes, apart from those of lights and lens."""
+PROBE_STREAM = 1 << 41
+"""Random number stream that chooses probes, distinct from those of lights and lens."""
 
 
 def expected_errors(values: Picture) -> NDArray[np.float32]:
-    """Squared error, mean over channels, to expect of a pilot sample of each pixel, (H, W).
+    """Expected squared error of the pilot sample of each pixel, (H, W), mean over channels.
 
-    A step of height h somewhere between two pilot samples shows as a second difference h; one errs by
-    h * h / 12 in the mean.
+    A step of height h between two pilot samples appears as a second difference h, and their mean squared
+    error is h * h / 12.
     """
     clipped = np.clip(values, 0, 1)
     across = _squares(np.diff(clipped, n=2, axis=2))
@@ -59,45 +60,45 @@ def _squares(differences: Picture) -> NDArray[np.float32]:
 def strata_of(expected: NDArray[np.float32], kinds: Integers) -> Integers:
     """Stratum of each pixel, (H, W), from its expected error and its kind."""
     steps = (np.log2(np.maximum(expected, 1e-12)) + 36) * np.float32(2 / 3)
-    return np.clip(steps, 0, STEPS - 1).astype(np.int64) + STEPS * kinds
+    return np.clip(steps, 0, STEPS_PER_KIND - 1).astype(np.int64) + STEPS_PER_KIND * kinds
 
 
 def typical_error(strata: Integers) -> Floats:
     """Largest expected error of strata (n,)."""
-    return np.exp2((strata % STEPS + 1) * 1.5 - 36)
+    return np.exp2((strata % STEPS_PER_KIND + 1) * 1.5 - 36)
 
 
 def probe_probability(strata: Integers, expected: NDArray[np.float32], share: float, budget: float) -> Floats:
     """Share (COUNT,) of the pixels of each stratum that are probed.
 
-    At least some everywhere, and more where more of the `budget` of squared errors is expected: of a stratum,
-    and of one of its pixels, as few may err by all that is expected of many.
+    It grows with the share of the `budget` that is expected of a stratum, and of one of its pixels, as the
+    whole error of many may be that of a few.
     """
-    alone = typical_error(np.arange(COUNT)) / (ALONE * budget)
+    alone = typical_error(np.arange(COUNT)) / (MAX_PIXEL_BUDGET_SHARE * budget)
     sizes = np.bincount(strata.ravel(), minlength=COUNT)
     errors = np.bincount(strata.ravel(), expected.ravel(), minlength=COUNT)
-    probes = share * sizes + PROBES_AT_LEAST + PROBES_OF_BUDGET * errors / budget
+    probes = share * sizes + MIN_PROBES + PROBES_PER_BUDGET * errors / budget
     return np.minimum(probes / np.maximum(sizes, 1) + alone, 1.0)
 
 
 def probe_ranks(seed: int, shape: tuple[int, int]) -> Floats:
-    """A number in [0, 1) for each pixel (H, W): a probe where it is below the stratum's probability."""
+    """Hash in [0, 1) of each pixel (H, W): a probe where it is below the stratum's probability."""
     numbers = np.arange(shape[0] * shape[1], dtype=np.int64)
-    return uniforms(bits(keys(seed, PROBES, numbers), 0)).reshape(shape)
+    return uniforms(bits(keys(seed, PROBE_STREAM, numbers), 0)).reshape(shape)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Survey:
-    """What probes measure in each stratum; all (COUNT,).
+class StratumStatistics:
+    """Errors that probes measure in each stratum; all (COUNT,).
 
     Attributes
     ----------
     sizes : int64
-        Pixels whose pilot sample is shown, probes among them.
+        Pixels that show their pilot sample, probes included.
     errors, uncertain : float64
-        Mean squared error of a pilot sample, and the standard error of that.
+        Mean squared error of a pilot sample, and its standard error.
     noise : float64
-        Part of `uncertain` that more samples of the same probes would take away.
+        Part of `uncertain` that more samples of the same probes would remove.
     variances : float64
         Of a single camera sample, mean over channels.
     """
@@ -110,7 +111,7 @@ class Survey:
 
     @property
     def total(self) -> float:
-        """Sum of the squared errors of all pilot samples that are shown."""
+        """Sum of the squared errors of all pixels that show pilot samples."""
         return float((self.sizes * self.errors).sum())
 
     @property
@@ -119,7 +120,7 @@ class Survey:
         return float(((self.sizes * self.uncertain) ** 2).sum())
 
     def unsure(self, allowed: float) -> Masks:
-        """The strata of the largest variances, so that those of all others add up to what is allowed."""
+        """Strata with the largest variances, so that those of all others add up to at most `allowed`."""
         variances = (self.sizes * self.uncertain) ** 2
         order = np.argsort(variances, kind="stable")
         unsure = np.zeros(variances.size, dtype=bool)
@@ -127,15 +128,15 @@ class Survey:
         return unsure
 
 
-def survey(
+def stratum_statistics(
     strata: Integers,
     sizes: Integers,
     errors: Floats,
-    spread: Floats,
+    noise: Floats,
     variances: Floats,
     expected: Floats,
-) -> Survey:
-    """What probes (n,) measure.
+) -> StratumStatistics:
+    """Error of each stratum from probes (n,).
 
     Parameters
     ----------
@@ -143,11 +144,11 @@ def survey(
     sizes : (COUNT,) int64
     errors : (n,) float64
         (a - v)(b - v) of each probe.
-    spread : (n,) float64
-        Its squared standard error, from the difference of its halves.
+    noise : (n,) float64
+        Variance of `errors`, from the difference of the halves.
     variances : (n,) float64
     expected : (n,) float64
-        Squared errors that were expected.
+        Largest expected squared errors of their strata.
     """
     counts = np.maximum(np.bincount(strata, minlength=COUNT), 1)
 
@@ -156,11 +157,11 @@ def survey(
 
     typical = typical_error(np.arange(COUNT))
     unknown = (np.bincount(strata, minlength=COUNT) == 0) & (sizes > 0)
-    unseen = UNSEEN * mean(expected) / counts
-    return Survey(
+    unseen = UNSEEN_ERROR_FACTOR * mean(expected) / counts
+    return StratumStatistics(
         sizes=sizes,
         errors=np.where(unknown, typical, np.maximum(mean(errors), 0)),
         uncertain=np.where(unknown, typical, np.sqrt(mean(errors * errors) / counts + unseen**2)),
-        noise=np.sqrt(mean(spread) / counts),
+        noise=np.sqrt(mean(noise) / counts),
         variances=mean(variances),
     )

@@ -1,4 +1,4 @@
-"""The plan of a picture of target quality: that of its samples, and what is known of it beforehand."""
+"""The plan of a picture of target quality: the plan of its samples, with pilot samples and hints."""
 
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self
@@ -11,32 +11,32 @@ from schemas.api.plans import PlanDocument
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class TargetPlan(RenderPlan):
-    """What target quality needs of a scene besides the plan of its samples.
+    """The plan of samples with that of pilot samples, and hints from the scene.
 
     Attributes
     ----------
     pilot : RenderPlan or None
-        What runs for the pilot sample at the middle of each pixel; None through a lens, where pixels are
-        sampled at once. Its entries list only what differs from samples.
+        Plan of the pilot sample at the centre of each pixel; None through a lens, where pixels are sampled at
+        once. Its entries list only the differences from samples.
     averaged : (shapes,) bool
         Shapes whose textures pilot samples average over the pixel.
     detailed : (shapes,) bool
-        Those of them whose texels pilot samples shade apart from light.
+        Those of them with decoupled shading (`fine_texture`).
     textured, needs_sampling : (shapes,) bool
-        Shapes that take their colour from a texture, and shapes with something else on them that may be finer
-        than pixels: bent normals, mirrors, glass.
+        Shapes with a colour texture, and shapes with other detail that may be finer than pixels: normal and
+        bump maps, mirrors, glass.
     glints : (shapes,) float64
         Brightness of the brightest visible light as each shape reflects or transmits it, 0 where it is not
         above white.
     thin : (2, N) int64
-        Columns and rows of pixels along shapes that are thin on the picture; through a lens, of all
-        that these may touch.
+        Columns and rows of pixels along shapes that are thin on the picture; through a lens, all that these
+        may touch.
     edges : (2, N) int64
-        The same of pixels that edges of flat shapes pass. This and the following are empty through a lens.
+        Pixels crossed by edges of flat shapes. This and the following are empty through a lens.
     lamps : (2, N) int64
-        Those of them that edges of visible lights pass.
+        Pixels crossed by edges of visible lights.
     thin_shadows : (3, N) int64
-        The same of pixels that thin shadows may pass, and the shape that each of them falls on.
+        Columns and rows of pixels that thin shadows may cross, and the shape that each of them falls on.
     """
 
     pilot: RenderPlan | None
@@ -52,38 +52,38 @@ class TargetPlan(RenderPlan):
 
     @property
     def tinted(self) -> Masks:
-        """Shapes (K,) whose colour is a texture with a known mean, and nothing else on them varies."""
+        """Shapes (K,) whose only fine detail is a colour texture with a known mean."""
         return self.averaged & ~self.detailed
 
     @property
     def fine(self) -> Masks:
-        """Shapes (K,) on which something may be finer than pixels."""
+        """Shapes (K,) with detail that may be finer than pixels."""
         return self.needs_sampling | self.textured
 
     @property
     def unaveraged(self) -> Masks:
-        """Those of them (K,) of which a pilot sample does not give the mean over its pixel."""
+        """Shapes (K,) whose pilot sample is a point sample, not the mean over its pixel."""
         return self.needs_sampling | self.textured & ~self.averaged
 
     @classmethod
     def of(cls, plan: RenderPlan, **more: Any) -> Self:
-        """A plan of samples with more."""
+        """A plan of samples with further fields."""
         return cls(**{item.name: getattr(plan, item.name) for item in fields(RenderPlan)} | more)
 
     def seen_by(self, camera: Window) -> Self:
-        """The plan of the part of its picture that another camera shows."""
+        """The plan of a part of the picture."""
         names = "thin", "edges", "lamps", "thin_shadows"
         moved: dict[str, Any] = {name: camera.places(getattr(self, name)) for name in names}
         return replace(self, camera=camera, pilot=self.pilot and self.pilot.seen_by(camera), **moved)
 
     def describe(self) -> PlanDocument:
-        """The plan as a document, with what pilot samples do in another way."""
+        """The plan as a document, with the stages of pilot samples."""
         pilots = self.pilot.entries if self.pilot else ()
         stages = tuple(stage_document(entry, 0.0) for entry in pilots)
         return RenderPlan.describe(self).model_copy(update={"pilot_samples": stages})
 
 
 def target_plan(plan: RenderPlan) -> TargetPlan:
-    """A plan that was made for target quality, as such."""
+    """Narrow the type of a plan that was compiled for target quality."""
     assert isinstance(plan, TargetPlan)
     return plan

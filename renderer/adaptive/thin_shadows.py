@@ -1,6 +1,6 @@
-"""Shadows that are thin on the picture: pilot samples may lie on either side of them.
+"""Pixels that thin shadows may cross, which pilot samples may miss.
 
-Rays from a light past the edges of narrow shapes find where their shadows fall, on whatever is behind.
+Rays from a light past the edges of narrow shapes find where their shadows fall.
 """
 
 from collections.abc import Iterable, Iterator
@@ -10,8 +10,8 @@ import numpy as np
 
 from renderer.accelerators.trees import in_tree
 from renderer.adaptive.edges import project
-from renderer.adaptive.lighting import CORNERS
-from renderer.adaptive.outlines import SharedEdges, thin_places
+from renderer.adaptive.lighting import PROBE_SIDE
+from renderer.adaptive.outlines import SharedEdges, thin_positions
 from renderer.cameras import Pinhole, basis
 from renderer.integrator import find_hits
 from renderer.interaction import MISS, Rays
@@ -22,29 +22,29 @@ from renderer.shapes import Family
 from renderer.shapes.family import Hulls
 from renderer.shapes.triangles import Triangles
 
-COARSE, FIRST_RAYS = 16, 512
-"""Most rays past an edge that find where its shadow falls, before others follow it pixel by pixel; and past
-all edges of a family together."""
+MAX_EDGE_RAYS, MAX_FAMILY_RAYS = 16, 512
+"""Most rays that locate the shadow of an edge before others follow it pixel by pixel, and of a family's edges
+together."""
 
 STEP = 0.5
-"""Distance of the places along a shadow, pixels."""
+"""Spacing of the positions along a shadow, pixels."""
 
-MOST = 128
-"""Most edges of a family for each light: of very many the longest count."""
+MAX_EDGES = 128
+"""Most edges of a family for each light, the longest ones."""
 
-SIGHT, WITHIN = 512, 4
-"""Triangles in a tree cast thin shadows where two outlines are that many pixels apart in a picture of all of
-them so many pixels wide that the light sees."""
+OUTLINE_RESOLUTION, OUTLINE_GAP = 512, 4
+"""Triangles in a tree cast thin shadows where two silhouettes are `OUTLINE_GAP` pixels apart in a picture of
+all of them from the light, `OUTLINE_RESOLUTION` pixels wide."""
 
-THIN = 4.0
-"""Width of a shadow in pixels up to which pilot samples may miss it, or its end."""
+MAX_WIDTH = 4.0
+"""Width in pixels up to which pilot samples may miss a shadow or its end."""
 
-SOFT, FAINT = 2.0, 8.0
-"""Width in pixels beyond which penumbrae hide nothing between pilot samples; the second of shapes thinner
-than the gaps between the light points of pilot samples, which do not see them."""
+MAX_PENUMBRA, MAX_FAINT_PENUMBRA = 2.0, 8.0
+"""Width in pixels beyond which a penumbra is resolved by pilot samples; the second for shapes thinner than
+the gaps between the light points of pilot samples."""
 
-BEYOND = 2.0**-10
-"""Distance behind an edge at which its rays begin, as a share of its length."""
+START_OFFSET = 2.0**-10
+"""Distance behind an edge at which its rays begin, in lengths of the edge."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +55,7 @@ class _Edges:
     ----------
     starts, ends : (3, M) float64
     widths : (M,) float64
-        Of their shapes across them, about.
+        Approximate width of their shapes across them.
     """
 
     starts: Floats
@@ -63,20 +63,20 @@ class _Edges:
     widths: Floats
 
     def part(self, chosen: Integers | Masks) -> "_Edges":
-        """Some of them."""
+        """Select by indices or a mask."""
         return _Edges(self.starts[:, chosen], self.ends[:, chosen], self.widths[chosen])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Shadow:
-    """The ends of rays (n,) past edges, on the picture.
+    """End points of rays (n,) past edges, on the picture.
 
     Attributes
     ----------
     places : (2, n) float64
         Column and row.
     shapes : (n,) int64
-        That they fall on; `interaction.MISS` outside the picture, and where the shadow is soft or wide.
+        Hit shapes; `interaction.MISS` outside the picture, and where the shadow is soft or wide.
     """
 
     places: Floats
@@ -84,47 +84,53 @@ class _Shadow:
 
 
 def shadow_pixels(plan: RenderPlan) -> Integers:
-    """Pixels (3, N) that thin shadows may pass: column, row, and number of the shape that they fall on."""
+    """Pixels (3, N) that thin shadows may cross: column, row, and number of the shadowed shape."""
     found = [np.zeros((3, 0), dtype=np.int64)]
     for lighting in plan.lightings:
         light = lighting.emitter
-        gap = max(lengths(light.first).item(), lengths(light.second).item()) / (CORNERS - 1)
+        gap = max(lengths(light.first).item(), lengths(light.second).item()) / (PROBE_SIDE - 1)
         for edges in _casters(plan.geometry.families, light):
-            found.append(_pixels(plan, light, edges, SOFT))
+            found.append(_pixels(plan, light, edges, MAX_PENUMBRA))
             narrow = edges.part(edges.widths < gap)
-            found += [_pixels(plan, point, narrow, FAINT) for point in _rim(light) if narrow.widths.size]
+            found += [
+                _pixels(plan, point, narrow, MAX_FAINT_PENUMBRA)
+                for point in _rim(light)
+                if narrow.widths.size
+            ]
     return np.unique(np.hstack(found), axis=1)
 
 
 def _casters(families: Iterable[Family], light: Emitter) -> Iterator[_Edges]:
-    """Edges of single shapes and of outlines of triangles in trees; of curved shapes their longest axes."""
+    """Edges of single shapes, silhouettes of triangles in trees, and longest axes of curved shapes."""
     for family in families:
         edges = _outline_edges(family, light) if in_tree(family) else _edges_of(family.hulls())
         order = np.argsort(-lengths(edges.ends - edges.starts), kind="stable")
-        yield edges.part(order[:MOST])
+        yield edges.part(order[:MAX_EDGES])
 
 
 def _outline_edges(family: Triangles, light: Emitter) -> _Edges:
-    """Edges of the outline that the light sees of triangles, where it is thin."""
+    """Silhouette edges of triangles from the light, where they are thin."""
     outline = SharedEdges.of(family.numbers, family.vertices).outline(light.centre, light.weight)
-    chosen = np.unique(thin_places(_sight(family.vertices, light), outline, WITHIN).edges)
+    chosen = np.unique(thin_positions(_sight(family.vertices, light), outline, OUTLINE_GAP).edges)
     starts, ends, inner = (taken(part, chosen) for part in (outline.starts, outline.ends, outline.inner))
     along = ends - starts
     long = lengths(along)
-    # Triangles without area stay as points, and cast no shadow.
+    # Degenerate triangles cast no shadow.
     heights = lengths(cross(along, inner - starts)) / np.where(long > 0, long, 1)
     return _Edges(starts, ends, heights).part(long > 0)
 
 
 def _sight(vertices: Floats, light: Emitter) -> Pinhole:
-    """A camera at the light that sees all of some vertices (3, 3, K), if it is outside of them."""
+    """A camera at the light that frames vertices (3, 3, K), if it is outside of them."""
     least, greatest = vertices.min(axis=(0, 2))[:, None], vertices.max(axis=(0, 2))[:, None]
     middle, size = (least + greatest) / 2, lengths(greatest - least).item()
     towards = light.centre - light.weight * middle
     distance = max(lengths(towards).item() if light.weight else 64 * size, size)
     right, up, forward = basis(-towards, np.eye(3)[:, [np.argmin(np.abs(towards))]])
     half = size / distance
-    return Pinhole(middle - distance * forward, right, up, forward, half, half, SIGHT, SIGHT)
+    return Pinhole(
+        middle - distance * forward, right, up, forward, half, half, OUTLINE_RESOLUTION, OUTLINE_RESOLUTION
+    )
 
 
 def _edges_of(hulls: Hulls) -> _Edges:
@@ -143,15 +149,15 @@ def _edges_of(hulls: Hulls) -> _Edges:
 
 
 def _rim(light: Emitter) -> list[Emitter]:
-    """Points at the rim of a light with an area, each as a light."""
+    """Point lights at the corners, edges and centre of an area light."""
     steps = [(u, v) for u in (-0.5, 0.0, 0.5) for v in (-0.5, 0.0, 0.5)]
     return [replace(light, centre=light.centre + light.first * u + light.second * v) for u, v in steps]
 
 
 def _pixels(plan: RenderPlan, light: Emitter, edges: _Edges, soft: float) -> Integers:
-    """Pixels (3, N) along the shadows of edges, where they are thin and about as hard as that."""
+    """Pixels (3, N) along the shadows of edges, where they are thin with penumbrae of up to `soft` pixels."""
     count = edges.widths.size
-    rays = int(np.clip(FIRST_RAYS // max(count, 1), 2, COARSE))
+    rays = int(np.clip(MAX_FAMILY_RAYS // max(count, 1), 2, MAX_EDGE_RAYS))
     which, along = np.arange(count).repeat(rays), np.tile(np.linspace(0, 1, rays), count)
     coarse = _shadow(plan, light, edges.part(which), along, soft)
     hit = (coarse.shapes != MISS).reshape(count, rays)
@@ -172,12 +178,12 @@ def _marked(shadow: _Shadow) -> Integers:
 
 
 def _shadow(plan: RenderPlan, light: Emitter, edges: _Edges, along: Floats, soft: float) -> _Shadow:
-    """Trace the light's rays past edges (n,), each at a share (n,) of its length."""
+    """Trace rays from the light past edges (n,), each at a fraction (n,) of its length."""
     edge = edges.ends - edges.starts
     places = edges.starts + along * edge
     away = light.weight * places - light.centre
     before = np.where(light.weight, lengths(away), np.inf)
-    origins = places + BEYOND * lengths(edge) * unit(away)
+    origins = places + START_OFFSET * lengths(edge) * unit(away)
     nothing = np.zeros(along.size, dtype=np.int64)
     rays = Rays(origins, unit(away), nothing, nothing)
     find_hits(plan, rays, lights=False)
@@ -187,5 +193,5 @@ def _shadow(plan: RenderPlan, light: Emitter, edges: _Edges, along: Floats, soft
     width = edges.widths * (1 + behind / before)
     across = unit(cross(away, edge))
     extent = np.abs(dot(across, light.first)) + np.abs(dot(across, light.second))
-    seen = inside & (width < THIN * pixel) & (extent * behind <= soft * pixel * before)
+    seen = inside & (width < MAX_WIDTH * pixel) & (extent * behind <= soft * pixel * before)
     return _Shadow(on_picture, np.where(seen, rays.shapes, MISS))

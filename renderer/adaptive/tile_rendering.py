@@ -1,4 +1,4 @@
-"""Rendering what an adaptive pass asks of a tile: a pure function of the plan and the request."""
+"""Render a tile of an adaptive pass: a pure function of the plan and the request."""
 
 import time
 from collections import Counter
@@ -18,19 +18,19 @@ from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.time_limits import TimeLimit, portions
 from renderer.film import BRIGHTEST
 from renderer.halves import HALVES, places
-from renderer.integrator import WORK, Surfaces, radiance, render_layers
+from renderer.integrator import WORK, FirstHits, radiance, render_layers
 from renderer.math import morton
 from renderer.math.arrays import Floats, Integers, Masks, add, taken
 from renderer.math.numerics import halving_sum
 
 
 def render_request(plan: TargetPlan, request: TileRequest) -> Samples:
-    """Render what is requested of a tile, its layers included.
+    """Render a request, its layers included.
 
     Raises
     ------
     OutOfTimeError
-        If the request's limit is reached: what was found by then is lost.
+        If the request's limit is reached; the tile is lost.
     """
     samples = render_samples(plan, request)
     if not request.records:
@@ -45,7 +45,7 @@ def render_request(plan: TargetPlan, request: TileRequest) -> Samples:
 def render_samples(plan: TargetPlan, request: TileRequest) -> Samples:
     """Bring the pixels of a tile from the levels that they have to those that are wanted.
 
-    What is found about a pixel does not depend on the tile.
+    Results do not depend on how the picture is cut into tiles.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def render_samples(plan: TargetPlan, request: TileRequest) -> Samples:
     Raises
     ------
     OutOfTimeError
-        If the request's limit is reached: what was found by then is lost.
+        If the request's limit is reached; the tile is lost.
     """
     begun = time.process_time()
     counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
@@ -69,29 +69,29 @@ def render_samples(plan: TargetPlan, request: TileRequest) -> Samples:
     samples = _samples(plan, request, counts)
     work = {name: counts.pop(name) for name in WORK}
     seconds = time.process_time() - begun
-    colors, residues = seen.colors.astype(np.float32), seen.doubts.astype(np.float32)
-    return Samples(pilots, labels, colors, residues, *covers, *samples, dict(counts), work, seconds)
+    colors, shading_errors = seen.colors.astype(np.float32), seen.shading_error.astype(np.float32)
+    return Samples(pilots, labels, colors, shading_errors, *covers, *samples, dict(counts), work, seconds)
 
 
 def _pilot_samples(
     plan: TargetPlan, request: TileRequest, counts: Counter[str]
-) -> tuple[NDArray[np.float32], NDArray[np.int32], Surfaces]:
+) -> tuple[NDArray[np.float32], NDArray[np.int32], FirstHits]:
     pilot_plan, textured = plan.pilot or plan, plan.textured
     rows, columns = np.nonzero(request.levels.previewed)
     values = np.empty((3, rows.size), dtype=np.float32)
     labels = np.empty(rows.size, dtype=np.int32)
-    found = Surfaces.none(rows.size)
+    found = FirstHits.none(rows.size)
     middle = np.full(rows.size, 0.5)
     for chosen in _batches(columns, rows, 1, request.limit):
         x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
         rays = camera_rays(pilot_plan, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
-        seen = Surfaces.none(x.size)
+        seen = FirstHits.none(x.size)
         values[:, chosen] = np.minimum(
             radiance(pilot_plan, rays, counts, seen, until=request.until), BRIGHTEST
         )
         labels[chosen] = labels_of(rays.shapes)
         np.copyto(seen.colors, 1.0, where=~of_labels(textured, labels[chosen]))
-        found.colors[:, chosen], found.doubts[chosen] = seen.colors, seen.doubts
+        found.colors[:, chosen], found.shading_error[chosen] = seen.colors, seen.shading_error
     return values, labels, found
 
 
@@ -110,14 +110,14 @@ def _covers(
             nearby = request.around.nearby(rows[chosen], columns[chosen])
             x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
             found = cover(plan, size, x, y, nearby, counts, until=request.until)
-            values[:, chosen] = np.vstack((found.values, found.others, found.spread))
+            values[:, chosen] = np.vstack((found.values, found.others, found.coverage_variance))
     return values[:3], values[3:6], values[6]
 
 
 def _samples(
     plan: TargetPlan, request: TileRequest, counts: Counter[str]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], Masks]:
-    """Means of halves, sums of squares, and which are differences: the last arrays of `Samples`."""
+    """Means of halves, sums of squares, and which pixels are controlled: the last arrays of `Samples`."""
     levels = request.levels
     rows, columns = np.nonzero(levels.sampled)
     first, last = COUNTS[levels.have[rows, columns]], COUNTS[levels.want[rows, columns]]
@@ -130,9 +130,9 @@ def _samples(
         batch = _radiance(plan, x, y, first[chosen], last[chosen], counts, request.until)
         if request.around is not None:
             around = _Around(request.around, rows[chosen], columns[chosen])
-            _subtract_guides(plan, batch, around, np.flatnonzero(guided[chosen]))
-            tinted = _subtract_tints(plan, batch, around, np.flatnonzero(~guided[chosen]))
-            controlled[chosen[tinted]] = True
+            _subtract_guide(plan, batch, around, np.flatnonzero(guided[chosen]))
+            textured_pixels = _subtract_texture_control(plan, batch, around, np.flatnonzero(~guided[chosen]))
+            controlled[chosen[textured_pixels]] = True
         for count in np.unique(batch.counts).tolist():
             alike = np.flatnonzero(batch.counts == count)
             halves[:, :, chosen[alike]], squares[chosen[alike]] = _reduced(batch.of(alike, count))
@@ -151,7 +151,7 @@ class _Batch:
         Control variates are subtracted from it in place.
     labels : (N,) int32
     colors : (3, N) float64
-        What the rays hit, and the colour that textures gave there.
+        Of the rays' first hits.
     """
 
     counts: Integers
@@ -160,22 +160,22 @@ class _Batch:
     colors: Floats
 
     def of(self, pixels: Integers, count: int) -> Floats:
-        """Radiance (3, m, count) of those pixels (m,), all of which have `count` samples."""
+        """Radiance (3, m, count) of pixels (m,) with `count` samples each."""
         starts = (np.cumsum(self.counts) - self.counts)[pixels]
         return self.radiance[:, starts[:, None] + np.arange(count)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Around:
-    """Pilot samples around the n pixels of a batch, which lie in rows and columns (n,) of the tile."""
+    """Pilot samples around the n pixels of a batch, at rows and columns (n,) of the tile."""
 
     pilots: Surroundings
     rows: Integers
     columns: Integers
 
 
-def _subtract_guides(plan: TargetPlan, batch: _Batch, around: _Around, guided: Integers) -> None:
-    """Subtract the guide from the samples of the pixels `guided` (m,)."""
+def _subtract_guide(plan: TargetPlan, batch: _Batch, around: _Around, guided: Integers) -> None:
+    """Subtract the control variate of border pixels from the samples of the pixels `guided` (m,)."""
     if not guided.size:
         return
     nearby = around.pilots.nearby(around.rows[guided], around.columns[guided])
@@ -184,24 +184,24 @@ def _subtract_guides(plan: TargetPlan, batch: _Batch, around: _Around, guided: I
     add(batch.radiance, rays, -known)
 
 
-def _subtract_tints(plan: TargetPlan, batch: _Batch, around: _Around, plain: Integers) -> Integers:
-    """Subtract the colour of textures from the samples of pixels that are filled by one; gives which.
+def _subtract_texture_control(plan: TargetPlan, batch: _Batch, around: _Around, plain: Integers) -> Integers:
+    """Subtract the texture's control variate from those of the pixels `plain` (m,) that a texture fills.
 
-    Of the pixels `plain` (m,), which have no guide.
+    Returns these pixels.
     """
     shapes = plan.tinted
     if not shapes.any():
         return plain[:0]
-    tints = around.pilots.tints(around.rows[plain], around.columns[plain], shapes)
-    tinted = plain[tints.pixels]
-    which, rays = _rays_of(batch, tinted)
-    control = tints.at(which, batch.labels[rays], taken(batch.colors, rays))
+    texture_control = around.pilots.texture_control(around.rows[plain], around.columns[plain], shapes)
+    textured_pixels = plain[texture_control.pixels]
+    which, rays = _rays_of(batch, textured_pixels)
+    control = texture_control.at(which, batch.labels[rays], taken(batch.colors, rays))
     add(batch.radiance, rays, -control)
-    return tinted
+    return textured_pixels
 
 
 def _rays_of(batch: _Batch, pixels: Integers) -> tuple[Integers, Integers]:
-    """The rays (M,) of some pixels (m,) of a batch, after which of the m each belongs to."""
+    """For some pixels (m,) of a batch: which of the m each ray belongs to (M,), and the rays (M,)."""
     which = np.full(batch.counts.size, -1)
     which[pixels] = np.arange(pixels.size)
     which = which.repeat(batch.counts)
@@ -218,13 +218,13 @@ def _radiance(
     counts: Counter[str],
     until: float,
 ) -> _Batch:
-    """The samples `first` to `last` (n,) of pixels (n,)."""
+    """Samples `first` to `last` (n,) of pixels (n,)."""
     count = last - first
     columns, rows = x.repeat(count), y.repeat(count)
     numbers = np.arange(count.sum()) - (np.cumsum(count) - count - first).repeat(count)
     place = places(plan.seed, plan.camera.numbers(columns, rows), numbers)
     rays = camera_rays(plan, columns, rows, numbers, place)
-    seen = Surfaces.none(numbers.size)
+    seen = FirstHits.none(numbers.size)
     found = np.minimum(radiance(plan, rays, counts, seen, until=until), BRIGHTEST)
     return _Batch(count, found, labels_of(rays.shapes), seen.colors)
 
@@ -244,9 +244,9 @@ def _reduced(found: Floats) -> tuple[Floats, Floats]:
 def _batches(
     columns: Integers, rows: Integers, count: Integers | int, limit: TimeLimit | None
 ) -> Iterator[Integers]:
-    """Portions of pixels with `count` rays each, neighbours together.
+    """Batches of pixels with `count` rays each, neighbours together.
 
-    Pixels of all counts share a portion: calls are most of the price of few rays.
+    Pixels of different counts share a batch: for few rays most of the cost is calls.
     """
     order = np.argsort(morton.codes(columns, rows), kind="stable")
     rays = np.broadcast_to(count, order.shape)[order]

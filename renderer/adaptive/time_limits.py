@@ -1,4 +1,4 @@
-"""Time limits, the only place where the clock decides: when the work on a tile has to end."""
+"""Time limits: the only code in which the clock decides."""
 
 import time
 from collections.abc import Iterator
@@ -9,22 +9,22 @@ import numpy as np
 from renderer.integrator import OutOfTimeError
 from renderer.math.arrays import Integers
 
-BATCH = 32768
-"""Rays of a batch: twice those of a block, as they are scattered and calls are most of their price."""
+BATCH_RAYS = 32768
+"""Rays of a batch: twice those of a block, as they are scattered and calls dominate their cost."""
 
-FEWEST = 256
-"""Fewest rays between two readings of the clock; calls are then nearly all of their price."""
+MIN_BATCH_RAYS = 256
+"""Least rays between two readings of the clock; calls are then nearly all of their cost."""
 
 CLOCK_SECONDS = 0.1
-"""Between two readings of the clock under a time limit: a fifth of how late a picture may be."""
+"""Seconds between two readings of the clock: a fifth of how late a picture may be."""
 
 
 LAST_SECONDS = 0.4e-6
-"""CPU seconds a pixel for what follows the last tile: the longest decision between passes, or the picture,
-its error and the layer of errors. Measured on `soft` at 1024 x 1024 with one core to itself."""
+"""CPU seconds a pixel after the last tile: the longest decision between passes, or the picture with its error
+and the layer of errors. Measured on `soft` at 1024 x 1024 with one core to itself."""
 
-MOST_RESERVED = 0.25
-"""Largest share of a time limit that is kept for the last decision."""
+MAX_RESERVED_SHARE = 0.25
+"""Largest share of a time limit that is reserved for the last decision."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +34,9 @@ class TimeLimit:
     Attributes
     ----------
     until : float
-        By the clock of `time.monotonic`, which the processes of one machine have in common.
+        By `time.monotonic`, which the processes of a machine share.
     ray_seconds : float
-        What a ray is expected to take.
+        Expected CPU seconds of a ray.
     """
 
     until: float
@@ -49,23 +49,23 @@ class TimeLimit:
 
 
 def reserve(limit: float, last: float) -> float:
-    """Seconds before the end of a time limit at which tiles have to end.
+    """Seconds between the end of the tiles and the end of a time limit.
 
     Parameters
     ----------
     limit : float
         Seconds; inf if there is none.
     last : float
-        Seconds that forming the picture after the last tile is expected to take.
+        Expected seconds of forming the picture after the last tile.
     """
-    return min(last, MOST_RESERVED * limit) if np.isfinite(limit) else 0.0
+    return min(last, MAX_RESERVED_SHARE * limit) if np.isfinite(limit) else 0.0
 
 
 def portions(rays: Integers, limit: TimeLimit | None) -> Iterator[slice]:
-    """Cut a sequence of pixels with so many rays each (n,) into portions of about `BATCH` rays.
+    """Cut a sequence of pixels with numbers of rays (n,) into portions of about `BATCH_RAYS` rays.
 
-    With a limit there are fewer in a portion where rays are expensive, as the ones so far were, and the
-    clock is read before each.
+    With a limit, portions are smaller where rays have been expensive so far, and the clock is read before
+    each.
 
     Raises
     ------
@@ -79,7 +79,11 @@ def portions(rays: Integers, limit: TimeLimit | None) -> Iterator[slice]:
         if limit:
             limit.check()
         begun = time.perf_counter()
-        most = np.clip(CLOCK_SECONDS / seconds, FEWEST, BATCH) if limit and seconds > 0 else BATCH
+        most = (
+            np.clip(CLOCK_SECONDS / seconds, MIN_BATCH_RAYS, BATCH_RAYS)
+            if limit and seconds > 0
+            else BATCH_RAYS
+        )
         end = max(start + 1, int(np.searchsorted(total, before + most, side="right")))
         yield slice(start, end)
         seconds = (time.perf_counter() - begun) / max(int(total[end - 1]) - before, 1)

@@ -1,4 +1,4 @@
-"""How far the picture is from the converged one, and how sure that is."""
+"""Estimated error of a picture, with its 95 % interval and the bound that has to keep the target."""
 
 from collections.abc import Callable
 from dataclasses import astuple, dataclass, fields
@@ -13,7 +13,7 @@ from renderer.math.arrays import Floats, Integers
 from schemas.quality import CONFIDENCE
 
 INTERVAL = 1.96
-"""Standard errors to either side of a 95 % interval, if errors are normal."""
+"""Standard errors to either side of a normal 95 % interval."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class ErrorEstimate:
     low, high : float
         A 95 % interval.
     bound : float
-        An upper bound of the true one with the requested confidence, by default 95 %.
+        An upper bound on the true error with the requested confidence, by default 95 %.
     """
 
     estimate: float
@@ -36,7 +36,7 @@ class ErrorEstimate:
 
     @classmethod
     def restored(cls, array: NDArray[Any]) -> Self:
-        """The error that gave an `array`.
+        """Restore an error from its `array`.
 
         Raises
         ------
@@ -48,11 +48,11 @@ class ErrorEstimate:
         return cls(**dict(zip(array.dtype.names or (), array.item(), strict=True)))
 
     def array(self) -> NDArray[Any]:
-        """All its fields: a scalar array with the same names, float64."""
+        """Its fields as a structured scalar array, float64."""
         return np.array(astuple(self), dtype=_NUMBERS)
 
     def document(self) -> dict[str, float]:
-        """As results report it."""
+        """The error as results report it."""
         return {"estimate": self.estimate, "low": self.low, "high": self.high}
 
 
@@ -60,36 +60,33 @@ _NUMBERS = np.dtype([(item.name, np.float64) for item in fields(ErrorEstimate)])
 
 
 def standard_errors(confidence: float) -> float:
-    """Standard errors from an estimate to a bound on the true value in a share of all cases.
-
-    Numbers whose errors are normal are below their estimate in half of all cases.
-    """
+    """Standard errors from an estimate to an upper bound with a confidence, for normal errors."""
     return NormalDist().inv_cdf(confidence)
 
 
-NEVER = 3.0
-"""What is expected so many times is met at least once in 95 % of all cases (Poisson)."""
+POISSON_95 = 3.0
+"""Expected number of events of which at least one occurs in 95 % of all cases (Poisson)."""
 
 
 def unseen_glints(labels: Labels, counts: Callable[[], Integers], brightness: Floats) -> float:
-    """Sum of squared errors that reflections of lights may add without a single ray having hit them.
+    """Sum of squared errors that reflections of lights may add though no ray has hit them.
 
-    All of n rays miss a reflection that fills a share 3 / n of what they look at in one case of 20. A light B
-    times as bright as white makes at most B times as many pixels wrong as it fills, by 1 each.
+    A reflection that fills a share 3 / n of the pixels is missed by all of n rays in one case of 20. A light
+    B times as bright as white makes at most B times as many pixels wrong as it fills, by 1 each.
 
     Parameters
     ----------
     labels : (H, W) int32
     counts : callable
-        Gives the rays through each pixel, (H, W) int64; most scenes have no such lights.
+        Returns the rays through each pixel, (H, W) int64; not called without such lights.
     brightness : (shapes,) float64
-        Of the brightest visible light as each shape reflects or transmits it, 0 where it is not above white.
+        Of the brightest visible light as each shape reflects or transmits it, 0 if not above white.
     """
     if not brightness.any():
         return 0.0
     shown = of_labels(brightness > 0, labels)
     rays = max(int(counts()[shown].sum()), 1)
-    return min(1.0, NEVER * float(brightness.max()) / rays) * int(np.count_nonzero(shown))
+    return min(1.0, POISSON_95 * float(brightness.max()) / rays) * int(np.count_nonzero(shown))
 
 
 def error_of(
@@ -97,8 +94,7 @@ def error_of(
 ) -> ErrorEstimate:
     """The error of a picture, from the estimated sum of its pixels' squared errors and its variance.
 
-    Only the bound depends on the `confidence`, the share of pictures that it is to hold in. What is `unseen`
-    may be there or not: it counts at the upper end of the interval alone.
+    Only the bound depends on the `confidence`. `unseen` errors count at the upper end of the interval alone.
     """
 
     def root(squares: float) -> float:

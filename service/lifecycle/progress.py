@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from renderer.adaptive.forecast import MOST, seconds_left, share_by
+from renderer.adaptive.forecast import MAX_PROGRESS, seconds_left, share_by
 from schemas.api.jobs import JobState
 from service.lifecycle import clock, rows
 from service.storage.database.models import RenderRow
@@ -28,7 +28,7 @@ def share(render: RenderRow) -> float:
     if render.state == JobState.SUCCEEDED:
         return done
     if render.target_error is None or render.state != JobState.RUNNING or render.started_at is None:
-        return min(done, MOST)
+        return min(done, MAX_PROGRESS)
     return share_by(done, rows.ran_for(render), render.time_limit or NO_LIMIT)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from renderer import film
 from renderer.adaptive import Estimate, Samples
 from renderer.adaptive.driver import Driver
-from renderer.adaptive.findings import sample_layers
+from renderer.adaptive.error_statistics import sample_layers
 from renderer.adaptive.forecast import Forecast, usual_prices
 from renderer.adaptive.guides import Surroundings, packed, unpacked
 from renderer.adaptive.requests import LevelRequest, first_levels, tile_request
@@ -184,6 +184,7 @@ def _samples_of(arrays: dict[str, Any]) -> Samples:
     seconds = float(arrays.pop("seconds"))
     if "known" in arrays:
         # Of version 0.1.0, for which others counted as 0, and which measured doubts.
+        arrays |= {"coverage_variance": arrays.pop("spread"), "shading_errors": arrays.pop("residues")}
         arrays["covers"] = arrays.pop("known")
         arrays["others"] = np.zeros_like(arrays["covers"])
         del arrays["doubts"]

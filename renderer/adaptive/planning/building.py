@@ -1,17 +1,17 @@
-"""A plan of samples becomes one of target quality."""
+"""Build the plan of target quality from a plan of samples."""
 
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from renderer.adaptive.edges import edge_places
+from renderer.adaptive.edges import edge_pixels
 from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.planning import details, explanations, pilots
-from renderer.adaptive.requests import COARSER
+from renderer.adaptive.requests import LENS_STRIDE_FACTOR
 from renderer.adaptive.target_plan import TargetPlan
-from renderer.adaptive.thin import thin_pixels
 from renderer.adaptive.thin_shadows import shadow_pixels
+from renderer.adaptive.thin_shapes import thin_pixels
 from renderer.math.arrays import Integers
 from renderer.plan.effects import SHAPES, TEXTURES
 from renderer.plan.plan import RenderPlan
@@ -22,14 +22,14 @@ from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQua
 from schemas.scene import Scene
 
 CAMERA_SAMPLES = Antialiasing(pattern="sobol", samples=16)
-"""Target quality takes camera samples where they are needed. How many is not known; prices assume these."""
+"""Camera samples that prices assume, as target quality takes an unknown number."""
 
 FEW_LIGHT_POINTS, MANY_LIGHT_POINTS = 4, 16
-"""Light points of each of these camera samples, the cheaper ones to the same target: many where only borders
-and penumbrae are sampled, few where a texture or a normal map has every pixel sampled."""
+"""Light points of each camera sample, whichever is cheaper to the same target: many where only borders and
+penumbrae are sampled, few where a texture or a normal map has every pixel sampled."""
 
 SAMPLED_EVERYWHERE = ("color_texture", "normal_map", "bump_map", "displacement_map", "mirror", "transmission")
-"""Parts of a material for which target quality samples every pixel that shows it."""
+"""Attributes of a material for which every pixel that shows it is sampled."""
 
 
 def samples_of(scene: LoadedScene, target: TargetQuality) -> FixedQuality:
@@ -58,14 +58,14 @@ def _light_points(document: Scene) -> int:
 
 
 def adapted(plan: RenderPlan, request: Request, target: TargetQuality) -> TargetPlan:
-    """The plan of the samples of a request, with what target quality needs beside it."""
+    """Build the plan of target quality from that of a request's samples."""
     if request.document.camera.lens_radius > 0:
-        stride = COARSER * stride_for(plan.width, plan.height)
+        stride = LENS_STRIDE_FACTOR * stride_for(plan.width, plan.height)
         made = _made(plan, target, request, None)
         return replace(made, entries=explanations.with_lattice(plan, stride))
     hasty = pilots.in_time(target)
     seen = pilots.request_of(request, hasty, details.materials(request, plan.lightings))
-    # The same shapes and the same camera: what is formed of them for its rays serves both.
+    # Pilot samples share the camera and the shapes, and so what intersectors precompute.
     pilot = replace(pilots.build_pilot(seen, hasty), intersectors=plan.intersectors)
     made = _made(plan, target, seen, pilot)
     entries = (*pilot.entries, *explanations.thin_shadows(request, made.thin_shadows))
@@ -73,7 +73,7 @@ def adapted(plan: RenderPlan, request: Request, target: TargetQuality) -> Target
 
 
 def _made(plan: RenderPlan, target: TargetQuality, seen: Request, pilot: RenderPlan | None) -> TargetPlan:
-    """The plan, where `seen` is the request of what shows first of a pixel."""
+    """Build the plan, where `seen` is the request of pilot samples, or of samples through a lens."""
     detailed = pilots.detailed(seen)
     return TargetPlan.of(
         replace(plan, quality=target),
@@ -88,15 +88,15 @@ def _made(plan: RenderPlan, target: TargetQuality, seen: Request, pilot: RenderP
 
 
 def _places(plan: RenderPlan, seen: Request) -> dict[str, Integers]:
-    """Fields of a `TargetPlan` that name pixels: through a lens only what is small and thin."""
+    """Fields of a `TargetPlan` that list pixels: through a lens only thin shapes."""
     camera, visible = plan.camera, [light.rectangles for light in plan.visible_lights]
     families = [*seen.families, *visible]
     piloted = seen.document.camera.lens_radius == 0
     none = np.zeros((2, 0), dtype=np.int64)
     stride = stride_for(camera.width, camera.height)
     return {
-        "thin": thin_pixels(camera, families, stride if piloted else COARSER * stride),
-        "edges": pilots.places(families, partial(edge_places, camera)) if piloted else none,
-        "lamps": pilots.places(visible, partial(edge_places, camera)) if piloted else none,
+        "thin": thin_pixels(camera, families, stride if piloted else LENS_STRIDE_FACTOR * stride),
+        "edges": pilots.positions(families, partial(edge_pixels, camera)) if piloted else none,
+        "lamps": pilots.positions(visible, partial(edge_pixels, camera)) if piloted else none,
         "thin_shadows": shadow_pixels(plan) if piloted else np.zeros((3, 0), dtype=np.int64),
     }

@@ -1,13 +1,19 @@
-"""Which materials are shaded all over pixels, apart from light: those on which only textures vary fast."""
+"""Materials with decoupled shading: those on which only textures vary within pixels."""
 
 from dataclasses import replace
 
 import numpy as np
 
 import schemas.textures as language
-from renderer.adaptive.arrivals import NODES, AreaArrival, Arrival, PointArrival, with_nodes
 from renderer.adaptive.fine_texture import FineTexture
 from renderer.adaptive.lighting import PilotLighting
+from renderer.adaptive.quadrature import (
+    GAUSS_LEGENDRE,
+    AreaQuadrature,
+    PointQuadrature,
+    Quadrature,
+    with_nodes,
+)
 from renderer.materials.maps import BumpMap, ColorTexture, NormalMap
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
@@ -17,22 +23,22 @@ from schemas.materials import Surface
 from schemas.quality import TargetQuality
 
 MAPS = ColorTexture | NormalMap | BumpMap
-"""Stages that look images up."""
+"""Stages that look up images."""
 
-DENSER, MOST_POINTS = 4, 1024
-"""Light points in penumbrae on such materials, times those on others, and how many at most: sampled camera
-rays that hit fine detail as well cost far more."""
+PENUMBRA_POINT_FACTOR, MAX_PENUMBRA_POINTS = 4, 1024
+"""Factor on the light points of penumbrae on such materials, and the most of them: sampled camera rays that
+hit fine detail as well cost far more."""
 
 
 def materials(request: Request, lightings: tuple[Illumination, ...]) -> frozenset[str]:
-    """Materials that are shaded in detail; none where no light shines."""
+    """Materials with decoupled shading; none without lights."""
     if not lightings:
         return frozenset()
     return frozenset(name for name in request.names if _eligible(request, request.document.materials[name]))
 
 
 def _eligible(request: Request, material: Surface) -> bool:
-    """Whether images without a pyramid are all that varies on a material within pixels.
+    """Whether only images without a pyramid vary within pixels on a material.
 
     Reflections and refractions vary as well.
     """
@@ -49,7 +55,7 @@ def _images(request: Request, material: Surface) -> list[language.Texture]:
 
 
 def with_fine_texture(plan: RenderPlan, request: Request, target: TargetQuality) -> RenderPlan:
-    """A plan of pilot samples that shades the materials `request.details` all over pixels."""
+    """Add decoupled shading of the materials `request.details` to a plan of pilot samples."""
     if not request.details:
         return plan
     fine = np.array([name in request.details for name in request.names])
@@ -61,7 +67,9 @@ def with_fine_texture(plan: RenderPlan, request: Request, target: TargetQuality)
     first = next(i for i, stage in enumerate(plan.surfaces) if isinstance(stage, MAPS))
     lights = FineTexture(
         plain=plan.lightings,
-        arrivals={side: tuple(_arrival(light, side) for light in plan.lightings) for side in NODES},
+        quadratures={
+            side: tuple(_quadrature(light, side) for light in plan.lightings) for side in GAUSS_LEGENDRE
+        },
         maps=plan.surfaces[first:],
         texels=texels,
         relief=relief,
@@ -75,17 +83,17 @@ def with_fine_texture(plan: RenderPlan, request: Request, target: TargetQuality)
 
 
 def _texels(stage: ColorTexture | NormalMap | BumpMap) -> int:
-    """Texels of the image that a stage looks up, 0 of other textures."""
+    """Texels of a stage's image, 0 for other textures."""
     texture = stage.heights.texture if isinstance(stage, BumpMap) else stage.texture
     return texture.texels.shape[0] * texture.texels.shape[1] if isinstance(texture, ImageTexture) else 0
 
 
-def _arrival(light: Illumination, side: int) -> Arrival:
-    """A light at the centres of pixels, with `side` nodes along each side of it if it has an area."""
+def _quadrature(light: Illumination, side: int) -> Quadrature:
+    """Incident light at the centres of pixels, with `side` nodes along each side of an area light."""
     if isinstance(light, PilotLighting):
         nodes, partial = with_nodes(light.emitter, side), light.partial
-        count = min(DENSER * partial.emitter.count, MOST_POINTS)
+        count = min(PENUMBRA_POINT_FACTOR * partial.emitter.count, MAX_PENUMBRA_POINTS)
         many = replace(partial, emitter=replace(partial.emitter, count=count))
-        return AreaArrival(light.probe, many, replace(partial, emitter=nodes, shadows=()))
+        return AreaQuadrature(light.probe, many, replace(partial, emitter=nodes, shadows=()))
     assert isinstance(light, Lighting)
-    return PointArrival(light)
+    return PointQuadrature(light)

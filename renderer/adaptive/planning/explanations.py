@@ -1,4 +1,4 @@
-"""What `penumbra explain` says of target quality: how pilot samples differ from samples."""
+"""Entries of `penumbra explain` for target quality: how pilot samples differ from samples."""
 
 from collections.abc import Iterable, Iterator
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from renderer.adaptive.lattice import stride_for
 from renderer.adaptive.levels import COVERAGES
-from renderer.adaptive.lighting import NEAREST, SIDES, PilotLighting
+from renderer.adaptive.lighting import MIN_DISTANCE_RATIO, SIDES, PilotLighting
 from renderer.math.arrays import Integers
 from renderer.plan.effects import TEXTURES
 from renderer.plan.plan import RenderPlan
@@ -16,20 +16,20 @@ from schemas.pointers import escaped
 
 
 def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Entry]:
-    """Lines of the plan: the lattice, each light with an area, exact means, and pixels at borders.
+    """Entries of the plan: the lattice, each area light, exact means, and border pixels.
 
     Parameters
     ----------
     request : Request
         Of the pilot samples.
     lightings
-        Those of the pilot samples; lights without an area do as always, and have no line.
+        Of the pilot samples; lights without area have no entry.
     """
     yield Entry("pilot samples", "camera", _lattice(request), ("/camera",))
     for lighting in lightings:
         if isinstance(lighting, PilotLighting):
             yield from _light(request, lighting)
-    yield from _boards(request)
+    yield from _checkerboards(request)
     yield from _details(request)
     detail = (
         "rays measure how much of a pixel each shape fills, where it may show more than one: more rays the "
@@ -38,9 +38,9 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
     yield Entry("borders", "camera", detail, ("/camera",))
 
 
-def thin_shadows(request: Request, places: Integers) -> Iterator[Entry]:
-    """The line of the plan for pixels that thin shadows may pass, if there are any."""
-    count = np.unique(places[:2], axis=1).shape[1]
+def thin_shadows(request: Request, positions: Integers) -> Iterator[Entry]:
+    """Entry for pixels that thin shadows may cross, if there are any."""
+    count = np.unique(positions[:2], axis=1).shape[1]
     if count:
         pointers = tuple(f"/lights/{number}" for number in range(len(request.document.lights)))
         detail = f"{count:,} pixels that shadows of thin shapes may cross are their own stratum"
@@ -48,7 +48,7 @@ def thin_shadows(request: Request, places: Integers) -> Iterator[Entry]:
 
 
 def with_lattice(plan: RenderPlan, stride: int) -> tuple[Entry, ...]:
-    """The lines of a plan through a lens, with one for the lattice of samples after that of the lens."""
+    """Entries of a plan with a lens, with one for the lattice of samples after that of the lens."""
     detail = f"pixels {stride} apart are sampled, and those between them where the picture is not smooth"
     (at,) = (i for i, entry in enumerate(plan.entries) if entry.name == "lens")
     lattice = Entry("lattice of samples", "camera.lens", detail, plan.entries[at].pointers)
@@ -72,7 +72,10 @@ def _light(request: Request, light: PilotLighting) -> Iterator[Entry]:
             f"shadow rays to {points} points up to its edges find where all of it is seen, and where a part"
         )
         yield Entry(f"view of light {number}", effect, detail, pointer)
-    most = SIDES[min(int(np.searchsorted(SIDES, NEAREST * light.finest.max())), len(SIDES) - 1)] ** 2
+    most = (
+        SIDES[min(int(np.searchsorted(SIDES, MIN_DISTANCE_RATIO * light.grid_sides.max())), len(SIDES) - 1)]
+        ** 2
+    )
     least = SIDES[0] ** 2
     grids = f"a grid of {least} to {most} points" if most > least else f"a grid of {least} points"
     detail = f"{grids}, by how near it is and how sharp the highlight; no shadow rays"
@@ -83,7 +86,7 @@ def _light(request: Request, light: PilotLighting) -> Iterator[Entry]:
         yield Entry(f"light {number} partly visible", effect, detail, pointer)
 
 
-def _boards(request: Request) -> Iterator[Entry]:
+def _checkerboards(request: Request) -> Iterator[Entry]:
     document = request.document
     for texture, board in document.textures.items():
         asking = [name for name in request.names if document.materials[name].color_texture == texture]
@@ -95,7 +98,7 @@ def _boards(request: Request) -> Iterator[Entry]:
 
 
 def _details(request: Request) -> Iterator[Entry]:
-    """Materials whose textures are averaged over pixels, apart from light."""
+    """Entries of materials with decoupled shading."""
     for name in sorted(request.details):
         material = request.document.materials[name]
         parts = [part for part in ("color_texture", "normal_map", "bump_map") if getattr(material, part)]

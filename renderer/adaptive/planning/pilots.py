@@ -1,4 +1,4 @@
-"""The plan of pilot samples: one ray through the middle of each pixel, with as little noise as may be."""
+"""Build the plan of pilot samples: one ray through the centre of each pixel, with little noise."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import fields, replace
@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from renderer.accelerators.trees import in_tree
-from renderer.adaptive.lighting import SIDES, PilotLighting, ProbingEmitter, corners_for, finest
+from renderer.adaptive.lighting import SIDES, PilotLighting, ProbingEmitter, grid_sides, probe_side
 from renderer.adaptive.planning import details, explanations
 from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
@@ -28,29 +28,29 @@ from renderer.textures.means import MeanColor
 from renderer.textures.mipmap import MipmapTexture
 from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 
-PENUMBRA = 64, 2.0**-8
-"""Points, and the error that they leave of a light that is half covered; other errors take points in inverse
-proportion."""
+PENUMBRA_POINTS = 64, 2.0**-8
+"""Light points in a penumbra, and the error for which they suffice; in inverse proportion for other
+errors."""
 
-HASTY = 2.0**-9
-"""Pilot samples of pictures with a time limit are no finer than this error needs: pixels wait for them."""
+MIN_TIMED_ERROR = 2.0**-9
+"""Least target of the pilot samples of pictures with a time limit, as all pixels wait for them."""
 
 
 def in_time(target: TargetQuality) -> TargetQuality:
-    """The target of pilot samples."""
+    """Target of pilot samples."""
     if target.time_limit is None:
         return target
-    return target.model_copy(update={"error": max(target.error, HASTY)})
+    return target.model_copy(update={"error": max(target.error, MIN_TIMED_ERROR)})
 
 
 def request_of(request: Request, target: TargetQuality, detailed: frozenset[str]) -> Request:
-    """The request of pilot samples, with the materials that they shade in detail."""
+    """Request of pilot samples, with the materials that get decoupled shading."""
     scene = filtered(request.scene)
     return Request(scene, quality_of(target), request.geometry, request.culling, details=detailed)
 
 
 def filtered(scene: LoadedScene) -> LoadedScene:
-    """The scene with the means of checker boards over a pixel in place of the field under its middle."""
+    """Replace checkerboards by their means over a pixel."""
     written = scene.document.textures
     means = {
         name: mean(texture) for name, texture in written.items() if (mean := TEXTURES[type(texture)].mean)
@@ -60,7 +60,7 @@ def filtered(scene: LoadedScene) -> LoadedScene:
 
 
 def shapes_with(request: Request, *parts: str) -> Masks:
-    """Shapes (K,) whose material has any of these parts, those shaded in detail left out."""
+    """Shapes (K,) whose material has any of these attributes and no decoupled shading."""
     materials = request.document.materials
     having = {name for name, material in materials.items() if any(getattr(material, part) for part in parts)}
     having -= request.details
@@ -68,7 +68,7 @@ def shapes_with(request: Request, *parts: str) -> Masks:
 
 
 def glints(request: Request) -> Floats:
-    """Brightness of the brightest visible light as each shape (K,) shows it, 0 where not above white."""
+    """Brightness of the brightest visible light as each shape (K,) reflects it, 0 if not above white."""
     document = request.document
     visible = [max(light.color) for light in document.lights if getattr(light, "visible", False)]
     materials = [document.materials[shape.material] for shape in document.shapes]
@@ -78,7 +78,7 @@ def glints(request: Request) -> Floats:
 
 
 def averaged_shapes(request: Request) -> Masks:
-    """Shapes (K,) of whose colour the mean over a pixel is known."""
+    """Shapes (K,) whose mean colour over a pixel is known."""
     materials, textures = request.document.materials, request.document.textures
     known = {name for name, texture in textures.items() if TEXTURES[type(texture)].mean}
     having = {name for name, material in materials.items() if material.color_texture in known}
@@ -87,20 +87,20 @@ def averaged_shapes(request: Request) -> Masks:
 
 
 def detailed(request: Request) -> Masks:
-    """Shapes (K,) whose material is shaded in detail."""
+    """Shapes (K,) with decoupled shading."""
     shown = [shape.material in request.details for shape in request.document.shapes]
     return np.array(shown, dtype=bool)
 
 
-def places(families: Iterable[Family], of_hulls: Callable[[Hulls], Integers]) -> Integers:
-    """Pixels (2, N) at hulls of shapes, which need samples; triangles in trees are parts of larger things."""
+def positions(families: Iterable[Family], of_hulls: Callable[[Hulls], Integers]) -> Integers:
+    """Pixels (2, N) of the hulls of families; triangles in trees are parts of larger shapes."""
     found = [np.zeros((2, 0), dtype=np.int64)]
     found += [of_hulls(family.hulls()) for family in families if not in_tree(family)]
     return np.hstack(found)
 
 
 def build_pilot(seen: Request, target: TargetQuality) -> RenderPlan:
-    """The plan of pilot samples, from their request."""
+    """Build the plan of pilot samples from their request."""
     plan = build_plan(seen)
     lightings = _lightings(seen, target, plan.lightings)
     plan = replace(
@@ -113,10 +113,10 @@ def build_pilot(seen: Request, target: TargetQuality) -> RenderPlan:
 
 
 def averaged(stage: PointStage, camera: Pinhole, target: TargetQuality) -> PointStage:
-    """A stage that looks up textures, as pilot samples do it.
+    """Replace the texture lookup of a stage by the one of pilot samples.
 
-    They know the mean of a checker board over a pixel. The pyramid of an image does not: at a grazing angle
-    its mean over a whole pixel is blurred over many, so it shows what the samples to come will see.
+    A checkerboard by its mean over a pixel. Images with a pyramid keep the footprint of samples, as the
+    pyramid's mean over a whole pixel at a grazing angle is blurred over many.
     """
     if isinstance(stage, ColorTexture | NormalMap) and isinstance(stage.texture, MipmapTexture):
         return replace(stage, texture=replace(stage.texture, share=1 / np.sqrt(FINEST)))
@@ -139,7 +139,7 @@ def quality_of(target: TargetQuality) -> FixedQuality:
 def _lightings(
     request: Request, target: TargetQuality, plain: tuple[Illumination, ...]
 ) -> tuple[Illumination, ...]:
-    """Pilot lighting of each light with an area; the others do as for samples."""
+    """Replace area lights by their pilot lighting."""
     return tuple(
         _pilot_lighting(request, target, lighting)
         if isinstance(lighting, Lighting) and lighting.emitter.count > 1
@@ -152,18 +152,18 @@ def _pilot_lighting(request: Request, target: TargetQuality, lighting: Lighting)
     emitter = lighting.emitter
     grid = replace(emitter, pattern="uniform")
     values = {item.name: getattr(grid, item.name) for item in fields(Emitter)}
-    probing = ProbingEmitter(**values | {"count": corners_for(target.error) ** 2})
+    probing = ProbingEmitter(**values | {"count": probe_side(target.error) ** 2})
     shadows = tuple(shadow_stages(request, probing)) if lighting.shadows else ()
     curvatures = np.array([MATERIALS[type(each)].curvature(each) for each in request.materials])
     return PilotLighting(
         probe=replace(lighting, emitter=probing, shadows=shadows, terms=()),
         whole=tuple(replace(lighting, emitter=replace(grid, count=n * n), shadows=()) for n in SIDES),
         partial=lighting,
-        finest=finest(target.error, float(emitter.color.max()), curvatures),
+        grid_sides=grid_sides(target.error, float(emitter.color.max()), curvatures),
     )
 
 
 def _points(error: float) -> int:
     """Light points in a penumbra, a power of two."""
-    points, at = PENUMBRA
+    points, at = PENUMBRA_POINTS
     return int(2 ** np.clip(np.round(np.log2(points * at / error)), 3, 10))

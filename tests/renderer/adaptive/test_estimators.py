@@ -5,12 +5,18 @@ import pytest
 
 import renderer
 from renderer.adaptive import Estimate, render_samples
-from renderer.adaptive.findings import errors_of
+from renderer.adaptive.error_statistics import pilot_errors
 from renderer.adaptive.guides import surroundings
-from renderer.adaptive.lattice import NODE, bends, interpolate_once, label_once, ways_between
+from renderer.adaptive.lattice import (
+    NODE,
+    interpolate_labels_once,
+    interpolate_once,
+    interpolation_axes,
+    interpolation_errors,
+)
 from renderer.adaptive.levels import COUNTS, SAMPLED
 from renderer.adaptive.requests import TileRequest
-from renderer.adaptive.strata import COUNT, survey
+from renderer.adaptive.strata import COUNT, stratum_statistics
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 from tests.pictures import pictures
@@ -45,7 +51,7 @@ def test_error_of_a_pilot_sample_is_unbiased(noise: float, error: float) -> None
     halves = 0.5 + noise * np.random.default_rng(5).uniform(-(3**0.5), 3**0.5, (2, 1, count)).repeat(
         3, axis=1
     )
-    errors, _ = errors_of(halves, np.full((3, count), 0.5 + error, np.float32))
+    errors, _ = pilot_errors(halves, np.full((3, count), 0.5 + error, np.float32))
     deviation = np.sqrt((2 * error**2 * noise**2 + noise**4) / count)
     assert abs(errors.mean() - error**2) <= 5 * deviation
 
@@ -54,7 +60,7 @@ def test_stratum_without_a_probe_is_not_taken_for_exact() -> None:
     """Probes of one stratum find no error; pixels of another have none: their error is unknown, not 0."""
     probes = np.full(50, 7)
     sizes = np.bincount([7, 60], [400, 300], COUNT).astype(np.int64)
-    found = survey(probes, sizes, np.zeros(50), np.zeros(50), np.zeros(50), np.zeros(50))
+    found = stratum_statistics(probes, sizes, np.zeros(50), np.zeros(50), np.zeros(50), np.zeros(50))
     assert found.errors[7] == 0
     assert found.errors[60] > 0
     assert found.uncertain[60] > 0
@@ -72,10 +78,10 @@ def test_pilot_samples_are_interpolated_up_to_a_border(cut: int, across: bool) -
     even = np.s_[::2, ::2]
     values, marks = np.full((3, *shape), np.nan, np.float32), np.full(shape, -99, np.int32)
     values[:, *even], marks[even] = truth[:, *even], labels[even]
-    ways = ways_between(*bends(values[:, *even], marks[even]), marks[even], shape, 0.0)
-    interpolate_once(values, ways)
-    label_once(marks, ways)
-    unknown = ways == NODE
+    axes = interpolation_axes(*interpolation_errors(values[:, *even], marks[even]), marks[even], shape, 0.0)
+    interpolate_once(values, axes)
+    interpolate_labels_once(marks, axes)
+    unknown = axes == NODE
     unknown[even] = False
     assert 0 < unknown.sum() < unknown.size / 2
     assert (values[:, ~unknown] == truth[:, ~unknown]).all()

@@ -7,8 +7,8 @@ import pytest
 
 import renderer
 from renderer.adaptive.driver import Driver
+from renderer.adaptive.error_statistics import settle
 from renderer.adaptive.estimate import Estimate, State
-from renderer.adaptive.findings import settle
 from renderer.adaptive.tile_rendering import render_request
 from renderer.film import Image
 from schemas.quality import FixedQuality, Quality, TargetQuality

@@ -1,4 +1,4 @@
-"""Pixels and what is beside them: borders between shapes, outlines, and what is within reach."""
+"""Operations on the neighbourhoods of pixels: borders between labels, dilation and local maxima."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ from renderer.math.arrays import Masks
 
 
 def borders(labels: Labels) -> Masks:
-    """Pixels one of whose eight neighbours shows another shape."""
+    """Pixels one of whose eight neighbours has another label."""
     found = np.zeros(labels.shape, dtype=bool)
     across, along = labels[:, 1:] != labels[:, :-1], labels[1:] != labels[:-1]
     falling, rising = labels[1:, 1:] != labels[:-1, :-1], labels[1:, :-1] != labels[:-1, 1:]
@@ -23,15 +23,15 @@ def borders(labels: Labels) -> Masks:
     return found
 
 
-def outline(shape: tuple[int, ...]) -> Masks:
-    """The outermost pixels of a picture: no neighbour shows an edge in the outer half of them."""
+def rim(shape: tuple[int, ...]) -> Masks:
+    """Outermost pixels of a picture, (H, W)."""
     found = np.ones(shape, dtype=bool)
     found[1:-1, 1:-1] = False
     return found
 
 
-def highest(values: NDArray[np.float32], reach: int) -> NDArray[np.float32]:
-    """Greatest of the values (H, W) up to `reach` away along and across."""
+def local_maximum(values: NDArray[np.float32], reach: int) -> NDArray[np.float32]:
+    """Greatest of the values (H, W) within `reach` rows and columns."""
     height, width = values.shape
     padded = np.pad(values, reach, mode="edge")
     rows = np.maximum.reduce([padded[step : step + height] for step in range(2 * reach + 1)])
@@ -41,8 +41,8 @@ def highest(values: NDArray[np.float32], reach: int) -> NDArray[np.float32]:
     return greatest
 
 
-def spread(marks: Masks, reach: int) -> Masks:
-    """Marks (H, W) with all pixels up to `reach` away along and across."""
+def dilate(marks: Masks, reach: int) -> Masks:
+    """Dilate a mask (H, W) by `reach` rows and columns."""
     height, width = marks.shape
     padded = np.pad(marks, reach)
     rows = np.logical_or.reduce([padded[step : step + height] for step in range(2 * reach + 1)])

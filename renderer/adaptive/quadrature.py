@@ -1,7 +1,7 @@
-"""What light reaches the centres of pixels whose texture is shaded at many places: nodes with weights.
+"""Gauss-Legendre quadrature of area lights for decoupled shading: incident light as weighted directions.
 
-Light varies slowly where texels do not. The directions lie on a Gauss-Legendre grid on the light; where it is
-partially occluded, each stands for the visible share of its cell.
+Incident light varies slowly over a pixel, texels do not. In penumbrae each node is weighted by the visible
+share of its cell.
 """
 
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from renderer.adaptive.lighting import NEAREST, partition_of
+from renderer.adaptive.lighting import MIN_DISTANCE_RATIO, partition_of
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, Weights
@@ -19,7 +19,7 @@ from renderer.math.arrays import Floats, Integers, lengths, put, taken
 from renderer.plan.stages import Lighting
 from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
 
-NODES = {
+GAUSS_LEGENDRE = {
     side: (np.array(places) / 2, np.array(shares) / 2)
     for side, (places, shares) in {
         2: ((-0.5773502691896257, 0.5773502691896257), (1.0, 1.0)),
@@ -30,30 +30,30 @@ NODES = {
         ),
     }.items()
 }
-"""Places along a side of a light from -1/2 to 1/2, and their shares of it: Gauss and Legendre's."""
+"""Nodes along a side of a light, from -1/2 to 1/2, and their weights."""
 
-NODE_ERRORS = 0.0045, 0.0018
-"""RMS errors of cosines with 2 and 3 places along a side of a light that is as large as its distance, normals
-and mirrored directions being random; they fall with the distance to the power 1.5. With 4, 0.0009."""
+QUADRATURE_ERRORS = 0.0045, 0.0018
+"""RMS errors of cosines with 2 and 3 nodes along a side of a light as large as its distance, over random
+normals and mirrored directions; they fall with the distance to the power 1.5. With 4 nodes, 0.0009."""
 
-ALLOWED = 1 / 4
-"""Share of the target error that they may have."""
+ERROR_SHARE = 1 / 4
+"""Share of the target error for the quadrature."""
 
 
 def sides_for(emitters: Iterable[Emitter], positions: Floats, error: float) -> Integers:
-    """Places along a side of a light that points (3, n) need for a target error, by the nearest light."""
-    needed = np.full(positions.shape[1], min(NODES))
+    """Nodes along a side of the lights that points (3, n) need for a target error, by the nearest light."""
+    needed = np.full(positions.shape[1], min(GAUSS_LEGENDRE))
     for emitter in emitters:
         size = max(lengths(emitter.first).item(), lengths(emitter.second).item())
         if size:
-            nearness = size / np.maximum(lengths(emitter.towards(positions)), size / NEAREST)
-            above = [each * nearness**1.5 > ALLOWED * error for each in NODE_ERRORS]
-            np.maximum(needed, min(NODES) + np.sum(above, axis=0), out=needed)
+            nearness = size / np.maximum(lengths(emitter.towards(positions)), size / MIN_DISTANCE_RATIO)
+            above = [each * nearness**1.5 > ERROR_SHARE * error for each in QUADRATURE_ERRORS]
+            np.maximum(needed, min(GAUSS_LEGENDRE) + np.sum(above, axis=0), out=needed)
     return needed
 
 
-class Arrival(Protocol):
-    """One light at pixels whose fine texture shares the light of their centres."""
+class Quadrature(Protocol):
+    """Incident light from one light at the centres of pixels."""
 
     @property
     def emitter(self) -> Emitter:
@@ -62,17 +62,17 @@ class Arrival(Protocol):
 
     @property
     def terms(self) -> tuple[LightTerm, ...]:
-        """The terms of materials for it."""
+        """Its material terms."""
         ...
 
     def view(self, points: Points) -> tuple[LightView, int]:
-        """The light with what arrives of it at points as its weights, and the number of shadow rays."""
+        """View of the light from points, with visibility as weights, and the number of shadow rays."""
         ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NodeEmitter(Emitter):
-    """A light whose points are the nodes of the Gauss-Legendre grid."""
+    """An area light with points at the nodes of a Gauss-Legendre grid."""
 
     @property
     def side(self) -> int:
@@ -81,24 +81,24 @@ class NodeEmitter(Emitter):
 
     def grid(self) -> tuple[Floats, Floats]:
         """U of the columns and v of the rows, from -1/2 to 1/2."""
-        places, _ = NODES[self.side]
+        places, _ = GAUSS_LEGENDRE[self.side]
         return places, places
 
     def shares(self) -> Floats:
-        """Weight of each node in the mean over all, (J, 1)."""
-        _, shares = NODES[self.side]
+        """Weight of each node relative to the mean weight, (J, 1)."""
+        _, shares = GAUSS_LEGENDRE[self.side]
         return self.count * np.outer(shares, shares).reshape(-1, 1)
 
 
 def with_nodes(emitter: Emitter, side: int) -> NodeEmitter:
-    """The same light with points on a grid of so many nodes a side."""
+    """Replace the points of a light by a grid of `side` by `side` nodes."""
     values = {item.name: getattr(emitter, item.name) for item in fields(Emitter)}
     return NodeEmitter(**values | {"count": side * side, "pattern": "uniform"})
 
 
 @dataclass(frozen=True, slots=True)
-class AreaArrival:
-    """A light with an area.
+class AreaQuadrature:
+    """Quadrature of an area light.
 
     Attributes
     ----------
@@ -114,16 +114,16 @@ class AreaArrival:
 
     @property
     def emitter(self) -> Emitter:
-        """The light, with as many points as every point that faces it is probed with."""
+        """The light, with the points of the classifying grid."""
         return self.probe.emitter
 
     @property
     def terms(self) -> tuple[LightTerm, ...]:
-        """The terms of materials for it."""
+        """Its material terms."""
         return self.nodes.terms
 
     def view(self, points: Points) -> tuple[LightView, int]:
-        """The nodes, each with the share of its cell that is seen."""
+        """View of the nodes, weighted by the visible shares of their cells."""
         nodes, workspace = self.nodes.emitter, Workspace()
         assert isinstance(nodes, NodeEmitter)
         view = self.probe.view(points, workspace)
@@ -143,8 +143,8 @@ class AreaArrival:
 
 
 @dataclass(frozen=True, slots=True)
-class PointArrival:
-    """A light without an area."""
+class PointQuadrature:
+    """The single direction of a light without area."""
 
     lighting: Lighting
 
@@ -155,11 +155,11 @@ class PointArrival:
 
     @property
     def terms(self) -> tuple[LightTerm, ...]:
-        """The terms of materials for it."""
+        """Its material terms."""
         return self.lighting.terms
 
     def view(self, points: Points) -> tuple[LightView, int]:
-        """Its one direction, where it is seen."""
+        """View of its direction from the points that see it."""
         view = self.lighting.view(points, Workspace())
         rays = view.count if self.lighting.shadows else 0
         view.drop_dark()
@@ -167,7 +167,7 @@ class PointArrival:
 
 
 def _weighted(view: LightView, lighting: Lighting, shares: Floats) -> LightView:
-    """A view with `shares` (L, n), its own weights and what is blocked as weights alone."""
+    """Combine `shares` (L, n), a view's own weights and its visibility into weights."""
     if view.count:
         for weight in lighting.weights:
             weight.run(view)
@@ -179,13 +179,13 @@ def _weighted(view: LightView, lighting: Lighting, shares: Floats) -> LightView:
 
 
 def cell_shares(view: LightView, side: int) -> Floats:
-    """Share of each node's cell that is seen, (J, n); where no point fell on a cell, of all the light."""
+    """Visible share of each node's cell, (J, n); of the whole light where no point fell on a cell."""
     cells = side * side
     if view.blocked is None:
         return np.ones((cells, view.count))
     seen = ~view.blocked
     u, v = view.light_points.places(np.arange(view.count))
-    borders = np.cumsum(NODES[side][1])[:-1] - 0.5
+    borders = np.cumsum(GAUSS_LEGENDRE[side][1])[:-1] - 0.5
     numbers = np.searchsorted(borders, u) * side + np.searchsorted(borders, v)
     whole = seen.mean(axis=0)
     found = np.empty((cells, view.count))

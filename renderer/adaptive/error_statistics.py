@@ -1,4 +1,4 @@
-"""What samples say: errors of the pixels that show them, and of pilot samples where they are probes."""
+"""Error statistics of a picture: of pixels that show their samples, and of pilot samples where probes are."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,119 +10,120 @@ from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.lamps import lit
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import COUNTS, SAMPLED
-from renderer.adaptive.neighbours import highest
-from renderer.adaptive.strata import COUNT, Survey, expected_errors, survey, typical_error
+from renderer.adaptive.neighbourhoods import local_maximum
+from renderer.adaptive.strata import (
+    COUNT,
+    StratumStatistics,
+    expected_errors,
+    stratum_statistics,
+    typical_error,
+)
 from renderer.adaptive.uncertainty import ErrorEstimate, unseen_glints
 from renderer.film import Image
 from renderer.halves import HALVES
 from renderer.layers import Layers
 from renderer.math.arrays import Floats, Integers, Masks, taken
 
-UNMODELLED = 1 / 6
-"""Standard error of the sum of squared errors, as a share of it, for what samples have not hit: large errors
-are in few pixels. With an eighth 93 % of true errors are in their interval, with a sixth 96 %."""
+UNMODELLED_SHARE = 1 / 6
+"""Relative standard error of the sum of squared errors due to what samples have missed: large errors are in
+few pixels. With an eighth 93 % of true errors are in their interval, with a sixth 96 %."""
 
+PRIOR_SAMPLES = 16
+"""Weight, in samples, of the mean variance around a pixel beside its own. With 8 and with 32 random pictures
+keep as many targets, with samples 4 % apart; without it 13 points fewer."""
 
-PRIOR = 16
-"""Samples that the mean variance around a pixel counts for beside those of its own. With 8 and with 32 random
-pictures keep as many targets, with samples 4 % apart; without it 13 points fewer."""
-
-GLARE = 1 / 4
+GLARE_PROBABILITY = 1 / 4
 """Probability that a pixel beside one brighter than white shows part of the same source. A lamp 225 times as
 bright as white that covers 1 % of a pixel makes it white, and 8 samples miss it in 9 of 10 pictures."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Findings:
-    """Numbers about the n sampled pixels that show their samples, and the m probes that show a pilot sample.
+class ErrorStatistics:
+    """Errors of the n sampled pixels that show their samples, and of the strata that show pilot samples.
 
     Attributes
     ----------
     sampled, probes : (n,) and (m,) int64
         Numbers of the pixels.
     squares : (n,) float64
-        Squared standard errors, mean over channels: a quarter of the squared difference of the halves, and
-        what the variances around let expect.
+        Squared standard errors, mean over channels: from the difference of the halves, shrunk towards the
+        neighbourhood's variance.
     variances : (n,) float64
-        Of single samples, such that they times the number of samples to the power -1.5 add up to `squares`.
-    errors : (m,) float64
-        Squared errors of pilot samples, without bias.
-    noise : (m,) float64
-        Variances of `errors`, from the difference of the halves.
-    survey : Survey
-        What the probes say of each stratum.
-    spread : (k,) float64
-        Squared standard errors of what pixels at borders show, because of shares; beside all others.
+        Of single samples: times the number of samples to the power -1.5 they add up to `squares`.
+    strata : StratumStatistics
+        Measured by the probes.
+    coverage : (k,) float64
+        Squared standard errors of border pixels due to their coverage, in addition to the others.
     """
 
     sampled: Integers
     probes: Integers
     squares: Floats
     variances: Floats
-    errors: Floats
-    noise: Floats
-    survey: Survey
-    spread: Floats
+    strata: StratumStatistics
+    coverage: Floats
 
     @property
     def total(self) -> float:
         """Sum of the squared errors of all pixels."""
-        return float(self.squares.sum()) + float(self.spread.sum()) + self.survey.total
+        return float(self.squares.sum()) + float(self.coverage.sum()) + self.strata.total
 
     @property
     def variance(self) -> float:
         """Of `total`: a squared difference of two numbers has twice its own square."""
-        own = float((self.squares**2).sum()) + float((self.spread**2).sum())
-        return 2 * own + self.survey.variance + (UNMODELLED * self.total) ** 2
+        own = float((self.squares**2).sum()) + float((self.coverage**2).sum())
+        return 2 * own + self.strata.variance + (UNMODELLED_SHARE * self.total) ** 2
 
 
-def findings(estimate: Estimate) -> Findings:
-    """The statistics of a picture when a pass is complete."""
-    return _findings(estimate, estimate.shown, ~estimate.shown)
+def error_statistics(estimate: Estimate) -> ErrorStatistics:
+    """Statistics of a picture when a pass is complete."""
+    return _statistics(estimate, estimate.shown, ~estimate.shown)
 
 
-def so_far(estimate: Estimate) -> Findings:
-    """The statistics in the middle of a pass: pixels that wait for samples show their pilot sample.
+def mid_pass_statistics(estimate: Estimate) -> ErrorStatistics:
+    """Statistics in the middle of a pass: pixels that wait for samples show their pilot sample.
 
-    All samples of their stratum say how far off that is, even if they are shown.
+    All samples of their stratum measure its error, also those that are shown.
     """
     waiting = estimate.displayed & (estimate.have < SAMPLED)
     alike = np.zeros(COUNT, dtype=bool)
     alike[estimate.strata[waiting]] = True
     shown = estimate.displayed & ~waiting
-    return _findings(estimate, shown, ~shown | alike[estimate.strata])
+    return _statistics(estimate, shown, ~shown | alike[estimate.strata])
 
 
-def keep_pilots(estimate: Estimate, found: Findings) -> Findings:
-    """Show pilot samples where those `found` are worse; gives what samples say of the picture then.
+def keep_pilots(estimate: Estimate, found: ErrorStatistics) -> ErrorStatistics:
+    """Show pilot samples in strata where they are more accurate than the samples so far.
 
-    Samples of the same pixels say both: how far they are from each other, and from pilot samples.
+    The same samples measure both errors. Returns the statistics of the picture that results.
     """
     if not estimate.piloted:
         return found
     numbers = estimate.strata.ravel()[found.sampled]
     halves = taken(estimate.halves.reshape(6, -1), found.sampled).reshape(2, 3, -1)
-    errors, _ = errors_of(halves, taken(estimate.values.reshape(3, -1), found.sampled))
+    errors, _ = pilot_errors(halves, taken(estimate.values.reshape(3, -1), found.sampled))
     own, others = (np.bincount(numbers, values, minlength=COUNT) for values in (found.squares, errors))
-    estimate.kept = estimate.shown & (own > np.maximum(others, 0))[estimate.strata]
-    return _findings(estimate, estimate.displayed, ~estimate.displayed) if estimate.kept.any() else found
+    estimate.pilot_kept = estimate.shown & (own > np.maximum(others, 0))[estimate.strata]
+    if not estimate.pilot_kept.any():
+        return found
+    return _statistics(estimate, estimate.displayed, ~estimate.displayed)
 
 
-def error_of(estimate: Estimate, found: Findings) -> ErrorEstimate:
+def error_of(estimate: Estimate, found: ErrorStatistics) -> ErrorEstimate:
     """The error of the picture, with the bound that has to keep the target."""
     unseen = unseen_glints(estimate.labels, estimate.counts, estimate.plan.glints)
     return uncertainty.error_of(found.total, found.variance, estimate.have.size, estimate.confidence, unseen)
 
 
 def settle(estimate: Estimate) -> None:
-    """Find the error of the picture as it is, in the middle of a pass or not.
+    """Set the error of the picture as it is, in the middle of a pass or not.
 
-    Before there are samples nothing is known of it but what the coarse picture lets expect.
+    Before there are samples the second differences of the coarse picture stand for it.
     """
     if (estimate.have >= SAMPLED).any():
-        estimate.kept[...] = False
-        keep_pilots(estimate, so_far(estimate))
-        estimate.error = error_of(estimate, so_far(estimate))
+        estimate.pilot_kept[...] = False
+        keep_pilots(estimate, mid_pass_statistics(estimate))
+        estimate.error = error_of(estimate, mid_pass_statistics(estimate))
     elif estimate.error is None:
         expected = expected_errors(estimate.image().transpose(2, 0, 1)).mean(dtype=np.float64)
         estimate.error = ErrorEstimate(float(np.sqrt(expected)), 0.0, 1.0, 1.0)
@@ -134,24 +135,24 @@ def sample_layers(estimate: Estimate, names: Iterable[str]) -> Layers:
     if "samples" in asked:
         found["samples"] = estimate.counts().astype(np.int32)
     if "error" in asked:
-        found["error"] = _errors(estimate)
+        found["error"] = _standard_errors(estimate)
     return found
 
 
-def _errors(estimate: Estimate) -> Image:
+def _standard_errors(estimate: Estimate) -> Image:
     """Estimated standard errors of the pixels, (H, W, 3) float32; for pilot samples their stratum's."""
     shown = estimate.displayed
-    found = _findings(estimate, shown, ~shown)
-    pilots = np.sqrt(np.maximum(found.survey.errors, 0))[estimate.strata]
+    found = _statistics(estimate, shown, ~shown)
+    pilots = np.sqrt(np.maximum(found.strata.errors, 0))[estimate.strata]
     halves = np.abs(estimate.halves[0] - estimate.halves[1]) / 2
-    squares = np.where(shown, halves, pilots) ** 2 + estimate.spread
+    squares = np.where(shown, halves, pilots) ** 2 + estimate.coverage_variance
     return np.sqrt(squares).transpose(1, 2, 0).astype(np.float32)
 
 
-def _findings(estimate: Estimate, shown: Masks, probing: Masks) -> Findings:
-    """The statistics of a picture that shows the samples of some pixels (H, W).
+def _statistics(estimate: Estimate, shown: Masks, probing: Masks) -> ErrorStatistics:
+    """Statistics of a picture in which the pixels `shown` (H, W) show their samples.
 
-    Samples of those that are `probing` (H, W) measure pilot samples that are shown.
+    Samples of the pixels `probing` (H, W) measure the error of pilot samples.
     """
     levels, strata = estimate.have.ravel(), estimate.strata.ravel()
     sampled = np.flatnonzero(shown.ravel() & (levels >= SAMPLED))
@@ -164,20 +165,18 @@ def _findings(estimate: Estimate, shown: Masks, probing: Masks) -> Findings:
     squared, variances = _sampled(
         means[:, :, sampled], single, sampled, COUNTS[levels[sampled]], estimate.values, lights
     )
-    errors, noise = errors_of(means[:, :, probes], estimate.values.reshape(3, -1)[:, probes])
-    return Findings(
+    errors, noise = pilot_errors(means[:, :, probes], estimate.values.reshape(3, -1)[:, probes])
+    return ErrorStatistics(
         sampled=sampled,
         probes=probes,
         squares=squared,
         variances=variances,
-        errors=errors,
-        noise=noise,
-        spread=estimate.spread[estimate.spread > 0].astype(np.float64),
-        survey=survey(
+        coverage=estimate.coverage_variance[estimate.coverage_variance > 0].astype(np.float64),
+        strata=stratum_statistics(
             strata=strata[probes],
             sizes=np.bincount(strata[~shown.ravel()], minlength=COUNT),
             errors=errors,
-            spread=noise,
+            noise=noise,
             variances=single[probes],
             expected=typical_error(strata[probes]),
         ),
@@ -189,15 +188,15 @@ def _sampled(
 ) -> tuple[Floats, Floats]:
     """Squared errors and variances (n,) of sampled pixels, from their halves (2, 3, n).
 
-    `single` holds variances of samples of the whole picture; of what is brighter than white it becomes 0.
-    The variances are scaled to explain the squared errors: each at least that of its neighbours, together
-    they would let allocation expect 1.4 to 1.5 times the error, and ask for too many samples.
+    `single` has the variances of the samples of the whole picture; it becomes 0 for what is brighter than
+    white. The result is scaled to explain the squared errors: with each variance at least its neighbours',
+    their sum would be 1.4 to 1.5 times the error, and allocation would request too many samples.
     """
     missed = _missed_glare(halves.mean(axis=0), single, sampled, counts, pilots, lit)
     bright = (halves > 1).all(axis=(0, 1))
     single[sampled[bright]] = 0.0
-    squares, variances = _guarded(
-        single.reshape(pilots.shape[1:]), sampled, _differences(np.clip(halves, 0, 1)), counts
+    squares, variances = _shrunk(
+        single.reshape(pilots.shape[1:]), sampled, _half_variance(np.clip(halves, 0, 1)), counts
     )
     squares[bright] = 0.0
     squares += missed
@@ -207,36 +206,35 @@ def _sampled(
     return squares, variances * (float(squares.sum()) / explained if explained > 0 else 0.0)
 
 
-def errors_of(halves: Floats, pilots: Picture) -> tuple[Floats, Floats]:
+def pilot_errors(halves: Floats, pilots: Picture) -> tuple[Floats, Floats]:
     """Squared errors (n,) of pilot samples (3, n), unbiased, and their variances, from halves (2, 3, n)."""
     both = np.clip(halves, 0, 1)
     a, b = both - np.clip(pilots, 0, 1)
-    errors, spread = (a * b).mean(axis=0), 2 * _differences(both)
-    return errors, spread * (2 * np.maximum(errors, 0) + spread)
+    errors, variance = (a * b).mean(axis=0), 2 * _half_variance(both)
+    return errors, variance * (2 * np.maximum(errors, 0) + variance)
 
 
-def _differences(halves: Floats) -> Floats:
+def _half_variance(halves: Floats) -> Floats:
     """Squared standard errors of the means of two halves (2, 3, n), mean over channels."""
     return ((halves[0] - halves[1]) ** 2).mean(axis=0) / 4
 
 
-def _guarded(single: Floats, sampled: Integers, squares: Floats, taken: Integers) -> tuple[Floats, Floats]:
-    """Squared errors and variances of the sampled pixels (n,), none far below its neighbours'.
+def _shrunk(single: Floats, sampled: Integers, squares: Floats, counts: Integers) -> tuple[Floats, Floats]:
+    """Squared errors and variances (n,) of sampled pixels, shrunk towards the mean of the eight around.
 
-    Few samples may all fall on one side of an edge: the neighbours show that there is one. Pixels whose
-    samples find an edge get more of them, and those that missed it do not, so that their own differences
-    alone would say too little.
+    Few samples may all fall on one side of an edge that the neighbours show. Without shrinkage only pixels
+    whose samples find the edge would get more of them, and the others would report too small an error.
     """
     known, inside = np.zeros((2, *single.shape))
     known.ravel()[sampled] = 1.0
     own = inside.ravel()[sampled] = single.ravel()[sampled]
-    around = _sums(inside, sampled) / _sums(known, sampled)
-    shares = taken**-1.5
+    around = _window_sums(inside, sampled) / _window_sums(known, sampled)
+    shares = counts**-1.5
     explained = float((own * shares).sum())
     if explained == 0:
         return squares, np.zeros(own.size)
     scale = float(squares.sum()) / explained
-    model = scale * (taken * own + PRIOR * around) / (taken + PRIOR)
+    model = scale * (counts * own + PRIOR_SAMPLES * around) / (counts + PRIOR_SAMPLES)
     return model * shares, model
 
 
@@ -256,13 +254,13 @@ def _missed_glare(
     glare = np.zeros(pilots.shape[1:], dtype=np.float32)
     mean = values[:, white].mean(axis=0)
     glare.ravel()[sampled[white]] = mean + single[sampled[white]] / mean
-    brightness = highest(glare, 1).ravel()[sampled]
+    brightness = local_maximum(glare, 1).ravel()[sampled]
     missed = np.exp(-counts / np.maximum(brightness, 1.0)) * (brightness > 0)
-    return GLARE * missed * (np.clip(1 - means, 0, 1) ** 2).mean(axis=0)
+    return GLARE_PROBABILITY * missed * (np.clip(1 - means, 0, 1) ** 2).mean(axis=0)
 
 
-def _sums(values: Floats, chosen: Integers) -> Floats:
-    """Sums over chosen pixels (n,) of a picture (H, W), and the eight neighbours of each.
+def _window_sums(values: Floats, chosen: Integers) -> Floats:
+    """Sums over three by three pixels of a picture (H, W) around each of the pixels `chosen` (n,).
 
     Sampled pixels are few in most pictures: sums over all would be a third of the work between passes.
     """

@@ -1,34 +1,34 @@
-"""Pixels that small and thin shapes may touch: nodes of a lattice may miss them, through a lens or not."""
+"""Pixels that small and thin shapes may touch: nodes of a lattice may miss these, with a lens or without."""
 
 from collections.abc import Iterable
 
 import numpy as np
 
-from renderer.adaptive.neighbours import spread
-from renderer.adaptive.outlines import outline_of, thin_places
+from renderer.adaptive.neighbourhoods import dilate
+from renderer.adaptive.outlines import outline_of, thin_positions
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, Integers, Masks, dot
 from renderer.shapes import Family
 from renderer.shapes.family import Hulls
 
 DIRECTIONS = 16
-"""In which the width of a shape on the picture is measured, over half a turn: the least is 2 % too large."""
+"""Directions over half a turn in which widths on the picture are measured: the least is 2 % too large."""
 
-FARTHEST = 65536
-"""Places along a shape at most, however far it reaches beyond the picture."""
+MAX_POSITIONS = 65536
+"""Most positions along a shape, however far it reaches beyond the picture."""
 
 
 def thin_pixels(camera: Pinhole, families: Iterable[Family], within: int) -> Integers:
-    """Pixels (2, N) that parts of shapes may touch that are narrower than twice `within`, with their blur.
+    """Pixels (2, N) that parts of shapes narrower than twice `within` may touch, their blur included.
 
-    What is blurred more widely is found by nodes that are so many pixels apart.
+    Parts that are blurred more widely are found by nodes that are `within` pixels apart.
     """
     found = np.zeros((camera.height, camera.width), dtype=bool)
     for family in families:
         hulls = family.hulls()
         if hulls.edges:
-            places = thin_places(camera, outline_of(family, camera.position), within)
-            _mark(found, places.pixels, _blur(camera, places.depths), within)
+            positions = thin_positions(camera, outline_of(family, camera.position), within)
+            _mark(found, positions.pixels, _blur(camera, positions.depths), within)
         else:
             _mark_curved(found, camera, hulls, within)
     rows, columns = np.nonzero(found)
@@ -41,37 +41,37 @@ def _blur(camera: Pinhole, depths: Floats) -> Floats:
 
 
 def _mark(found: Masks, pixels: Integers, reach: Floats, most: float) -> None:
-    """Mark what is within the reach (N,) of pixels (2, N), if that is not too far."""
+    """Mark pixels within the reach (N,) of pixels (2, N), where it is below `most`."""
     height, width = found.shape
     inside = (pixels >= 0).all(axis=0) & (pixels[0] < width) & (pixels[1] < height) & (reach < most)
     pixels, whole = pixels[:, inside], np.ceil(reach[inside]).astype(np.int64)
     for size in np.unique(whole).tolist():
         marks = np.zeros_like(found)
         marks[pixels[1, whole == size], pixels[0, whole == size]] = True
-        found |= spread(marks, size)
+        found |= dilate(marks, size)
 
 
 def _mark_curved(found: Masks, camera: Pinhole, hulls: Hulls, within: int) -> None:
-    """The same for curved shapes; the tips of drawn-out ellipses are narrow, too."""
+    """Mark pixels that curved shapes may touch where they are narrow, as at the tips of long ellipses."""
     x, y, depth, ahead = _on_picture(camera, hulls.corners)
     measured = _spans(x, y)
     widths, lengths = measured.min(axis=0), measured.max(axis=0)
     long = lengths > 2 * widths
-    # What is about as wide as long is marked from its middle.
+    # Compact shapes are marked from their centre.
     compact = np.flatnonzero(ahead & ~long & (lengths < 2 * within))
     middles = np.stack((x[:, compact].mean(axis=0), y[:, compact].mean(axis=0)))
     reach = lengths[compact] / 2 + _blur(camera, depth[:, compact].mean(axis=0))
     _mark(found, np.floor(middles).astype(np.int64), reach, within)
     for shape in np.flatnonzero(ahead & long).tolist():
-        places = _along(x[:, shape], y[:, shape], 1 / depth[:, shape])
-        half = _profile(hulls, places.shape[1]) / 2 * widths[shape]
-        _mark(found, np.floor(places[:2]).astype(np.int64), half + _blur(camera, 1 / places[2]), within)
+        positions = _along(x[:, shape], y[:, shape], 1 / depth[:, shape])
+        half = _profile(hulls, positions.shape[1]) / 2 * widths[shape]
+        _mark(found, np.floor(positions[:2]).astype(np.int64), half + _blur(camera, 1 / positions[2]), within)
 
 
 def _profile(hulls: Hulls, count: int) -> Floats:
-    """Width of curved shapes at places (count,) from end to end, in shares of the greatest.
+    """Relative width of curved shapes at `count` positions from end to end.
 
-    An ellipse has 2 sqrt(s (1 - s)) of it at a share s of its length; of other shapes nothing is known.
+    2 sqrt(s (1 - s)) at a share s of an ellipse's length, and 1 for other shapes.
     """
     share = np.linspace(0, 1, count)
     return 2 * np.sqrt(share * (1 - share)) if hulls.round else np.ones(count)
@@ -80,7 +80,7 @@ def _profile(hulls: Hulls, count: int) -> Floats:
 def _on_picture(camera: Pinhole, corners: Floats) -> tuple[Floats, Floats, Floats, Masks]:
     """Columns, rows and depths of corners, (V, K) each, and which shapes are wholly before the camera, (K,).
 
-    Depths of corners that are not are 1.
+    Corners behind the camera get depth 1.
     """
     away = corners.transpose(1, 0, 2) - camera.position[:, :, None]
     depth, right, up = (dot(away, axis[:, :, None]) for axis in (camera.forward, camera.right, camera.up))
@@ -99,14 +99,14 @@ def _spans(x: Floats, y: Floats) -> Floats:
 
 
 def _along(x: Floats, y: Floats, *more: Floats) -> Floats:
-    """Places (2, n), at most a pixel apart, along the middle of a hull's corners (V,), from end to end.
+    """Positions (2, n), at most a pixel apart, along the axis of a hull's corners (V,) from end to end.
 
-    What is known of the corners besides is interpolated, and gives further rows.
+    Further attributes of the corners are interpolated into further rows.
     """
     away = np.hypot(x[:, None] - x, y[:, None] - y)
     first, second = np.unravel_index(np.argmax(away), away.shape)
     order = np.argsort((x - x[first]) * (x[second] - x[first]) + (y - y[first]) * (y[second] - y[first]))
     half = x.size // 2
     ends = [(values[order[:half]].mean(), values[order[-half:]].mean()) for values in (x, y, *more)]
-    steps = np.linspace(0, 1, min(int(away.max()) + 2, FARTHEST))
+    steps = np.linspace(0, 1, min(int(away.max()) + 2, MAX_POSITIONS))
     return np.stack([start + steps * (end - start) for start, end in ends])
