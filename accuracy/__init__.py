@@ -1,1 +1,1 @@
-"""How right a picture is, and what that costs: comparison, convergence, quotes, studies, a self-test."""
+"""Accuracy of pictures and its cost: comparison, convergence, quotes, studies, a self-test."""

@@ -11,7 +11,7 @@ from renderer.math.arrays import Floats
 from renderer.math.intervals import NORMAL, Interval, student
 
 BELIEVED = 4
-"""How many degrees of freedom the usual deviation counts for: of two or three samples, the deviation is
+"""Degrees of freedom that the usual deviation counts for: of two or three samples, the deviation is
 chance."""
 
 

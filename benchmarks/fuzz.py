@@ -38,7 +38,7 @@ ROUTES = {
     "plans": 5200, "jobs": 2200, "assets": 1200, "traces": 600, "comparisons": 300,
     "jobs/{}/inspections": 200, "jobs/{}/focus": 200, "quotes": 33,
 }  # fmt: skip
-"""How many of some ten thousand bodies go where; a quote takes a second."""
+"""Shares of the bodies by address; a quote takes a second."""
 
 
 def strict(folder: Path) -> Settings:

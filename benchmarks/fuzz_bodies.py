@@ -20,7 +20,7 @@ NUMBERS = (
     0, -0.0, 1, -1, 2, 0.5, 255, 256, 65535, 65536, 2**31 - 1, 2**31, 2**53 + 1, -(2**63), 2**64,
     10**308, 1e-320, 5e-324, 1e15, 1e16, 1e30, -1e30, 1e200, 1.7976931348623157e308,
 )  # fmt: skip
-"""Where fields begin, end, or lose their digits."""
+"""Values at which fields begin, end, or lose their digits."""
 TEXTS = (
     "", "a", "\u0000", "\ud800", "\u202e", "x" * 300, "../../etc/passwd", "/etc/passwd", "file:///etc/passwd",
     "http://127.0.0.1:1/", "sha256:" + "0" * 64, "sha256:" + "g" * 64, "__class__", "{0.__class__}", "%s%n",

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Surface:
-    """What rays hit: true and shading normal on the viewer's side, and the material's numbers."""
+    """Hits of rays: true and shading normal on the viewer's side, and the material's numbers."""
 
     hit: Any
     viewer: Any
@@ -84,7 +84,7 @@ def _normal(materials: Materials, hit: Any, index: Any) -> Any:
 
 
 def _facing(normal: Any, viewer: Any) -> Any:
-    """What points away from the viewer is bent to the horizon: its part along the line of sight goes."""
+    """Bend normals that face away from the viewer to the horizon."""
     toward = dr.dot(normal, viewer)
     return dr.select(toward > 0, normal, dr.normalize(normal - viewer * toward))
 

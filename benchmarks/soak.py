@@ -63,7 +63,7 @@ class Ground:
         return self.client.get(f"/v1/jobs/{job}/image.npy").content
 
     def progress(self, jobs: list[str]) -> tuple[int, int]:
-        """How many of these jobs have not ended, and the number of tiles reported for all."""
+        """Number of these jobs that have not ended, and of tiles reported for all."""
         found = [self.client.get(f"/v1/jobs/{job}").json() for job in jobs]
         return sum(job["finished_at"] is None for job in found), sum(job["last_seq"] for job in found)
 

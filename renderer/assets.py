@@ -34,7 +34,7 @@ class AssetError(ValueError):
 
 
 class AssetSource(Protocol):
-    """Where the content of a named file comes from."""
+    """Source of the content of named files."""
 
     def read(self, name: str) -> bytes:
         """Content of a file; raises KeyError if there is none of that name."""
@@ -87,7 +87,7 @@ class FolderAssets:
 
 
 MISSING = "There is no such file. Upload it first and name it by its sha256."
-"""Where files have no folder."""
+"""Message for documents without a folder."""
 NOT_THERE = "There is no such file. Name one in the scene's folder or below it."
 _INSIDE = "Files are read only in the scene's folder and below it: copy this one there."
 

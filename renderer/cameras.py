@@ -79,7 +79,7 @@ class Pinhole:
         return rows * self.width + columns
 
     def blur(self, forward: Floats) -> Floats:
-        """How far a ray may pass from the one through the middle of the lens: nothing."""
+        """Distance of rays from the one through the centre of the lens: 0."""
         return np.zeros_like(forward)
 
 
@@ -97,7 +97,7 @@ def basis(view: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def upward(camera: language.Camera) -> Floats:
-    """What is up, (3, 1): the camera's vector, or where it is parallel to the view another.
+    """Up vector, (3, 1): the camera's, or another one if that is parallel to the view.
 
     That is the world axis with the smallest component of the view.
     """
@@ -176,7 +176,7 @@ class ThinLens(Pinhole):
         return disk(*PATTERNS["sobol"](key, shuffled(key, samples), self.antialiasing.samples))
 
     def blur(self, forward: Floats) -> Floats:
-        """How far a ray may pass from the pinhole's at some depth, rounding included.
+        """Greatest distance of a ray from the pinhole's at some depth, rounding included.
 
         Convex in the depth, so that it holds between corners if it holds at them.
         """

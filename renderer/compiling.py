@@ -1,4 +1,4 @@
-"""From a scene to the plan of a picture, for fixed quality or for a target."""
+"""Compile a scene to the plan of a picture, for fixed quality or for a target."""
 
 from collections import Counter
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""How fast the error of a picture falls: a power law fitted to its passes, and the cost of half the error.
+"""Rate of convergence of a picture: a power law fitted to its passes, and the cost of half the error.
 
 The error of passes that took the times t is taken to be C t^p. In logarithms that is a line, fitted by least
 squares, each pass weighing as much as its own interval says (Bevington and Robinson, Data Reduction and Error
@@ -59,7 +59,7 @@ class PowerLaw:
         return errors
 
     def falling(self, spent: float, factor: float = 2.0) -> Interval | None:
-        """How much longer than `spent` it takes until the newest error is divided by `factor`, in its unit.
+        """Cost beyond `spent`, in its unit, of dividing the newest error by `factor`.
 
         The interval holds the time at which a pass will report that error in at least 95 of 100 cases, as far
         as that of the order does: it knows how far passes are off the line (Fieller 1954, Some Problems in
@@ -205,6 +205,6 @@ def _line(x: Floats, y: Floats, weights: Floats, deviation: float) -> PowerLaw:
 
 
 def _longer(spent: float, growth: float) -> float:
-    """What comes to `spent` when its logarithm grows that much; inf if that is more than any number."""
+    """Increase of `spent` when its logarithm grows by an amount; inf on overflow."""
     with np.errstate(over="ignore"):
         return float(spent * np.expm1(growth))

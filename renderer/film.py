@@ -1,4 +1,4 @@
-"""Where samples become pixels."""
+"""Film: accumulates samples into pixel means."""
 
 from collections.abc import Sequence
 
@@ -80,12 +80,12 @@ def compose(parts: Sequence[tuple[Pass, Image]]) -> Image:
 
 
 def non_finite(image: Image) -> int:
-    """How many pixels of a picture have a channel that is NaN or infinite."""
+    """Number of pixels with a channel that is NaN or infinite."""
     return int(np.count_nonzero(~np.isfinite(image).all(axis=2)))
 
 
 def clamped(parts: Sequence[tuple[Pass, Image]]) -> int:
-    """How many pixels of a tile are shown darker than they are, as some pass was beyond float32.
+    """Number of pixels of a tile that are clamped, as some pass exceeded float32.
 
     Their mean may well be within it: of each pass only the clamped values are kept.
     """

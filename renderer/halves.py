@@ -1,4 +1,4 @@
-"""Where the samples of an adaptive picture lie.
+"""Sample positions of adaptive pictures, in two independent halves.
 
 Sample number i belongs to half i % 2 and is number i // 2 of it. Each half of a pixel is one Sobol sequence
 in the pixel, one on the lens and one on every light, scrambled by itself, so that the two are

@@ -26,7 +26,7 @@ Light = Callable[[Points, Workspace], int]
 """One light's work on a chunk of points; gives the number of shadow rays."""
 
 WORK = ("shading_points", "texture_lookups")
-"""What is counted beside rays."""
+"""Counters beside those of rays."""
 
 _local = threading.local()
 
@@ -96,7 +96,7 @@ class FirstHits:
 
     @classmethod
     def none(cls, count: int) -> "FirstHits":
-        """Those of rays that have not been traced."""
+        """Defaults for rays that have not been traced."""
         return cls(np.ones((3, count)), np.zeros(count))
 
     def take(self, points: Points) -> None:

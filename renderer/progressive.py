@@ -58,7 +58,7 @@ class Squares:
 
 
 def squares_of(parts: Sequence[tuple[Pass, Image]]) -> dict[int, Squares]:
-    """What is known of a tile after each pass, by the pass's index, from the second with samples on.
+    """Error estimate of a tile after each pass, by the pass's index, from the second with samples on.
 
     Parameters
     ----------

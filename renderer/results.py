@@ -1,4 +1,4 @@
-"""What rendering a picture reports while it runs, and gives at its end."""
+"""Events of a render in progress, and its result."""
 
 import os
 from dataclasses import dataclass, field

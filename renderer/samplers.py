@@ -1,4 +1,4 @@
-"""Where samples lie in the unit square, in a pixel or on a light: one function a pattern.
+"""Sample patterns on the unit square, for pixels and lights: one function a pattern.
 
 Each takes keys (one a stream, shape broadcasting with `index`), the sample numbers and the number of
 samples in a set, and gives two coordinates in [0, 1). Fixed patterns do not use the keys.

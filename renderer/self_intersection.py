@@ -33,7 +33,7 @@ from renderer.math.arrays import Floats, Integers, Masks, magnitude
 from renderer.math.streams import Keys
 
 NEARER = 2.0**-20
-"""How far from a plane that it touches a point is taken to stand, in shares of what rounding may move it by.
+"""Assumed distance of a point from a plane that it touches, over the bound on its rounding error.
 
 A segment at an angle of 1e-6 to the plane passes it no farther than that rounding from the point.
 """
@@ -90,7 +90,7 @@ class OriginSurfaces:
         return np.where(near, self.previous_origins_at(index), origins)
 
     def part(self, index: Integers) -> "OriginSurfaces":
-        """Those of some rays."""
+        """Select rays."""
         return OriginSurfaces(
             self.shapes[index],
             self.primitives[index],
@@ -103,7 +103,7 @@ class OriginSurfaces:
 
     @classmethod
     def joined(cls, every: list["OriginSurfaces"]) -> "OriginSurfaces":
-        """Those of several sets of rays, one after the other."""
+        """Concatenate several sets of rays."""
         previous = [np.broadcast_to(each.previous_origins, (3, each.sizes.size)) for each in every]
         return cls(
             np.concatenate([each.shapes for each in every]),

@@ -21,7 +21,7 @@ from schemas.quantities import FARTHEST, LONGEST, SHORTEST
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hits:
-    """What N rays hit.
+    """Hits of N rays.
 
     Attributes
     ----------

@@ -245,7 +245,7 @@ def leaving(
 
 
 def _previous_origins(points: Points, start: Integers, outside: Masks) -> Floats:
-    """Where the rays before those that leave points `start` (M,) came from, (3, 1) or (3, M).
+    """Origins of the rays that ended at points `start` (M,), (3, 1) or (3, M).
 
     A ray that enters at an edge of glass may hit the face beside it at once. When it has passed both, it is
     on no side of either, and hits them no more.

@@ -1,4 +1,4 @@
-"""What all parts of the scene language share: closed objects, and unions of them."""
+"""Base classes of the scene language: closed objects, and unions of them."""
 
 from __future__ import annotations
 

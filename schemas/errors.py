@@ -1,4 +1,4 @@
-"""What is wrong with a request, in words for people and names for programs.
+"""Problems with a request: sentences for people and codes for programs.
 
 ValueError
   SceneError    a document that is not a usable scene or request
@@ -45,7 +45,7 @@ BUILT_IN: frozenset[str] = frozenset(get_args(ErrorType))
 """The error types that pydantic has words for."""
 
 SHOWN = 50
-"""How many problems are listed; the rest is counted."""
+"""Most problems that are listed; the rest is counted."""
 
 
 class SceneError(ValueError):

@@ -1,4 +1,4 @@
-"""How large scenes and files may be, and how that is changed: `Limits`, or ``PENUMBRA_LIMITS__<NAME>``."""
+"""Limits on scenes and files, set by `Limits` or ``PENUMBRA_LIMITS__<NAME>``."""
 
 from __future__ import annotations
 

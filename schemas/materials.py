@@ -22,7 +22,7 @@ Height = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_
 
 
 class Surface(Closed):
-    """What materials of every kind have; how they reflect the light of lights is their own."""
+    """Attributes of all materials, apart from their reflection of lights."""
 
     type: str
     color: Color | None = Field(default=None, description="Linear RGB, each 0 or more.")

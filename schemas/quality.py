@@ -1,4 +1,4 @@
-"""How a picture is sampled: as its scene or a request says."""
+"""Quality of a picture: fixed numbers of samples, or a target error."""
 
 from __future__ import annotations
 
@@ -153,4 +153,4 @@ Quality = Annotated[
     Annotated[FixedQuality, tag(FixedQuality)] | Annotated[TargetQuality, tag(TargetQuality)],
     chosen_by({"fixed": (FixedQuality,), "target": (TargetQuality,)}, field="mode"),
 ]
-"""How a picture is sampled: a number of samples, or an error."""
+"""Quality of a picture: numbers of samples, or an error."""

@@ -153,7 +153,7 @@ Factor = Annotated[
     AfterValidator(_not_flat),
     Field(json_schema_extra={"not": {"exclusiveMinimum": -SMALLEST, "exclusiveMaximum": SMALLEST}}),
 ]
-"""What lengths are multiplied by; a negative one mirrors."""
+"""Scale factors of lengths; negative ones mirror."""
 Intensity = Annotated[float, Field(strict=True, ge=0, le=BRIGHTEST, allow_inf_nan=False)]
 
 Point = tuple[Coordinate, Coordinate, Coordinate]

@@ -55,7 +55,7 @@ CpuSeconds = Annotated[float, Field(ge=1, le=1e12)]
 LONGEST_SILENCE = 20
 """Clients give up an answer after 30 seconds of silence; a cancelled job has 5 seconds beyond its grace."""
 Pause = Annotated[float, Field(ge=1, le=3600)]
-"""How long a request waits: at 0 clients would ask without a pause."""
+"""Seconds that a request waits: at 0 clients would poll without a pause."""
 Age = Annotated[float, Field(ge=1, le=1e10)]
 """Three centuries at most: dates have four digits, and a job is kept twice as long as its picture."""
 UNLIMITED, WITHOUT_LIMIT = "none", ("keep_seconds", "max_stored_bytes", "keep_asset_seconds")
@@ -72,7 +72,7 @@ class SettingsFileError(Exception):
 
 
 class FileSource(PydanticBaseSettingsSource):
-    """What the file says, where one is named.
+    """Settings of the file, if one is named.
 
     Raises
     ------
@@ -337,7 +337,7 @@ class Settings(BaseSettings):
 
     @property
     def trace_limits(self) -> Limits:
-        """What a trace request may have: a scene, and beside it as many rays as `max_trace_rays` allows."""
+        """Size limit of a trace request: a scene, and as many rays as `max_trace_rays` allows."""
         return replace(
             self.limits,
             max_body_bytes=self.limits.max_body_bytes + RAY_BYTES * self.max_trace_rays,
@@ -371,7 +371,7 @@ def _content() -> dict[str, Any]:
 
 
 def source_of(path: tuple[str, ...]) -> str:
-    """From where a setting has its value: a variable, the file, or the default.
+    """Origin of a setting's value: a variable, the file, or the default.
 
     Parameters
     ----------

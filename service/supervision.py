@@ -11,9 +11,9 @@ from contextlib import suppress
 import structlog
 
 FIRST_WAIT_SECONDS = 0.5
-"""Before the second try; each further one waits twice as long, up to the next line."""
+"""Wait before the second try; each further one is twice as long, up to the next line."""
 LONGEST_WAIT_SECONDS = 10.0
-"""How soon work that is possible again begins: a try costs next to nothing."""
+"""Longest wait: a try costs next to nothing."""
 FAILING_SECONDS = 10.0
 """Errors for so long make a service not ready, as for a database that cannot be written."""
 

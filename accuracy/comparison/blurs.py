@@ -27,7 +27,7 @@ CLEAN = 0.05
 be stated exactly."""
 
 MIDDLE = 8 / 3
-"""What the Laplacian takes of the pixel in the middle."""
+"""Weight of the central pixel in the Laplacian."""
 
 WIDTHS = (0.4, 0.5, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
 """Standard deviations of the Gaussians that are tried, pixels."""

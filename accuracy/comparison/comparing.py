@@ -23,7 +23,7 @@ from renderer.math.arrays import Floats, Masks
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """What comparing two pictures has shown.
+    """Result of comparing two pictures.
 
     Attributes
     ----------

@@ -139,7 +139,7 @@ def _deep(pixels: DeepPixels, name: str) -> Raw:
 
 
 _DAMAGE = (ValueError, EOFError, OSError, TypeError, KeyError, SyntaxError, RecursionError, TokenError)
-"""What NumPy raises for files that make no sense."""
+"""Exceptions of NumPy for invalid files."""
 
 
 def _npy(content: bytes, name: str) -> Raw:

@@ -17,7 +17,7 @@ FAIR = 0.75
 """And of the RMSE that its control leaves."""
 
 GAIN = 0.1
-"""Where noise hides the rest: the least share of the mean square that undoing takes away,"""
+"""Least share of the mean square that undoing removes where noise hides the rest,"""
 
 SURE = 4.0
 """standard errors of that gain over all blocks (one false alarm in 30,000),"""
@@ -205,7 +205,7 @@ def jagged_left_over(image: Floats, reference: Floats, seen: Floats, wanted: Flo
 
 
 def soft_edges(wanted: Floats) -> tuple[Masks, int] | None:
-    """Which pixels are at an edge, and how many of them show both sides; None if they are too few to judge.
+    """Mask of edge pixels, and the number of them that show both sides; None if too few to judge.
 
     Parameters
     ----------

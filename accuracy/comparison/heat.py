@@ -14,7 +14,7 @@ HOTTEST = 0.25
 picture, so that two maps can be compared."""
 
 STOPS = np.array([[0, 0, 0], [90, 0, 120], [220, 40, 40], [255, 190, 20], [255, 255, 255]], np.float64)
-"""From no difference to `HOTTEST`, in steps that look alike: black, violet, red, yellow, white."""
+"""Colours from no difference to `HOTTEST`, in perceptually even steps: black, violet, red, yellow, white."""
 
 GAP = 4
 """Grey pixels between pictures that stand side by side."""
@@ -38,7 +38,7 @@ def side_by_side(image: Floats, reference: Floats) -> NDArray[np.uint8]:
 
 
 def difference(image: Floats, reference: Floats) -> NDArray[np.uint8]:
-    """How far each channel is apart as seen, (H, W, 3) codes: black where it is not, full at `HOTTEST`."""
+    """Perceived difference of each channel, (H, W, 3) codes: black for none, full at `HOTTEST`."""
     apart = np.abs(srgb_from_linear(image) - srgb_from_linear(reference))
     return np.rint(np.minimum(apart / HOTTEST, 1.0) * 255).astype(np.uint8)
 

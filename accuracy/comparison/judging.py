@@ -16,7 +16,7 @@ Deciding = Literal["rounding", "blocks", "block", "noise", "variances", "diagnos
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """What is taken for the same.
+    """Tolerances of a comparison.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ def _single(bias: Bias, policy: Policy) -> str:
 
 
 def _margin(found: float, limit: float) -> float | None:
-    """How far below its limit a number is, as a share of the limit; None where that is no number."""
+    """Distance of a number below its limit, as a share of the limit; None where that is no number."""
     return 1 - found / limit if limit > 0 and math.isfinite(found) else None
 
 

@@ -1,4 +1,4 @@
-"""Where two pictures differ most: blocks that touch each other, with what is seen there."""
+"""Regions where two pictures differ most: adjacent blocks, with the shapes seen there."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""What each pixel of a scene shows, so that places in a picture have names."""
+"""Shapes that each pixel of a scene shows, to name places in a picture."""
 
 from typing import Any
 

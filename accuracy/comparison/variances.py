@@ -20,7 +20,7 @@ LEVEL = 0.001
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scores:
-    """What the test found, block by block.
+    """Result of the test for each block.
 
     Attributes
     ----------

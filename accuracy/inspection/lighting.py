@@ -1,4 +1,4 @@
-"""What each light of a scene is to one point: how much of it is seen, what hides the rest, what it adds."""
+"""Contribution of each light to one point: its visible share, its occluders and its radiance."""
 
 from collections import Counter
 from typing import cast
@@ -73,7 +73,7 @@ def _in_the_way(plan: RenderPlan, light: Lighting, point: Points) -> tuple[Masks
 
 
 def _directions(view: LightView, hidden: Integers) -> Floats:
-    """From the one point of a view to some of its light points, (3, m)."""
+    """Vectors from the single point of a view to some of its light points, (3, m)."""
     u, v = (places[hidden, 0] for places in view.light_points.places(np.arange(1)))
     return view.towards + view.emitter.first * u + view.emitter.second * v
 
@@ -94,7 +94,7 @@ def _first_hit(plan: RenderPlan, emitter: Emitter, point: Points, directions: Fl
 
 
 def _terms(lighting: Lighting, point: Points) -> dict[str, Floats]:
-    """What the terms of a light add to the radiance of a point, one by one; sets that radiance to 0."""
+    """Contribution of each term of a light to the radiance of a point, which is reset to 0."""
     view = lighting.view(point, workspace())
     view.drop_dark()
     added: dict[str, Floats] = {}

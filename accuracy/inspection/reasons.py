@@ -13,7 +13,7 @@ SHOWS = {
     "reflection": "glass reflects what lies before it",
     "refraction": "glass shows what lies behind it",
 }
-"""What a scattered ray contributes."""
+"""Contribution of a scattered ray."""
 
 
 def reasons(scene: Scene, ray: InspectedRay) -> tuple[Reason, ...]:
@@ -154,7 +154,7 @@ def _sent_on(ray: InspectedRay, shares: Shares) -> Iterator[tuple[float, Reason]
 
 
 def _source(ray: InspectedRay) -> str:
-    """What a ray hits, as a sentence names it."""
+    """Name of what a ray hits, for a sentence."""
     if ray.surface is not None:
         return _named(ray.surface.shape, ray.surface.part.name)
     if ray.light is not None:

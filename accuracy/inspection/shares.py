@@ -1,4 +1,4 @@
-"""What each part of an inspected pixel adds to its brightness, as shares of the whole."""
+"""Contributions of the parts of an inspected pixel, as shares of its brightness."""
 
 from collections.abc import Iterator
 
@@ -24,19 +24,19 @@ class Shares:
         self.total = _beyond(camera_ray)
 
     def of_light(self, ray: InspectedRay, light: InspectedLight) -> float:
-        """What a light adds where a ray hits."""
+        """Contribution of a light where a ray hits."""
         return self._share(ray.weight * (_luminance(light.diffuse) + _luminance(light.specular)))
 
     def of_ambient(self, ray: InspectedRay) -> float:
-        """What ambient light adds where a ray hits."""
+        """Contribution of ambient light where a ray hits."""
         return self._share(ray.weight * _luminance(ray.surface.ambient)) if ray.surface else 0.0
 
     def own(self, ray: InspectedRay) -> float:
-        """What the place where a ray ends adds."""
+        """Contribution of the point where a ray ends."""
         return self._share(_own(ray))
 
     def beyond(self, ray: InspectedRay) -> float:
-        """What a ray brings, with all that are scattered from where it ends."""
+        """Contribution of a ray with all rays scattered from its end."""
         return self._share(_beyond(ray))
 
     def brightest(self, ray: InspectedRay) -> InspectedRay:

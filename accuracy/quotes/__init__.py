@@ -95,7 +95,7 @@ def _asked(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> Offer | None
 
 
 def _offers(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> tuple[Offer, ...]:
-    """All that was priced: the ladders from few samples to many, then errors from large to small."""
+    """All prices: the ladders from few samples to many, then errors from large to small."""
     offers = []
     for each in fixed:
         own = {pilot.asked} if pilot.target is None and each is fixed[0] else set()

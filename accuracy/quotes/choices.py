@@ -15,8 +15,8 @@ from schemas.api.plans import Offer, Predicted
 from schemas.quality import CONFIDENCE, Quality
 
 KEPT, LEAST = 0.7, 0.3
-"""What the error of target quality comes to, over the one asked for, and the least of it that is usual, where
-the picture was not rendered to its end: it stops below, and how far below is chance."""
+"""Usual and least error of target quality over the target, where the picture was not rendered to its end: it
+stops at an error that is lower by chance."""
 
 FALLS, BETWEEN = 1.0, 0.5
 """Power of the error like which the seconds of target quality grow beyond what was tried, and its standard
@@ -33,7 +33,7 @@ CANNOT_TELL = "There was no time to render enough of the picture: its cost is a 
 
 @dataclass(frozen=True, slots=True)
 class Fixed:
-    """All that is known of a ladder; `unknown` says why there is no accuracy."""
+    """Prices of a ladder; `unknown` says why there is no accuracy."""
 
     ladder: Ladder
     timing: Stopwatch
@@ -64,7 +64,7 @@ class Fixed:
 
 @dataclass(frozen=True, slots=True)
 class Adaptive:
-    """All that is known of target quality.
+    """Prices of target quality.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class Adaptive:
         return max(log(costliest / cheapest) / log(coarser / finer), 0.0)
 
     def for_error(self, error: float) -> Offer | None:
-        """What reaches an error."""
+        """Cheapest offer with at most an error, None if there is none."""
         return self.priced(error) if self.tried else None
 
     def for_seconds(self, seconds: float) -> Offer | None:
@@ -140,18 +140,18 @@ def _predicted(known: Interval) -> Predicted:
 
 
 def _limited(known: Interval, limit: float) -> Interval:
-    """What a picture takes that ends at a limit."""
+    """Price of a picture that ends at a time limit."""
     return Interval(*(min(each, limit) for each in (known.estimate, known.low, known.high)))
 
 
 def soonest(known: Iterable[Fixed | Adaptive], error: float) -> Offer | None:
-    """What reaches an error in the least time."""
+    """Fastest offer with at most an error."""
     offers = [offer for each in known if (offer := each.for_error(error))]
     return min(offers, key=lambda offer: offer.seconds.estimate, default=None)
 
 
 def closest(known: Iterable[Fixed | Adaptive], seconds: float) -> Offer | None:
-    """What comes closest to the converged picture in so many seconds."""
+    """Offer with the least error within a number of seconds."""
     offers = [
         (offer.error.estimate, offer)
         for each in known

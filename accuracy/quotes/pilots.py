@@ -100,11 +100,11 @@ class Pilot:
             self.rehearsals[error] = rehearse(planned(self.plan, quality), deadline)
 
     def _confidence(self) -> float:
-        """That of all target errors: the requested one, or the usual one."""
+        """Confidence of all target errors: the requested one, or the usual one."""
         return self.target.confidence if self.target else CONFIDENCE
 
     def fixed(self, workers: int) -> list[Fixed]:
-        """What is known of the ladders."""
+        """Prices of the ladders."""
         return [
             Fixed(ladder, watch, *self._accuracy(other=ladder is not self.ladders[-1]), workers)
             for ladder, watch in zip(self.ladders, self.timings, strict=False)
@@ -120,5 +120,5 @@ class Pilot:
             return None, str(unknown)
 
     def adaptive(self, workers: int) -> Adaptive:
-        """What is known of target quality."""
+        """Prices of target quality."""
         return Adaptive(self.rehearsals, self.ladders[0].precision, workers, self._confidence())

@@ -1,4 +1,4 @@
-"""What a picture is taken to cost where there is no time for a pilot: predicted from the plan alone."""
+"""Prices predicted from the plan alone, where there is no time for a pilot."""
 
 from renderer.adaptive.forecast import rays_of_picture
 from renderer.plan.plan import RenderPlan

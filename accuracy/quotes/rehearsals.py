@@ -30,7 +30,7 @@ BEGINNING = 7e-8
 
 @dataclass(frozen=True, slots=True)
 class Rehearsal:
-    """What the beginning of a picture of target quality has shown.
+    """Result of rendering the beginning of a picture of target quality.
 
     Attributes
     ----------

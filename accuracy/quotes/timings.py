@@ -56,7 +56,7 @@ class Stopwatch:
 
     @property
     def blocks(self) -> int:
-        """How many were timed."""
+        """Number of timed blocks."""
         return sum(map(len, self.found.values()))
 
     def run(self, deadline: Deadline) -> None:

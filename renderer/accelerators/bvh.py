@@ -47,7 +47,7 @@ class Level:
 
     @classmethod
     def of(cls, low: Floats, high: Floats) -> "Level":
-        """From boxes (3, children, nodes)."""
+        """Form the level from boxes (3, children, nodes)."""
         return cls(np.ascontiguousarray(np.concatenate((low, high), axis=2)))
 
     @property
@@ -255,7 +255,7 @@ def visits_of_rays(
 
 
 def _slabs(level: Level, nodes: Integers, origins: Floats, inverse: Floats) -> tuple[Floats, Floats]:
-    """Where rays enter and leave the children's boxes, (children, P) each, not before they begin."""
+    """Distances at which rays enter and leave the children's boxes, (children, P) each, at least 0."""
     shape = (level.children, nodes.size)
     near, far, distances = np.zeros(shape), np.full(shape, np.inf), np.empty(shape)
     for axis in range(3):

@@ -97,7 +97,7 @@ def _candidates(families: Sequence[Family]) -> list[Integers]:
 
 
 def _in_company(families: Sequence[Family], candidates: Sequence[Integers]) -> list[Integers]:
-    """Those of some primitives of families of one surface that may be in one place with another of them.
+    """Primitives of families of one surface that may coincide with another of them.
 
     In most scenes hardly any, though the boxes of very many overlap.
     """

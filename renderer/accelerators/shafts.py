@@ -35,7 +35,7 @@ class Shafts:
 
 
 Slopes = tuple[Floats, Floats, Floats]
-"""What makes of x in s * reach >= x a least s and a greatest one: two slopes and what to add, (3, N) each."""
+"""Reciprocal slopes and offset that turn s * reach >= x into bounds on s, (3, N) each."""
 
 
 def visits_of_shafts(levels: tuple[Level, ...], shafts: Shafts, start: Visits) -> Visits:

@@ -39,7 +39,7 @@ class Tree(Bvh):
 
 
 class Kept(Generic[Value]):
-    """What was made of families: of all in use, and of the last ones by content. Used by many threads."""
+    """Cache of trees: of all families in use, and of the last ones by content. Thread-safe."""
 
     def __init__(self, make: Callable[[Triangles], Value]) -> None:
         self._make = make

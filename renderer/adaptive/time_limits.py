@@ -29,7 +29,7 @@ MAX_RESERVED_SHARE = 0.25
 
 @dataclass(frozen=True, slots=True)
 class TimeLimit:
-    """When a tile has to be finished.
+    """Deadline of a tile.
 
     Attributes
     ----------

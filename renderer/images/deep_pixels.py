@@ -119,7 +119,7 @@ def _bits(image: Image.Image) -> int:
 
 
 def _raw_modes(image: Image.Image) -> set[str]:
-    """How the pixels of an opened picture are stored, in Pillow's words."""
+    """Raw mode of an opened picture, as Pillow names it."""
     args = [tile.args for tile in getattr(image, "tile", ())]
     return {arg if isinstance(arg, str) else str(arg[0]) for arg in args if arg}
 

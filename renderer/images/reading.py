@@ -24,7 +24,7 @@ FORMATS = (*FORMATS_OF_PILLOW, "PFM", "HDR", "EXR")
 """Picture formats that are read."""
 
 DAMAGE = (OSError, SyntaxError, ValueError, EOFError, LookupError, TypeError, struct.error)
-"""What Pillow raises for content that makes no sense, depending on the format."""
+"""Exceptions of Pillow for invalid content, depending on the format."""
 
 Values = NDArray[np.float32]
 
@@ -138,7 +138,7 @@ class _Exr:
 
 
 _READERS: tuple[Reader, ...] = (portable, radiance, _Exr())
-"""Those beside Pillow."""
+"""Readers of formats that Pillow does not read."""
 
 
 def _reader(content: bytes) -> Reader | None:

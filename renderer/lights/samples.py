@@ -19,7 +19,7 @@ Terms = tuple[Floats, Floats, Floats]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """Where a light lies as seen from n points, in the light's own axes, scaled a point each.
+    """Position of a light relative to n points, in the light's axes, scaled per point.
 
     Attributes
     ----------

@@ -18,7 +18,7 @@ Value = TypeVar("Value", bound=np.generic)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weights:
-    """What a light point's share in the mean is multiplied with: a pair's weight times a point's factor.
+    """Weight of light samples: a weight per pair times a factor per point.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Weights:
         return Weights(self.pairs * other.pairs, self.factors * other.factors)
 
     def part(self, index: Integers) -> "Weights":
-        """Those of some points (m,)."""
+        """Select points (m,)."""
         return Weights(np.take(self.pairs, index, axis=1), self.factors[index])
 
 
@@ -169,7 +169,7 @@ class LightView:
         return out
 
     def frame(self) -> Frame:
-        """Where the light lies as seen from the points, in their own scale."""
+        """Position of the light relative to the points, scaled per point."""
         emitter, scale = self.emitter, self.scale()
         return Frame(
             across=-dot(self.towards, emitter.across) * scale,

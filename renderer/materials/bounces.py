@@ -12,7 +12,7 @@ from renderer.waves import Wave, leaving
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bounces:
-    """What rays that leave points depend on, by material.
+    """Coefficients of secondary rays by material.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class TransmittedRays(Bounces):
         )
 
     def _passed(self, points: Points, wave: Wave, chosen: Integers) -> Masks:
-        """Which of the chosen points (M,) the rays have already passed.
+        """Mask of the chosen points (M,) that their rays have already passed.
 
         At an edge of glass a ray goes in, or out, through two faces in one place. The first has bent it.
         """

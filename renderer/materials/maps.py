@@ -1,4 +1,4 @@
-"""What surfaces of every material have: colours, ambient light, and normals from maps."""
+"""Stages of all materials: colours, ambient light, and normals from maps."""
 
 from dataclasses import dataclass
 

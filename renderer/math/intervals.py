@@ -6,7 +6,7 @@ from math import atan, exp, hypot, inf, isfinite, log, pi, sqrt
 from statistics import NormalDist
 
 HOLDS = 0.95
-"""How often an interval holds the true value."""
+"""Probability that an interval contains the true value."""
 
 NORMAL = NormalDist().inv_cdf((1 + HOLDS) / 2)
 """Standard deviations from the middle of such an interval to its ends."""

@@ -1,4 +1,4 @@
-"""What a glTF file announces: checked by its description alone, before anything is allocated for it.
+"""Validation of a glTF file by its description alone, before anything is allocated.
 
 The description is small, and it says what the file would unpack to.
 """
@@ -32,7 +32,7 @@ _FLOAT, _UNSIGNED = 5126, {5121, 5123, 5125}
 _NORMALISED = frozenset({5121, 5123})
 """Whole numbers that may stand for texture coordinates."""
 ATTRIBUTES = {"POSITION": "vertices", "TEXCOORD_0": "texture coordinates"}
-"""What is read of a primitive, with its name for people."""
+"""Attributes that are read of a primitive, with their names in messages."""
 _UNREAD = {
     "KHR_draco_mesh_compression": "compressed (Draco). Save it without compression.",
     "EXT_meshopt_compression": "compressed (meshopt). Save it without compression.",

@@ -134,7 +134,7 @@ class _Gathered:
 
 
 def _end(accessor: Json, stride: int | None) -> int:
-    """Where the last item of an accessor ends in its bufferView, bytes."""
+    """End of an accessor's last item in its bufferView, bytes."""
     item = np.dtype(COMPONENTS[accessor["componentType"]]).itemsize * WIDTHS[accessor["type"]]
     if accessor["count"] == 0:
         return 0

@@ -1,1 +1,1 @@
-"""What runs for a picture: stages, each with the lines of the scene that requested it."""
+"""Plan of a picture: stages, each with the parts of the scene that requested it."""

@@ -1,4 +1,4 @@
-"""From a scene to the plan of its samples. Nothing else decides what runs.
+"""Build the plan of a scene's samples. Nothing else decides what runs.
 
 What a scene does not need is not built: no light without colour, no texture that no shape shows, no
 highlight of strength 0. What is built carries the lines of the scene that requested it.

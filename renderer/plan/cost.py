@@ -1,4 +1,4 @@
-"""What stages are expected to cost, in CPU seconds of one core of a machine of 2024.
+"""Expected cost of stages, in CPU seconds of one core of a machine of 2024.
 
 The figures are rounded from `make bench`; they rank scenes and guard a queue, and are not exact. The share of
 shadow tests is what remains after culling on the gallery's scenes.

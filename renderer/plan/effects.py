@@ -1,4 +1,4 @@
-"""Which module serves which part of the scene language, and all that plan building asks of it.
+"""Registry of effects: the module of each part of the scene language, with the interface of plan building.
 
 A kind that lacks something is refused when it is registered, before any scene is read: a shape without
 a way to cast shadows must not be a picture without them.
@@ -51,7 +51,7 @@ class Effect:
     __slots__ = ()
 
     def disagreement(self, kind: type[BaseModel]) -> str | None:
-        """What is wrong with the effect for a class of the scene language."""
+        """Problem with the effect of a class of the scene language."""
         del kind
         return None
 
@@ -337,5 +337,5 @@ TEXTURES = registered(
 
 
 def occluder_of(family: Family) -> Occluder:
-    """How a family casts shadows, whichever kind of shape it is made from."""
+    """Shadow caster of a family."""
     return next(effect.cast for effect in SHAPES.values() if effect.family is type(family))

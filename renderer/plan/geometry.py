@@ -1,4 +1,4 @@
-"""What is built of a scene whatever its sampling: shapes in families, and textures; plans share it."""
+"""Geometry and textures of a scene, which plans of any sampling share."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field

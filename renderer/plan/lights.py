@@ -1,4 +1,4 @@
-"""Which lights shine, what stands in their way, and what they add."""
+"""Stages of each light."""
 
 from collections.abc import Iterable
 

@@ -22,7 +22,7 @@ from schemas.tiles import Pass
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RenderPlan:
-    """All that rendering a scene needs; made by `compile_scene`, never changed.
+    """Immutable plan of a picture, made by `compile_scene`.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What is to be compiled, and the plan under construction."""
+"""Compilation input, and the plan under construction."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Which materials send rays on, mirrors and glass, and from which weight on no picture shows a path."""
+"""Scattering of mirrors and glass, and the throughput cut-off."""
 
 from collections.abc import Iterator, Sequence
 

@@ -1,4 +1,4 @@
-"""How rays find the shapes of a scene, and which of two that overlap in one plane comes first."""
+"""Intersectors of a scene's shapes, and tie-breaks of coplanar overlaps."""
 
 from typing import TypeGuard
 

@@ -1,4 +1,4 @@
-"""What a plan is made of: stages that run, each with the lines of the scene that requested it."""
+"""Stages of a plan, each with the parts of the scene that requested it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class ScatteringStage(Protocol):
 
 
 class Illumination(Protocol):
-    """All that one light does to points."""
+    """Direct lighting of points from one light, or from several."""
 
     @property
     def emitter(self) -> Emitter:
@@ -59,7 +59,7 @@ class Illumination(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Lighting:
-    """All that one light does: which points face it, what blocks it, what it counts, and what it adds.
+    """Direct lighting from one light: facing, shadow, weight and material stages.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What happens at the points that rays have hit: colours, normals, ambient light."""
+"""Surface stages of hit points: colours, normals, ambient light."""
 
 import numpy as np
 
@@ -69,7 +69,7 @@ def _footprints(request: Request) -> list[Footprints]:
 
 
 def _textures_of(request: Request, part: str) -> dict[str, Masks]:
-    """Which materials, (materials,) bool, use each texture in one of their parts."""
+    """Masks (materials,) of the materials that use each texture in an attribute."""
     used: dict[str, Masks] = {}
     for i, name in enumerate(request.names):
         texture = getattr(request.document.materials[name], part)

@@ -17,7 +17,7 @@ EDGES = ((0, 1), (1, 2), (2, 0))
 
 @dataclass(slots=True, eq=False)
 class Lift:
-    """How the places of fine meshes are moved.
+    """Displacement of the vertices of fine meshes.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Lift:
     border: Masks
 
     def moved(self) -> Floats:
-        """Where the vertices come to lie, (3, V)."""
+        """Displaced vertices, (3, V)."""
         return taken(self.places + self.normals * self.heights, self.owner)
 
 

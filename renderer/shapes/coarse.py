@@ -77,7 +77,7 @@ def _of_triangles(numbers: Sequence[int], shapes: Sequence[language.Triangle], a
 def _of_rectangles(
     numbers: Sequence[int], shapes: Sequence[language.Rectangle | language.Parallelogram], assets: AssetSource
 ) -> Coarse:
-    """Two triangles each."""
+    """Two triangles for each rectangle."""
     rows, texture = np.array([[0, 1], [1, 3], [2, 2]]), np.array([[0.0, 0], [1, 0], [0, 1], [1, 1]])
     family = rectangles.build(numbers, shapes, assets)
     corners = family.corners()[rows].transpose(0, 2, 3, 1).reshape(3, 3, -1)
@@ -89,7 +89,7 @@ def _of_rectangles(
 def _of_meshes(
     numbers: Sequence[int], shapes: Sequence[language.Mesh | language.MeshFile], assets: AssetSource
 ) -> Coarse:
-    """In their places."""
+    """Triangles of meshes in world coordinates."""
     surface = meshes.surface_of(list(meshes.read(numbers, shapes, assets)))
     owners, order = surface.meshes, meshes.winding(meshes.mirrored(shapes)[surface.meshes])
     corners = surface.corners(meshes.placed(surface, shapes))

@@ -186,7 +186,7 @@ class Ellipsoids(Family):
         points.face_rays(chosen, normals, dot(taken(points.directions, chosen), normals) > 0)
 
     def _on_sphere(self, points: Points, chosen: Integers, shapes: Integers) -> Floats:
-        """Where the rays enter or leave the unit sphere, (3, M).
+        """Points where rays enter or leave the unit sphere, (3, M).
 
         The rounding of a long t is taken back along the ray, never across it: in front of a thin ellipsoid it
         is many times the sphere's radius. A start that far outside can only enter.

@@ -1,4 +1,4 @@
-"""What every family of shapes can do, and which of its shapes a block of rays may hit."""
+"""Interface of families of shapes, and the shapes of a family that a block of rays may hit."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields

@@ -107,11 +107,11 @@ class Triangles(FlatFamily):
         return derivatives_of_texture(vertices, texture)
 
     def smooth_shapes(self) -> Integers:
-        """Those with normals at their vertices."""
+        """Triangles with vertex normals."""
         return np.unique(self.numbers[self.smooth])
 
     def without_area(self) -> Masks:
-        """Those whose normal is zero."""
+        """Degenerate triangles, whose normal is zero."""
         return np.asarray(magnitude(self.normals) == 0)
 
     def count_retried(self) -> int:

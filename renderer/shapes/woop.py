@@ -31,7 +31,7 @@ class PairHits:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """Where the rays of P pairs begin that leave a surface.
+    """Origins of the rays of P pairs that leave a surface.
 
     Attributes
     ----------

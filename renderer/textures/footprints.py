@@ -1,4 +1,4 @@
-"""How much of a texture a sample stands for: ray differentials (Igehy 1999).
+"""Texture footprints of samples: ray differentials (Igehy 1999).
 
 A sample stands for its share of the pixel, 1 / sqrt(samples) of each side. Rays offset by that share hit the
 tangent plane of the point apart from it, by derivatives in u and v. Only textures that filter need this.

@@ -27,7 +27,7 @@ def _mirror(index: Integers, size: int) -> Integers:
 
 
 WRAPS = {"clamp": _clamp, "repeat": _repeat, "mirror": _mirror}
-"""What stands outside of the image: whole texel numbers into texel numbers."""
+"""Wrap modes: map texel numbers outside of the image to texels."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,1 +1,1 @@
-"""Which light points are hidden from which points, decided without an epsilon."""
+"""Visibility of light points, decided without an epsilon."""

@@ -77,7 +77,7 @@ class LightFrame:
         return cls(emitter.size, axes, vertices, float(reach))
 
     def pyramids(self, view: LightView) -> Pairs:
-        """What `overlapping` needs of each point of a view, (6, n) float32.
+        """Coefficients of `overlapping` per point of a view, (6, n) float32.
 
         |p_w|, and with the sign of p_w: -p_u and -p_v, half an edge; half an edge times |p_w|; the bound on
         rounding.

@@ -16,12 +16,12 @@ from renderer.shapes.polygons import Polygons
 from renderer.visibility.polygons import PolygonShadows, signed
 
 LARGEST = float(np.finfo(np.float64).max)
-"""What an infinite number of a point becomes: an infinite one could not be rounded outward."""
+"""Clamp for infinite edge ratios, which could not be rounded outward."""
 
 
 @dataclass(slots=True, eq=False)
 class SharedLight:
-    """What the pair work needs of light points that all points share.
+    """Light points of a grid that all points share, prepared for pair work.
 
     Attributes
     ----------

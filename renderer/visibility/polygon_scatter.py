@@ -15,7 +15,7 @@ from renderer.math.numerics import SURFACE, unit_of
 from renderer.visibility.polygons import PolygonShadows, signed
 
 MARGIN = 2.0**-19
-"""What rounding to float32 can add to an affine function on a light, relative to its terms, with room."""
+"""Bound on the float32 rounding error of an affine function on a light, relative to its terms."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""From the points of a view to the whole light, and on to each light point."""
+"""Shafts from points to the whole light, and rays to each light point."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from renderer.math.arrays import Floats, Integers, Masks
 from renderer.math.numerics import SURFACE, gamma
 
 HORIZON = 8 * SURFACE
-"""What is farther below a point's own plane than this share of the sizes does not touch it by rounding."""
+"""Rounding bound, relative to the sizes: deeper geometry cannot touch a point."""
 
 PAIRS = 16384
 """Pairs of ray and node whose boxes are intersected at once: their few temporaries stay in cache."""
@@ -38,7 +38,7 @@ def shafts_of(view: LightView, size: float) -> Shafts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Traversal:
-    """What shafts of m points have hit: points `owners` (P,), sorted, at `nodes` (P,) after some levels."""
+    """Hits of the shafts of m points: points `owners` (P,), sorted, at `nodes` (P,) after some levels."""
 
     owners: Integers
     nodes: Integers
@@ -67,7 +67,7 @@ class Traversal:
         yield self._visits(hit & ~first, positions.shape[1])
 
     def _lengths(self, tree: Bvh, positions: Floats, towards: Floats, reach: float) -> Floats:
-        """How long rays are in the nodes' boxes, (L, P), widened by rounding; negative beside them."""
+        """Lengths of rays within the nodes' boxes, (L, P), widened by rounding; negative beside them."""
         sides = tree.levels[self.levels - 1].boxes(self.nodes)
         beside = [[side[axis] - positions[axis][self.owners] for side in sides] for axis in range(3)]
         lights, step = towards.shape[1], max(1, PAIRS // self.nodes.size)

@@ -1,4 +1,4 @@
-"""Which side of a triangle's plane points and light points are on, decided without an epsilon."""
+"""Sides of triangle planes that points and light points are on, decided without an epsilon."""
 
 import numpy as np
 
@@ -36,7 +36,7 @@ def start_sides(
 
 
 def rounding_of(family: Triangles, view: LightView, points: Integers, triangles: Integers) -> Floats:
-    """How far rounding may have moved points (P,) against triangles (P,), scene units."""
+    """Bound on the rounding error of points (P,) relative to triangles (P,), scene units."""
     return SURFACE * (view.of_points(view.points.sizes)[points] + family.sizes[triangles])
 
 

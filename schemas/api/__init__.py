@@ -1,1 +1,1 @@
-"""What travels between a client and the service: requests, jobs, plans, tiles and answers about them."""
+"""Documents between client and service: requests, jobs, plans, tiles and results."""

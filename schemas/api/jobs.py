@@ -22,7 +22,7 @@ from schemas.quantities import WHOLE
 from schemas.scene import Scene
 
 LABEL_NAME = r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}"
-"""What the name of a label is, as a regular expression."""
+"""Regular expression of label names."""
 LABEL_NAMES = (
     "A label's name has 1 to 63 characters: ASCII letters, digits, '_', '.' and '-', with a letter or digit "
     "first."

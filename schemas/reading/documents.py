@@ -60,7 +60,7 @@ _EXPECTED = {
     "Invalid \\escape": "There is no such escape. Write a backslash as \\\\.",
     "Invalid \\uXXXX": "Four hexadecimal digits belong after \\u.",
 }
-"""For each message of the standard parser a sentence."""
+"""Sentences for the messages of the standard parser."""
 
 _ABOUT_TEXT = ("Unterminated", "Invalid")
 _LONGEST_PREFIX = 200
@@ -119,7 +119,7 @@ class Document:
     repeated: list[Finding] = field(default_factory=list)
     """Keys that stand in their object more than once."""
     find: Find = locate
-    """Where in the text the places are."""
+    """Positions of the document's places in the text."""
 
 
 def read_text(source: Source, limits: Limits, *, wanted: str = "a JSON document") -> Document:

@@ -1,4 +1,4 @@
-"""What reading finds, before it is put into the user's places: turns findings into problems."""
+"""Findings of reading, and their translation into problems at the user's places."""
 
 from __future__ import annotations
 

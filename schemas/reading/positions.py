@@ -1,4 +1,4 @@
-"""Where in a JSON text the things are that pointers name.
+"""Positions in a JSON text of the values that pointers name.
 
 Positions are looked for only when there is something to say about them. The text has been parsed before, so
 it is JSON, and no deeper than the limit on nesting allows.
@@ -20,7 +20,7 @@ _PASS_OVER = json.JSONDecoder(parse_int=len, parse_float=len)
 
 @dataclass(slots=True)
 class Place:
-    """Where one location of a document stands, as offsets into its text.
+    """Position of one value of a document, as offsets into its text.
 
     `keys` has the starts of its keys, several where a key is repeated, none in an array.
     """

@@ -1,4 +1,4 @@
-"""From errors of validation to problems: the user's locations, a sentence with a cure, and what was meant."""
+"""Translation of validation errors into problems: location, a sentence with a cure, and a suggestion."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ SENTENCES: dict[str, tuple[str, str]] = {
     "less_than": ("out_of_range", "This must be less than {lt}."),
     "less_than_equal": ("out_of_range", "This must be at most {le}."),
 }
-"""For each of pydantic's error types that the scene language can cause: a code and a sentence."""
+"""Code and sentence for each of pydantic's error types that the scene language can cause."""
 
 OTHERWISE = ("unusable", "This value cannot be used here. See the description of the field.")
 

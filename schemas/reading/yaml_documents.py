@@ -68,7 +68,7 @@ def _root(text: str) -> yaml.Node:
 
 @dataclass(slots=True)
 class _Walk:
-    """From nodes to values, with the place of each."""
+    """Construct values from nodes, with the position of each."""
 
     limits: Limits
     count: int = 0
@@ -80,7 +80,7 @@ class _Walk:
         return {parts: self.places[parts] for parts in locations}
 
     def value_of(self, node: yaml.Node, parts: Parts) -> object:
-        """What a node holds."""
+        """Value of a node."""
         self._check(node, parts)
         self.places.setdefault(parts, Place()).value = node.start_mark.index
         if isinstance(node, yaml.MappingNode):

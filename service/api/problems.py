@@ -41,7 +41,7 @@ log = structlog.get_logger()
 
 
 class Kind(NamedTuple):
-    """How an exception is answered.
+    """Kind of response to an exception.
 
     ``is_public`` says whether its text is meant for the client; other texts are for the log only.
     """

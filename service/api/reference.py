@@ -40,7 +40,7 @@ class Member:
     kind: str
     text: str
     place: str = ""
-    """Where a parameter is: path, query or header."""
+    """Location of a parameter: path, query or header."""
     default: object = None
     is_required: bool = False
 
@@ -51,7 +51,7 @@ class Member:
 
     @property
     def if_omitted(self) -> str:
-        """What holds for a request without it: an error, its default, or what its text says."""
+        """Behaviour without the parameter: an error, its default, or as its text says."""
         if self.is_required:
             return "required"
         return f"`{self.shown_default}`" if self.shown_default else "optional"
@@ -66,7 +66,7 @@ class Reply:
     kinds: tuple[str, ...]
     """Type of the body, for each media type."""
     codes: tuple[str, ...]
-    """What `code` of a problem document may be."""
+    """Values of `code` in a problem document."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -246,7 +246,7 @@ def _database(settings: Settings) -> Check:
 
 
 def _traces() -> Check:
-    """Where spans are sent. Only the host is shown: other parts of the address may be secret."""
+    """Destination of spans. Only the host is shown, as other parts of the address may be secret."""
     from urllib.parse import urlsplit
 
     from service.telemetry.spans import ENDPOINTS, MISSING, wanted_by

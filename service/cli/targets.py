@@ -25,7 +25,7 @@ STDOUT = {"-": ".png"} | {f"-{suffix}": suffix for suffix in PICTURES}
 
 @dataclass(frozen=True, slots=True)
 class ImageTarget:
-    """Where an image goes, a file or stdout; the ending chooses the format.
+    """Destination of an image, a file or stdout; the suffix chooses the format.
 
     Attributes
     ----------

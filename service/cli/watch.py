@@ -175,7 +175,7 @@ FULL = 20
 """Length of the bar of the first known error."""
 
 CELLS = 2
-"""How much shorter a bar is where the error is half as large."""
+"""Cells by which a bar is shorter at half the error."""
 
 
 @dataclass(slots=True)

@@ -14,7 +14,7 @@ _PLAIN = (
     (re.compile(r"Input should be\b"), "It must be"),
     (re.compile(r"Value error, "), ""),
 )
-"""What pydantic writes, and what to write instead; the first that fits counts."""
+"""Pydantic's messages and their replacements; the first match counts."""
 
 
 def plain(message: str) -> str:

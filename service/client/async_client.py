@@ -314,7 +314,7 @@ class AsyncClient(AsyncOperations):
     async def trace(
         self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike
     ) -> TraceAnswer:
-        """What each ray hits first.
+        """First hit of each ray.
 
         Parameters
         ----------

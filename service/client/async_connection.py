@@ -18,7 +18,7 @@ from service.client.flows import Flow, Result
 
 
 class AsyncConnection:
-    """What a client sends its calls through; parameters and errors are those of :class:`AsyncClient`."""
+    """Transport of a client's calls, with the parameters and errors of :class:`AsyncClient`."""
 
     def __init__(
         self,

@@ -308,7 +308,7 @@ class Client(Operations):
         return in_scene(self._about_scene(scene, "/v1/quotes", members, Quote))
 
     def trace(self, scene: SceneSource, origins: npt.ArrayLike, directions: npt.ArrayLike) -> TraceAnswer:
-        """What each ray hits first.
+        """First hit of each ray.
 
         Parameters
         ----------

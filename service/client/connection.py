@@ -19,7 +19,7 @@ from service.client.flows import Flow, Result
 
 
 class Connection:
-    """What a client sends its calls through; parameters and errors are those of :class:`Client`."""
+    """Transport of a client's calls, with the parameters and errors of :class:`Client`."""
 
     def __init__(
         self,

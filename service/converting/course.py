@@ -82,7 +82,7 @@ class CourseDocument(Foreign):
 
 
 GLASS = frozenset({"translucent", "transmission"})
-"""What students call it; the skeleton itself has `diffuse` and `specular` alone."""
+"""Names that students use; the skeleton itself has `diffuse` and `specular` alone."""
 REFRACTIVE_INDEX = 1.5
 DEEPEST = 64
 """Most bounces that a material may have."""

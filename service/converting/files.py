@@ -52,7 +52,7 @@ class InputFiles:
         return path
 
     def _cure(self, path: Path) -> str:
-        """How to have a file outside of the root read, without opening all of the disk or home for it."""
+        """Cure for a file outside of the root that does not open all of the disk or home."""
         wider = Path(os.path.commonpath([path.parent, self.root.resolve()]))
         shown = min(os.path.relpath(wider), str(wider), key=len)
         if len(self.root.resolve().relative_to(wider).parts) > FARTHEST_ROOT or wider == Path(wider.anchor):

@@ -91,7 +91,7 @@ class Mesh(Part):
 
 
 class LightUse(Part):
-    """Which light a node has."""
+    """Light of a node."""
 
     light: Index
 
@@ -169,7 +169,7 @@ class MaterialExtensions(Part):
 
 
 class Material(Part):
-    """What a surface is made of."""
+    """Material of a surface."""
 
     # All surfaces of a scene are seen from both sides; the cutoff belongs to the mode, which is noted.
     SILENT: ClassVar[frozenset[str]] = _NAMES | {"doubleSided", "alphaCutoff"}
@@ -196,7 +196,7 @@ class Image(Part):
 
 
 class Sampler(Part):
-    """How a picture is repeated."""
+    """Wrap modes of a picture."""
 
     SILENT: ClassVar[frozenset[str]] = _NAMES | {"minFilter"}
 

@@ -1,4 +1,4 @@
-"""From glTF's metal and roughness to Phong materials of a scene."""
+"""Convert glTF's metal and roughness to Phong materials of a scene."""
 
 from __future__ import annotations
 

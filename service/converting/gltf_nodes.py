@@ -36,7 +36,7 @@ class PlacedNode:
 
     @property
     def position(self) -> Floats:
-        """Where its origin is, (3,)."""
+        """Origin, (3,)."""
         return self.world_from_node[:3, 3]
 
 

@@ -1,4 +1,4 @@
-"""From MTL materials to Phong materials of a scene."""
+"""Convert MTL materials to Phong materials of a scene."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ from service.workers.tasks import WHOLE, AdvanceDone, AdvanceTask, pass_of
 Step = tuple[Pass, Tile]
 
 MOST_WORK = 1e15
-"""Where a pass is predicted to change nothing of the share."""
+"""Most work of a render, where a pass is predicted to add no progress."""
 
 # Only the time columns: there may be a row for each waiting job.
 _LIMITED = select(

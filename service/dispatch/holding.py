@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Iterator
 from service.workers.tasks import JobTask
 
 LATE_SECONDS = 1.0
-"""How long a tile that was given up as late is held: a fraction of the shortest useful time limit."""
+"""Seconds that a late tile is held: a fraction of the shortest useful time limit."""
 # Memory that other processes of the machine have used up is often free again within seconds.
 BACKOFF_SECONDS, BACKOFF, MAX_BACKOFF_SECONDS = 0.5, 4.0, 30.0
 

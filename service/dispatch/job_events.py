@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 
 EACH_SECONDS, MOST_SECONDS = 0.01, 0.5
-"""How long events of a job are collected for each watcher after the first, and at most."""
+"""Seconds that events of a job are collected for each watcher after the first, and at most."""
 
 
 class Watcher:
@@ -63,7 +63,7 @@ class JobEvents:
                 del self._watchers[job]
 
     def pause(self, job: str) -> float:
-        """How long events of a job are collected before its watchers wake, seconds."""
+        """Seconds that events of a job are collected before its watchers wake."""
         return 0.0 if self.closed else min(EACH_SECONDS * (len(self._watchers[job]) - 1), MOST_SECONDS)
 
     def publish(self, jobs: Iterable[str]) -> None:

@@ -102,7 +102,7 @@ class Round:
     ended: dict[str, JobState] = field(default_factory=dict)
     """Renders that have reached a final state, and which."""
     tasks: list[JobTask] = field(default_factory=list)
-    """What to give to the engine."""
+    """Tasks for the engine."""
     beside: list[JobTask] = field(default_factory=list)
     """Tasks among these that begin beside overdue ones."""
     deadline_in: float | None = None
@@ -112,7 +112,7 @@ class Round:
     held: list[tuple[JobTask, float]] = field(default_factory=list)
     """Tasks that wait before their next attempt, and for how many seconds."""
     retries: Counter[Cause] = field(default_factory=Counter)
-    """How many tasks are to be tried again, by what was in the way."""
+    """Numbers of tasks to retry, by cause."""
 
     def decide(self, session: Session) -> None:
         """Land what was reported, end what was cancelled, hand out what is next."""

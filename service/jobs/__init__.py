@@ -1,1 +1,1 @@
-"""What users do with jobs: submit, list, watch, cancel, fetch and keep them."""
+"""Operations on jobs: submit, list, watch, cancel, fetch and keep."""

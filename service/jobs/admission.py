@@ -134,7 +134,7 @@ def _unusable_assets(service: Service, principal: Principal, scene: Scene) -> li
 
 
 def _problems(named: Mapping[str, str], known: Mapping[str, str], wanted: Kind) -> Iterator[Problem]:
-    """What is wrong with assets, each at the first place that names it."""
+    """Problems with assets, each at the first place that names it."""
     uses: dict[str, list[str]] = {}
     for place, asset in named.items():
         uses.setdefault(asset, []).append(place)

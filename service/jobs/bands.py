@@ -24,7 +24,7 @@ Band = tuple[Pixels, Layers]
 
 @dataclass(frozen=True)
 class Finished:
-    """What was finished of a render when the database was read; nothing where its picture is final.
+    """Finished tiles of a render at one reading of the database; none once its picture is final.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What requests do with jobs: find, list, cancel, delete, wait, focus and pin them."""
+"""Requests about jobs: find, list, cancel, delete, wait, focus and pin."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ LONGEST_WAIT = 3600.0
 
 @dataclass(frozen=True)
 class Share:
-    """How much of a limit is used, by one user or by all."""
+    """Use of a limit, by one user or by all."""
 
     name: str
     limit: float
@@ -37,13 +37,13 @@ class Share:
 
     @property
     def left(self) -> float:
-        """How much is left."""
+        """Remaining amount."""
         return max(0.0, self.limit - self.taken)
 
 
 @dataclass(frozen=True)
 class Queue:
-    """How full the queue is for a user, and how many CPU seconds of it are rendered in a second."""
+    """Length of a user's queue, and CPU seconds of it that are rendered in a second."""
 
     jobs: Share
     cpu_seconds: Share

@@ -88,7 +88,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Look:
-    """What is known of a picture before it is encoded.
+    """Metadata of a picture before it is encoded.
 
     Attributes
     ----------

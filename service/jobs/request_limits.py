@@ -193,7 +193,7 @@ class RecentFiles:
     """
 
     LAST, SMALL = 16, 4 << 20
-    """How many stay when they are sent, and how long they may be: a few tens of megabytes at most."""
+    """Number and size of files that stay in memory when sent: a few tens of megabytes at most."""
 
     def __init__(self) -> None:
         self._of_tag: WeakValueDictionary[str, Stored] = WeakValueDictionary()

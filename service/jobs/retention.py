@@ -30,7 +30,7 @@ from service.storage.tiles import UNFINISHED_SECONDS, TileStore
 from service.supervision import SupervisedThread
 
 ASSET_GRACE = 86400.0
-"""How old a file is that was sent and never entered into the database, seconds, where no rule says so."""
+"""Age from which on a file that was never entered into the database is deleted, seconds, without a rule."""
 
 WITHOUT_SIZE = select(RenderRow.number, RenderRow.id).where(text(UNMEASURED)).order_by(RenderRow.number)
 
@@ -73,7 +73,7 @@ def _enter_size(session: Session, number: int, size: int) -> None:
 
 
 SWEEP_SECONDS = 60.0
-"""How often to sweep, seconds."""
+"""Interval between sweeps, seconds."""
 MOST_DELETED = 0.1
 """Share of all jobs and assets that may go after a jump of the clock: all look old to one that is wrong."""
 CURE = "Set the clock right. If it is right, run 'penumbra prune': it deletes what is old, and sweeps go on."

@@ -20,7 +20,7 @@ from service.storage.database.conditions import HAS_PICTURE, MAY_BE_FORGOTTEN
 from service.storage.database.models import JobRow, RenderRow
 
 KEY_LIFE = timedelta(hours=24)
-"""How long an ``Idempotency-Key`` is remembered."""
+"""Lifetime of an ``Idempotency-Key``."""
 
 # Each has an index of its own, in this order: a sweep reads what it deletes, and nothing that it keeps.
 _OLDEST = select(JobRow.number).order_by(JobRow.finished_at, JobRow.number)
@@ -44,7 +44,7 @@ IDLE = (
 
 @dataclass(frozen=True)
 class Rules:
-    """How long and how much to keep; None is no limit.
+    """Retention limits; None is no limit.
 
     Attributes
     ----------

@@ -56,7 +56,7 @@ class SweepClock:
         self._trusted = before, self._steady()
 
     def jump(self) -> timedelta:
-        """How far the wall clock has gone ahead of the time that has passed since it was trusted last.
+        """Seconds that the wall clock has gained on elapsed time since it was trusted last.
 
         It is nothing where the clocks differ by no more than a correction.
         """

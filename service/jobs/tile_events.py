@@ -90,7 +90,7 @@ def _event(step: TileRow, stride: int) -> TileEvent:
 
 @dataclass(frozen=True)
 class _News:
-    """What was finished when the database was read, as far as a batch needs it."""
+    """Finished tiles at one reading of the database, as a batch needs them."""
 
     state: JobState
     render: RenderRow | None

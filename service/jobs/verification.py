@@ -24,7 +24,7 @@ from service.storage.tiles import LAYERS_SUFFIX, SAMPLES_SUFFIX, SPEC, StoredTil
 from service.workers import layers
 
 READS = 2
-"""How often the files of a render are looked at: while it runs they come and go."""
+"""Times that the files of a render are listed, as they come and go while it runs."""
 
 
 @dataclass(frozen=True)

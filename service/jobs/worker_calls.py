@@ -43,7 +43,7 @@ CALLS: dict[type[CallTask], tuple[str, type[ServiceError]]] = {
     InspectTask: ("this pixel", InspectionFailedError),
     CompareTask: ("these pictures", ComparisonFailedError),
 }
-"""Of each call what a worker works on, and the error if it fails."""
+"""Subject of each worker call in messages, and its error if it fails."""
 
 
 async def ask_worker(

@@ -1,1 +1,1 @@
-"""How renders, jobs and steps begin, pause, share and end: rows, clocks and fairness."""
+"""Lifecycle of renders, jobs and steps: rows, clocks and fairness."""

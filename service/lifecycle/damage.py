@@ -21,7 +21,7 @@ from service.lifecycle import totals
 from service.storage.database.models import JobRow, RenderRow
 
 UNREADABLE = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
-"""What is raised where a row holds another kind of value than its columns, or JSON of another form."""
+"""Exceptions of rows with a value of another kind than their column's, or JSON of another form."""
 
 MESSAGE = str(DamagedJobError())
 NEVER = datetime.fromtimestamp(0, UTC)

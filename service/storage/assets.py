@@ -57,7 +57,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Header:
-    """What the first bytes of a file say about it; a mesh has neither width nor height."""
+    """Metadata from the first bytes of a file; a mesh has neither width nor height."""
 
     media_type: str
     width: int

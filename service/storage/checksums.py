@@ -18,7 +18,7 @@ from service.errors import StoreDamagedError
 BAND_BYTES = 1 << 20
 """A range costs reading at most two bands more, and a gigabyte has a few kilobytes of checksums."""
 READS = 2
-"""How often a file is read before it counts as damaged: a network or memory may garble one read."""
+"""Reads of a file before it counts as damaged: a network or memory may garble one."""
 UNREADABLE = (ValueError, EOFError, LookupError, NotImplementedError, RuntimeError, zipfile.BadZipFile)
 """Exceptions of readers of .npy and .npz files that are not as they were written."""
 

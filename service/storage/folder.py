@@ -225,7 +225,7 @@ def _is_older(path: Path, age_seconds: float) -> bool:
 
 BUCKET = "s3://"
 JOBS, ASSETS = "jobs", "assets"
-"""What lies in a place."""
+"""Top-level directories of a place."""
 
 
 def place_of(address: str) -> Objects:

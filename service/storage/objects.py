@@ -57,7 +57,7 @@ class Objects(Protocol):
     """
 
     place: str
-    """What operators know it by: a folder, or the address of a bucket."""
+    """Name for operators: a folder, or the address of a bucket."""
 
     def within(self, name: str) -> Objects:
         """Return the part of the store under a name, as a store."""

@@ -12,7 +12,7 @@ from service.errors import ServiceError
 from service.storage.reserve import RESERVE_BYTES
 
 OPENING_ERRORS = (ServiceError, OSError, SQLAlchemyError)
-"""What opening them raises; errors of files are about the data folder."""
+"""Exceptions of opening them; errors of files are about the data folder."""
 
 
 def reason(error: Exception, data: Path) -> str:

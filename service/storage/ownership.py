@@ -18,7 +18,7 @@ from service.storage.folder import JOBS
 from service.storage.objects import Objects
 
 MARK = "database-id"
-"""What names the database to which a place belongs."""
+"""File that names the database to which a place belongs."""
 CLAIMED = "?"
 """Precedes the name in the database until the place bears it, too."""
 

@@ -37,7 +37,7 @@ from service.storage.objects import Objects, Stored
 Pixels = NDArray[np.float32]
 Layers = dict[str, NDArray[Any]]
 PassMap = Literal["levels", "pilots", "picture"]
-"""What a pass of target quality leaves for the next one: the samples that it requests, uint8 (4, H, W), pilot
+"""Results of a pass of target quality for the next one: the samples that it requests, uint8 (4, H, W), pilot
 samples, float32 (7, H, W), and the picture after it."""
 Step = tuple[int, int]
 """The index of a pass, and the number of a tile."""
@@ -52,7 +52,7 @@ NPY_HEAD_BYTES = 4096
 MEMBERS = slice(-12, -10)
 """Offset of the number of members from the end of an .npz file."""
 UNFINISHED_SECONDS = 3600.0
-"""What is younger may be a file that another server is writing."""
+"""Age from which on a temporary file is deleted: another server may be writing a younger one."""
 _FINAL = re.compile(r"((?:\d+-)?)(?:image[.-]|layer-)")
 """The names of pictures, thumbnails and layers, and the prefix of each; those of version 0.1 have none."""
 

@@ -83,12 +83,12 @@ class DaskEngine:
         self._started.wait()
 
     def room(self) -> int:
-        """How many more tasks can be submitted now; 0 without a cluster."""
+        """Number of tasks that can be submitted now; 0 without a cluster."""
         with self._lock:
             return max(0, WINDOW * self._workers - self._load)
 
     def idle(self) -> int:
-        """How many workers have nothing to do; 0 without a cluster."""
+        """Number of idle workers; 0 without a cluster."""
         with self._lock:
             return max(0, self._workers - self._load)
 

@@ -1,4 +1,4 @@
-"""What runs inside each worker of a Dask cluster: one slot, as on a single machine."""
+"""Code inside each worker of a Dask cluster: one slot, as on a single machine."""
 
 from __future__ import annotations
 

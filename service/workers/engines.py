@@ -23,13 +23,13 @@ class Engine(Protocol):
         """Get ready; ``report`` receives the outcome of every task."""
 
     def room(self) -> int:
-        """How many more tasks are taken now without letting any of them wait long."""
+        """Number of tasks that can be submitted now without a long wait."""
 
     def idle(self) -> int:
-        """How many tasks would begin at once if they were submitted now."""
+        """Number of tasks that would begin at once if submitted now."""
 
     def spare(self) -> int:
-        """How many more tasks begin at once, of users for whom nothing runs, as all others are overdue."""
+        """Number of tasks of idle users that begin at once, as all others are overdue."""
 
     def submit(self, task: Task, *, spare: bool = False) -> None:
         """Execute a task, beside overdue ones if it may. The outcome is reported, never returned."""

@@ -1,4 +1,4 @@
-"""What a worker does for pictures of target quality: sample the tiles of a pass, and merge them."""
+"""Worker side of target quality: sample the tiles of a pass, and merge them."""
 
 from __future__ import annotations
 

@@ -67,11 +67,11 @@ class SlotEngine:
             slot.start(report)
 
     def room(self) -> int:
-        """How many more tasks are taken now."""
+        """Number of tasks that can be submitted now."""
         return sum(WINDOW - slot.load() for slot in self._slots)
 
     def idle(self) -> int:
-        """How many slots have nothing to do."""
+        """Number of idle slots."""
         return sum(slot.load() == 0 for slot in self._slots)
 
     def spare(self) -> int:
@@ -153,7 +153,7 @@ class Slot:
         return self._first() is not None and time.monotonic() - self._begun > limit
 
     def load(self) -> int:
-        """How many tasks run or wait here, and as many as fit where a call runs.
+        """Number of tasks that run or wait here, counting as many as fit where a call runs.
 
         A tile that waited behind it could wait for a minute, while another slot is free.
         """

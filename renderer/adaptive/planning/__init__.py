@@ -1,1 +1,1 @@
-"""What target quality needs besides the plan of its samples: a plan of pilot samples, and pixels to watch."""
+"""Planning of target quality: the plan of pilot samples, and pixels that geometry marks as difficult."""

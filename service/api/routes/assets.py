@@ -120,7 +120,7 @@ def _version(service: Service, principal: Principal, sha256: str) -> dict[str, s
 
 
 def _room(service: Service, principal: Principal, sha256: str) -> float:
-    """How many bytes a user may send; without authentication there is no limit."""
+    """Asset quota of a user, bytes; no limit without authentication."""
     with service.database.reading() as session:
         return _room_in(session, service, principal, sha256)
 

@@ -61,7 +61,7 @@ COMPONENTS = "#/components/schemas/{model}"
 
 
 CODES = "x-codes"
-"""Where the OpenAPI document lists the codes that the problem document of a response may have."""
+"""OpenAPI extension that lists the codes of a response's problem document."""
 
 
 def problem(status: int, description: str, *codes: str) -> dict[int | str, dict[str, Any]]:

@@ -23,7 +23,7 @@ from sqlalchemy.pool import ConnectionPoolEntry
 from service.storage.database.urls import ANSWER_SECONDS, engine_of
 
 BUSY_SECONDS = 10.0
-"""How long a transaction waits for its turn to write."""
+"""Seconds that a transaction waits for its turn to write."""
 LOG_BYTES = 4 << 20
 """Of the log of SQLite, once it begins anew: about what it has where nothing keeps it from that."""
 # A server that was stopped in the middle of a transaction, or cut off, delays others at most this long.
@@ -203,7 +203,7 @@ class Database:
 
     @property
     def errors(self) -> tuple[type[Exception], ...]:
-        """What ``notices`` may raise."""
+        """Exceptions of ``notices``."""
         return SQLAlchemyError, self.engine.dialect.loaded_dbapi.Error
 
     def check(self) -> None:

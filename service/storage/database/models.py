@@ -50,7 +50,7 @@ def _one_of(column: str, values: list[str]) -> str:
 
 
 JOINED = "state IN ('queued', 'running', 'succeeded') AND NOT cancel_requested"
-"""Which renders may be joined: one that has failed is tried again."""
+"""Condition of renders that jobs may share: one that has failed is tried again."""
 
 
 # All that places are counted from, in order: the index is read in place of the rows.
@@ -66,7 +66,7 @@ def _partial(name: str, *columns: Any, where: str, unique: bool = False) -> Inde
 
 
 class RenderRow(Base):
-    """What is rendered: one piece of work, which jobs share that ask for the same.
+    """Render: one piece of work, shared by equal jobs.
 
     Those of the same ``spec_sha256`` and ``version`` of the renderer show the same; without a version one is
     never shared. ``number`` orders them by arrival; ``id`` is its name in the store, that of the job it was
@@ -160,7 +160,7 @@ class RenderRow(Base):
 
 
 class JobRow(Base):
-    """What a user has requested.
+    """Job: a request of a user.
 
     ``number`` orders jobs by arrival; ``id`` is the name that the outside knows. While it shares in a render
     its state is that of the render. One that has left before the others, or whose picture is gone, has none,
@@ -239,7 +239,7 @@ class RequestRow(Base):
 
 
 class ShareRow(Base):
-    """What was rendered for a user, in CPU seconds as ``fairness.py`` counts them.
+    """Rendering time charged to a user, in CPU seconds as ``fairness.py`` counts them.
 
     ``turn`` is what it was when the user was served last; ``active`` says that steps of the user may wait.
     ``served`` is a clock, which jumps forward after a pause; ``charged`` is the sum without the jumps.

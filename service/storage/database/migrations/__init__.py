@@ -15,7 +15,7 @@ from service.storage.database.connection import Database
 
 SCRIPTS = Path(__file__).parent
 WAIT_SECONDS = 30.0
-"""How long servers of an earlier version may take to stop: those of a cluster have 20 seconds for it."""
+"""Seconds that servers of an earlier version may take to stop: those of a cluster have 20."""
 
 
 def upgrade(database: Database, scripts: Path = SCRIPTS, wait_seconds: float = WAIT_SECONDS) -> None:

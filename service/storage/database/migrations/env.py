@@ -1,4 +1,4 @@
-"""What Alembic runs: migrations on the connection that the service hands over."""
+"""Alembic's environment: runs migrations on the connection that the service passes."""
 
 from __future__ import annotations
 

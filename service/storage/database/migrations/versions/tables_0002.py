@@ -1,4 +1,4 @@
-"""Where the final files of a render are: the prefix of their names.
+"""Prefix of the names of a render's final files.
 
 A picture that is there already has none, and keeps its names.
 """

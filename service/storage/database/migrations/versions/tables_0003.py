@@ -1,4 +1,4 @@
-"""What had to be counted again each time: sizes of pictures, places in the queue, failures, uses of assets.
+"""Stored counts: sizes of pictures, places in the queue, failures, uses of assets.
 
 Sizes of pictures that are there already stay unknown: only the store has them, and the service asks it once.
 """

@@ -1,4 +1,4 @@
-"""When a key ends and when it was last used, and the CPU seconds charged to each user."""
+"""Expiry and last use of keys, and CPU seconds charged to each user."""
 
 from __future__ import annotations
 
