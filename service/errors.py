@@ -61,11 +61,11 @@ class ParametersError(RequestError):
 
 
 class PreconditionFailedError(RequestError):
-    """A request is for another version than there is now."""
+    """A conditional request names another version than the current one."""
 
     def __init__(self) -> None:
         super().__init__(
-            "This is another version than If-Match or If-Unmodified-Since asks for. Get it anew."
+            "The current version is not the one in If-Match or If-Unmodified-Since. Get it again."
         )
 
 
@@ -75,7 +75,7 @@ class RangeError(RequestError):
     Parameters
     ----------
     size : int
-        How many bytes there are.
+        Number of bytes of the resource.
     """
 
     def __init__(self, size: int) -> None:
@@ -97,7 +97,7 @@ class UnauthenticatedError(ServiceError):
             "This key is not valid: it may have been revoked." if wrong else "This service requires a key."
         )
         super().__init__(
-            f"{found} Send yours as 'Authorization: Bearer pnm_...'. The service's operator makes keys."
+            f"{found} Send yours as 'Authorization: Bearer pnm_...'; ask the service's operator for one."
         )
 
 
@@ -153,7 +153,7 @@ class DamagedJobError(ServiceError):
 
 
 class ReusedKeyError(ServiceError):
-    """An ``Idempotency-Key`` came with another request before.
+    """An ``Idempotency-Key`` was used for another request before.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ class ReusedKeyError(ServiceError):
 
 
 class PictureNotReadyError(ServiceError):
-    """A job has not shown anything yet."""
+    """A job has no picture yet."""
 
 
 class PictureGoneError(ServiceError):
@@ -192,14 +192,14 @@ class UnknownLayerError(ServiceError):
 
 
 class UnknownAssetError(ServiceError):
-    """No texture was uploaded under this name."""
+    """No asset was uploaded under this name."""
 
     def __init__(self) -> None:
         super().__init__("You have uploaded no asset under this name.")
 
 
 class UploadError(ServiceError):
-    """A texture sent is not kept."""
+    """An uploaded asset was refused."""
 
 
 class UploadMismatchError(UploadError):
@@ -207,20 +207,20 @@ class UploadMismatchError(UploadError):
 
 
 class UploadQuotaError(UploadError):
-    """A user's files would have more bytes together than they may.
+    """A user's assets would exceed the quota.
 
     Parameters
     ----------
     limit : int
-        How many they may have.
+        The quota, bytes.
     left : int
-        How many of these are left.
+        Bytes that remain.
     """
 
     def __init__(self, limit: int, left: int) -> None:
         super().__init__(
-            f"Your textures and meshes may have {limit} bytes together, of which {left} are left. "
-            "Send a smaller file, or ask staff for more."
+            f"Your asset quota is {limit} bytes; {left} remain. "
+            "Send a smaller file, or ask staff for a larger quota."
         )
 
 
@@ -259,7 +259,7 @@ class UnusableWorkerError(EngineError):
 
 
 class StoreError(ServiceError):
-    """Base of what can be wrong with the place of pictures and textures, a folder or a bucket."""
+    """Base of the errors of the store, a folder or a bucket."""
 
 
 class StoreFullError(StoreError):
@@ -271,7 +271,7 @@ class StoreReadOnlyError(StoreError):
 
 
 class StoreAwayError(StoreError):
-    """The place of pictures and textures cannot be reached now."""
+    """The store cannot be reached now."""
 
 
 class StoreMissingError(StoreError):
@@ -284,7 +284,7 @@ class StoreMissingError(StoreError):
 
 
 class StoreDamagedError(StoreError):
-    """A stored file is not what was written, or not there.
+    """A stored file is missing or not what was written.
 
     Attributes
     ----------
@@ -297,12 +297,12 @@ class StoreDamagedError(StoreError):
         self.name = name
 
     def __reduce__(self) -> tuple[type[StoreDamagedError], tuple[str]]:
-        """Let it travel between processes."""
+        """Support pickling, to travel between processes."""
         return StoreDamagedError, (self.name,)
 
 
 class RequestDamagedError(StoreError):
-    """The stored request of a job is not what was written, or not there."""
+    """The stored request of a job is missing or not what was written."""
 
     def __init__(self) -> None:
         super().__init__("The stored request of this job is damaged. Submit the job again.")
@@ -313,7 +313,7 @@ class StoreTakenError(StoreError):
 
 
 class RefusedError(SceneError):
-    """The request of a call cannot be used, as a worker has found; pointers lead into the request."""
+    """A worker has refused the request of a call; pointers lead into the request."""
 
 
 class PlanFailedError(ServiceError):
@@ -337,7 +337,7 @@ class ComparisonFailedError(ServiceError):
 
 
 class InspectionFailedError(ServiceError):
-    """The renderer failed on the pixel of an inspection."""
+    """The pixel of an inspection could not be rendered."""
 
 
 class UnavailableError(ServiceError):
@@ -363,4 +363,4 @@ class QueueFullError(UnavailableError):
 
 
 class WorkerLostError(UnavailableError):
-    """A worker process died while it answered."""
+    """A worker process died during a call."""

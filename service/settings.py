@@ -138,38 +138,37 @@ class Settings(BaseSettings):
     )
     proxy_role: Role | None = Field(
         default=None,
-        description="Role of all whom the proxy lets in: submit, staff or admin. With `proxy_user_header` it "
-        "is submit by default; without it all are one user.",
+        description="Role of all users that the proxy admits: submit, staff or admin. With "
+        "`proxy_user_header` submit by default; without it all requests belong to one user.",
     )
     trusted_proxies: str | None = Field(
         default=None,
-        description="Addresses and networks, separated by spaces, of proxies that are believed about users "
-        "(`proxy_user_header`), TLS and the addresses of clients; by default 127.0.0.1 and ::1.",
+        description="Addresses and networks, separated by spaces, of proxies that are trusted about users "
+        "(`proxy_user_header`), TLS and client addresses; by default 127.0.0.1 and ::1.",
     )
     hosts: str = Field(
         default="",
-        description="Names under which the service answers, with blanks between them. Without any, one that "
-        "requires no keys answers only on loopback names, and others under any name.",
+        description="Names under which the service answers, separated by spaces. By default any name, and "
+        "only loopback names if no keys are required.",
     )
     max_connections: Count = Field(
-        default=800, description="Connections at once; more are answered 503. Watchers have one each."
+        default=800, description="Concurrent connections; more are answered 503. An event stream takes one."
     )
     max_address_connections: Count = Field(
         default=400,
-        description="Connections of one address at once, unless `behind_proxy`; more are answered 429, and "
-        "more than are left free for others.",
+        description="Concurrent connections of one address, unless `behind_proxy`; more are answered 429.",
     )
     max_user_streams: Count = Field(
         default=200,
-        description="Event streams of one user at once, and requests that wait for events, where keys "
+        description="Concurrent event streams of one user, and requests that wait for events, where keys "
         "distinguish users.",
     )
     client_timeout_seconds: float = Field(
         default=20.0,
         ge=0.1,
         le=3600,
-        description="How long the head of a request may take, the beginning of its body, and each pause; the "
-        "rest must come, and answers be read, at 16 KiB a second.",
+        description="Maximum seconds for the head of a request, the beginning of its body, and each pause; "
+        "the rest must arrive, and responses be read, at 16 KiB a second.",
     )
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on; 0 picks a free one.")
     workers: int = Field(
@@ -180,7 +179,8 @@ class Settings(BaseSettings):
         description="Database, postgresql://user@host/name; by default an SQLite file in the data folder.",
     )
     engine: Literal["slots", "dask"] = Field(
-        default="slots", description="What renders: processes of this machine, or a Dask cluster."
+        default="slots",
+        description="Where tiles are rendered: in processes of this machine, or on a Dask cluster.",
     )
     dask: str | None = Field(
         default=None,
@@ -188,14 +188,14 @@ class Settings(BaseSettings):
         "this machine alone, for development.",
     )
     dask_tls_ca: Path | None = Field(
-        default=None, description="PEM file of the authority that has signed the cluster's certificates."
+        default=None, description="PEM file of the certificate authority of the cluster."
     )
     dask_tls_cert: Path | None = Field(default=None, description="PEM file of this service's certificate.")
     dask_tls_key: Path | None = Field(default=None, description="PEM file of its key.")
     dask_trusted_network: bool = Field(
         default=False,
-        description="Use a scheduler without TLS on another machine, or although keys are required: the "
-        "network itself encrypts, and lets in no one else.",
+        description="Allow a scheduler without TLS on another machine, or although keys are required, "
+        "because the network itself is encrypted and private.",
     )
     tile_size: int | None = Field(
         default=None,
@@ -210,47 +210,49 @@ class Settings(BaseSettings):
 
     limits: Limits = Field(default_factory=Limits, description="Limits of a scene and of its files.")
     max_cpu_seconds: CpuSeconds = Field(default=3600.0, description="Largest predicted cost of a job.")
-    max_queued_jobs: Count = Field(default=10_000, description="Jobs of all users that wait or run.")
+    max_queued_jobs: Count = Field(default=10_000, description="Queued and running jobs of all users.")
     max_queued_cpu_seconds: CpuSeconds = Field(
-        default=1_000_000.0, description="Predicted cost of all jobs that wait or run."
+        default=1_000_000.0, description="Predicted cost of all queued and running jobs."
     )
     max_user_jobs: Count = Field(
-        default=2_000, description="Jobs of one user that wait or run, unless the key says otherwise."
+        default=2_000, description="Queued and running jobs of one user, unless the key has its own quota."
     )
     max_user_cpu_seconds: CpuSeconds = Field(
         default=100_000.0,
-        description="Predicted cost of one user's jobs that wait or run, unless the key says otherwise.",
+        description="Predicted cost of one user's queued and running jobs, unless the key has its own quota.",
     )
     max_asset_bytes: Bytes = Field(default=64 * MIB, description="Largest texture or mesh file.")
     max_user_asset_bytes: Bytes = Field(
         default=4096 * MIB,
-        description="Bytes of one user's textures and meshes together, where keys distinguish users.",
+        description="Total bytes of one user's textures and meshes, where keys distinguish users.",
     )
     max_trace_rays: Count = Field(default=100_000, description="Most rays in one trace request.")
     max_user_calls: Count = Field(
         default=16,
-        description="Calls of one user in progress, those that wait for a worker included: plans, quotes, "
-        "previews, traces, comparisons and inspections.",
+        description="Concurrent calls of one user, waiting ones included: plans, quotes, previews, traces, "
+        "comparisons and inspections.",
     )
-    max_wait_seconds: Pause = Field(default=60.0, description="Longest that a request may wait for events.")
-    max_events: Count = Field(default=1000, description="Most tile events in one answer.")
+    max_wait_seconds: Pause = Field(
+        default=60.0, description="Maximum seconds that a request waits for events."
+    )
+    max_events: Count = Field(default=1000, description="Most tile events in one response.")
     heartbeat_seconds: float = Field(
-        default=10.0, ge=0.01, le=LONGEST_SILENCE, description="Silence before a comment is sent to watchers."
+        default=10.0, ge=0.01, le=LONGEST_SILENCE, description="Idle seconds before a keep-alive comment."
     )
 
     keep_seconds: Age | None = Field(
         default=30 * 86400.0,
-        description="How long a picture is kept after its job has succeeded, 30 days by default, `none` for "
-        "ever; a job is forgotten after as long again.",
+        description="Seconds that a picture is kept after its job has succeeded, 30 days by default, `none` "
+        "for ever; the job is deleted after as long again.",
     )
     max_stored_bytes: Bytes | None = Field(
         default=None,
-        description="Bytes of all finished pictures; beyond them the oldest without a pin are deleted of the "
-        "user who has the most bytes. By default `none`: as many as there are.",
+        description="Bytes of all finished pictures; beyond them the oldest unpinned ones of the user with "
+        "the most bytes are deleted. Unlimited by default (`none`).",
     )
     keep_asset_seconds: Age | None = Field(
         default=86400.0,
-        description="How long a texture or mesh that no picture needs is kept after it was last sent or "
+        description="Seconds that a texture or mesh that no picture needs is kept after it was last sent or "
         "requested, a day by default, or `none` for ever.",
     )
     max_user_pins: int = Field(
@@ -260,25 +262,24 @@ class Settings(BaseSettings):
     worker_memory_bytes: int = Field(
         default=4096 * MIB, ge=256 * MIB, le=MOST_BYTES, description="Address space of one worker."
     )
-    max_attempts: Count = Field(default=3, description="Workers that a tile may lose before its job fails.")
+    max_attempts: Count = Field(default=3, description="Worker crashes per tile before the job fails.")
     worker_silence_seconds: float = Field(
         default=30.0,
         ge=5,
         le=86400,
-        description="Silence of a worker after which it is replaced; it beats once a second otherwise.",
+        description="Seconds without a heartbeat after which a worker is replaced; it sends one each second.",
     )
     max_task_seconds: float = Field(
         default=3600.0,
         ge=1,
         le=86400 * 365,
-        description="Longest that a worker may be at one tile or one answer; it is stopped then, and what it "
-        "was at fails.",
+        description="Maximum seconds for one task; then the worker is killed and the task fails.",
     )
     cancel_grace_seconds: float = Field(
         default=0.2,
         ge=0,
         le=LONGEST_SILENCE,
-        description="How long the running tile of a cancelled job may take to finish by itself.",
+        description="Seconds that the running tile of a cancelled job has to finish.",
     )
     min_free_bytes: Bytes = Field(
         default=64 * MIB, description="Free disk below which the service is not ready."

@@ -106,9 +106,9 @@ class SupervisedThread:
         # Where logs go to a full disk, that is no reason to stop.
         with suppress(OSError):
             if isinstance(error, self._expected):
-                log.warning("thread failed, trying again", thread=self._name, error=type(error).__name__)
+                log.warning("thread failed; retrying", thread=self._name, error=type(error).__name__)
             else:
-                event = "thread failed, ending the process" if final else "thread failed, trying again"
+                event = "thread failed; exiting" if final else "thread failed; retrying"
                 log.error(event, thread=self._name, exc_info=error)
         if final:
             os._exit(os.EX_SOFTWARE)

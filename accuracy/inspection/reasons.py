@@ -88,7 +88,7 @@ def _blocked(light: InspectedLight) -> Reason:
 def _lit(light: InspectedLight) -> Reason:
     angle = math.degrees(math.acos(max(-1.0, min(1.0, light.cosine))))
     name = f"light {light.light}"
-    slanted = f"{angle:.0f} degrees from the normal, where a matt surface shows {max(0.0, light.cosine):.0%}"
+    slanted = f"{angle:.0f} degrees from the normal, where a matte surface shows {max(0.0, light.cosine):.0%}"
     seen = light.points - light.below_horizon - light.blocked
     if seen == light.points:
         return _reason("lit", f"{name} is fully visible, {slanted}", light.pointer)

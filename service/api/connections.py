@@ -30,7 +30,7 @@ HALF_CLOSED_SECONDS = 1.0
 log = structlog.get_logger()
 
 MALFORMED = "This is no request of HTTP/1.1, or its head is too long."
-CROWDED = "The service has as many connections as it may. Try again in a moment."
+CROWDED = "The service is at its connection limit. Try again in a moment."
 CROWDED_ADDRESS = (
     "Your address has {} connections to this service, the maximum at the moment. Close some of them, or send "
     "several requests on one."

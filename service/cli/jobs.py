@@ -22,6 +22,7 @@ from service.cli.options import (
     listed_labels,
 )
 from service.cli.targets import ImageTarget, check_target, parsed_layers, save, save_layer
+from service.cli.wording import counted
 
 if TYPE_CHECKING:
     from schemas.api.jobs import Job, JobList, LogEntry
@@ -145,7 +146,7 @@ def _show(job: Job) -> None:
     for heading, cell in zip(HEADINGS, _cells(job), strict=True):
         output.result(f"{heading + ':':<11}{cell}")
     if job.queue_position is not None:
-        output.result(f"{'queue:':<11}{job.queue_position} ahead of it")
+        output.result(f"{'queue:':<11}{counted(job.queue_position, 'job')} ahead")
     if job.error is not None:
         output.result(f"{'error:':<11}{output.reached_error(**job.error.model_dump())}")
     if job.damage is not None:

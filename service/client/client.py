@@ -302,7 +302,7 @@ class Client(Operations):
         Raises
         ------
         BusyError
-            The service makes as many quotes as it may.
+            The service is at its limit of concurrent quotes.
         """
         members = flows.given(quality=quality, target_error=target_error, seconds=seconds)
         return in_scene(self._about_scene(scene, "/v1/quotes", members, Quote))

@@ -215,7 +215,7 @@ class Dispatcher:
                 if standing is not None:
                     result = self._decide(session, standing, begun, room, idle, spare)
         except SQLAlchemyError as error:
-            log.warning("database not usable, trying again", error=type(error).__name__)
+            log.warning("database unavailable; retrying", error=type(error).__name__)
             self._thread.note_failure()
             self._pause()
             # The transaction may have been committed, and the answer lost with the connection.

@@ -98,9 +98,9 @@ class Leadership:
         if term == before:
             return False
         if term is None:
-            log.warning("leads no more", term=before)
+            log.warning("lost leadership", term=before)
         elif self._shared:
-            log.info("leads", term=term)
+            log.info("became leader", term=term)
         return True
 
     def forget(self) -> None:
@@ -118,7 +118,7 @@ class Leadership:
                     row.server = None
                 self._database.notify(session, anything=True)
         except SQLAlchemyError as error:
-            log.warning("another server leads when the time is up", error=type(error).__name__)
+            log.warning("could not release leadership; the lease will expire", error=type(error).__name__)
 
 
 def _renew(row: LeaderRow, silent_seconds: float, now: datetime) -> float:

@@ -53,7 +53,7 @@ class NotificationListener:
                     self._act(notice)
                     self._thread.note_success()
             except self._database.errors as error:
-                log.warning("notifications lost, trying again", error=type(error).__name__)
+                log.warning("notifications lost; reconnecting", error=type(error).__name__)
                 self._poll()
                 stopping.wait(RETRY_SECONDS)
 

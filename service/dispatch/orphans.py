@@ -23,7 +23,7 @@ def remove_orphans(database: Database, store: TileStore) -> None:
             known, ended = _known_files(session)
         store.sweep(known, ended, UNFINISHED_SECONDS if database.shared else 0.0)
     except (SQLAlchemyError, OSError, StoreError) as error:
-        log.warning("store not tidied", error=type(error).__name__)
+        log.warning("orphan cleanup failed", error=type(error).__name__)
 
 
 def _known_files(session: Session) -> tuple[set[str], dict[str, str | None]]:

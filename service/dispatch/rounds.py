@@ -51,7 +51,7 @@ T = TypeVar("T")
 _OWN_CODES = (OUT_OF_MEMORY, TOOK_TOO_LONG, REQUEST_DAMAGED)
 """Codes of tasks for a picture that are those of its jobs; others are details."""
 
-NOT_PUT_TOGETHER = "The picture could not be put together."
+NOT_ASSEMBLED = "The picture could not be assembled."
 
 
 log = structlog.get_logger()
@@ -243,11 +243,11 @@ class Round:
             case TaskFailed(code=code, message=message) if code in _OWN_CODES:
                 _fail(session, render, code, message, retryable=code == REQUEST_DAMAGED)
             case TaskFailed(passes=False):
-                _fail(session, render, "storage_failed", NOT_PUT_TOGETHER, retryable=True)
+                _fail(session, render, "storage_failed", NOT_ASSEMBLED, retryable=True)
             case InputDamaged():
                 self._repair(session, render, outcome)
             case WorkerDied() if render.compose_deaths >= self.max_attempts:
-                _fail(session, render, "worker_died", NOT_PUT_TOGETHER, retryable=True)
+                _fail(session, render, "worker_died", NOT_ASSEMBLED, retryable=True)
             case WorkerDied():
                 self._hold(task, backoff(render.compose_deaths), outcome)
             case TaskFailed() | Interrupted():
@@ -257,7 +257,7 @@ class Round:
         if ledger.repair(session, render, damaged, self.max_attempts):
             self._count_retry(damaged)
         else:
-            _fail(session, render, "storage_failed", NOT_PUT_TOGETHER, retryable=True)
+            _fail(session, render, "storage_failed", NOT_ASSEMBLED, retryable=True)
 
     def _count_retry(self, outcome: Outcome) -> None:
         cause = cause_of(outcome)

@@ -136,7 +136,7 @@ def _announce(service: Service, principal: Principal, submitted: SubmittedJob) -
     service.dispatcher.wake()
     service.spans.taken(submitted.job, submitted.render, shared=submitted.shared)
     names = {"job": submitted.job, "render": submitted.render, "shared": submitted.shared}
-    log.info("job taken", user=principal.name, **names)
+    log.info("job accepted", user=principal.name, **names)
 
 
 def _needs_render(service: Service, prepared: Prepared, job: JobRow) -> bool:

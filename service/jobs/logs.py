@@ -113,11 +113,11 @@ def _pass(cost: dict[str, Any]) -> LogEntry:
 
 
 def _composing(render: RenderRow) -> Iterator[LogEntry]:
-    # With target quality each pass is put together, and repeating that is not reported apart.
+    # With target quality each pass is assembled, and repeating that is not reported apart.
     if render.target_error is None and render.compose_attempt > 1:
         yield LogEntry(
             event="composed_again",
-            message=f"The tiles were put together {render.compose_attempt} times: a worker died, or the "
+            message=f"The tiles were assembled {render.compose_attempt} times: a worker died, or the "
             "service was stopped meanwhile.",
             attempts=render.compose_attempt,
         )

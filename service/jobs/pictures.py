@@ -202,7 +202,7 @@ def _final(service: Service, finished: Finished, requested: ImageRequest) -> Sto
         _enter(service, finished.render, requested.name, checksum)
     except (StoreFullError, StoreReadOnlyError, StoreAwayError):
         # The next request encodes it again.
-        log.warning("encoded picture not kept", render=finished.render.id, name=requested.name)
+        log.warning("encoded picture not stored", render=finished.render.id, name=requested.name)
     return found or _temporary(service, finished, requested)
 
 
@@ -225,7 +225,7 @@ def _enter(service: Service, encoded: RenderRow, file: str, checksum: Checksum) 
         # Deleted meanwhile: the file would be left behind.
         service.store.drop_job(encoded.id)
     except SQLAlchemyError as error:
-        log.warning("encoding not entered", render=encoded.id, error=type(error).__name__)
+        log.warning("encoding not recorded", render=encoded.id, error=type(error).__name__)
 
 
 def unnamed(folder: Path, write: Callable[[IO[bytes]], None]) -> Stored:

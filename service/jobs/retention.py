@@ -161,7 +161,7 @@ class RetentionThread:
         with self._database.reading() as session:
             holds_back = bool(ahead) and deletes_too_much(session, self.rules)
         if holds_back and not self._is_holding_back:
-            log.error("clock jumped, nothing deleted by age", ahead=str(ahead), cure=CURE)
+            log.error("clock jumped; nothing deleted by age", ahead=str(ahead), cure=CURE)
         self._is_holding_back = holds_back
         if holds_back:
             return self._pruned(replace(self.rules, keep_seconds=None, keep_asset_seconds=None))

@@ -237,7 +237,7 @@ class Bucket:
             import structlog  # noqa: PLC0415 - workers start without it, and few ever log
 
             reason = str(error).splitlines()[0]
-            structlog.get_logger().warning("object store not usable", store=self.place, error=reason)
+            structlog.get_logger().warning("object store unavailable", store=self.place, error=reason)
             message = "The object store cannot be used now. Try again in a moment."
             raise StoreAwayError(message) from error
 

@@ -99,9 +99,9 @@ class _Collector(SpanExporter):
         result = self._exporter.export(spans)
         away = result is not SpanExportResult.SUCCESS
         if away and not self._away:
-            log.warning("traces are not taken", lost=len(spans))
+            log.warning("trace export failed", lost=len(spans))
         elif self._away and not away:
-            log.info("traces are taken again")
+            log.info("trace export resumed")
         self._away = away
         return result
 

@@ -80,6 +80,6 @@ def begin() -> Telemetry:
     try:
         from service.telemetry.sending import SentTelemetry  # noqa: PLC0415  (an extra)
     except ImportError:
-        log.warning("no traces", reason=MISSING)
+        log.warning("tracing disabled", reason=MISSING)
         return SILENT
     return SentTelemetry()

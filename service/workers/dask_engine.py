@@ -137,9 +137,9 @@ class DaskEngine:
                 async with self._connect() as client:
                     await self._serve(client)
             except (OSError, TimeoutError, RuntimeError) as error:
-                log.warning("cluster not usable, trying again", reason=str(error) or type(error).__name__)
+                log.warning("cluster unavailable; retrying", reason=str(error) or type(error).__name__)
             except Exception:
-                log.exception("cluster not usable, trying again")
+                log.exception("cluster unavailable; retrying")
             await asyncio.sleep(RETRY_SECONDS)
 
     async def _serve(self, client: Client) -> None:
@@ -154,7 +154,7 @@ class DaskEngine:
                 self._addresses = tuple(await client.nthreads())
                 self._workers = len(self._addresses)
                 await asyncio.sleep(WATCH_SECONDS)
-            log.warning("cluster lost, looking for it again")
+            log.warning("cluster lost; reconnecting")
         finally:
             self._client, self._workers, self._addresses = None, 0, ()
             if client.status == "running":
@@ -223,7 +223,7 @@ async def _prepare(client: Client, plugin: SlotPlugin) -> None:
         await client.register_plugin(plugin, name=NAME)
     except UnusableWorkerError as error:
         # It leaves by itself; the others are good.
-        log.error("a worker cannot be used", reason=str(error))  # noqa: TRY400  (the reason is enough)
+        log.error("worker unusable", reason=str(error))  # noqa: TRY400  (the reason is enough)
 
 
 async def _outcome(flight: _Flight) -> Outcome:
@@ -237,7 +237,7 @@ async def _outcome(flight: _Flight) -> Outcome:
         # A task that waited behind another did not cause it.
         return WorkerDied() if flight.worker else Interrupted()
     except Exception as error:  # noqa: BLE001  (a worker without the package, a cluster of another version)
-        log.error("the cluster cannot run a task", reason=f"{type(error).__name__}: {error}")  # noqa: TRY400
+        log.error("cluster cannot run a task", reason=f"{type(error).__name__}: {error}")  # noqa: TRY400
         await asyncio.sleep(RETRY_SECONDS)
         return Interrupted()
     return outcome

@@ -40,7 +40,7 @@ BODY = (
     problem(408, "The body arrived too slowly.", "body_slow")
     | problem(413, "The body is too large.", "body_too_large")
     | problem(415, "The body is not JSON, or it is compressed.", "media_type")
-    | problem(429, "The service already handles as many requests as it may.", "busy")
+    | problem(429, "The service is at its limit of concurrent requests.", "busy")
 )
 
 
@@ -261,7 +261,7 @@ async def set_focus(here: Here, job_id: ChangedJob, body: JsonBody) -> None:
     response_description="The job, pinned.",
     responses=UNKNOWN
     | problem(410, "The picture has expired.", "picture_gone")
-    | problem(403, "You have pinned as many jobs as you may.", "forbidden"),
+    | problem(403, "Your pin limit is reached.", "forbidden"),
 )
 async def pin_job(here: Here, user: CurrentUser, job_id: JobId) -> Job:
     """Keep the picture of a job until the job is unpinned or deleted. For its owner and staff."""

@@ -54,7 +54,7 @@ EVENTS: dict[int | str, dict[str, Any]] = {
 }
 STREAMED = {"Cache-Control": "no-cache", "X-Accel-Buffering": "no"}
 """Caches keep nothing of a stream, and nginx holds nothing of it back."""
-CROWDED = problem(429, "You watch as many jobs at once as you may.", "busy")
+CROWDED = problem(429, "You have too many concurrent event streams.", "busy")
 
 
 @router.get(

@@ -50,7 +50,7 @@ export function mount(root, { query }) {
   const state = h(
     "select",
     { onchange: () => change("state", state.value) },
-    h("option", { value: "" }, "every state"),
+    h("option", { value: "" }, "all states"),
     NAMES.map((name) => h("option", { value: name }, stateName(name))),
   );
   const label = h("input", { type: "search", value: filter.label, autocomplete: "off" });

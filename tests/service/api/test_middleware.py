@@ -59,7 +59,7 @@ def test_log_names_the_request_the_job_and_its_tiles(logged: Logged) -> None:
     client, log = logged
     sent = {"scene": scene(24, 24)}
     job = client.post("/v1/jobs", json=sent, headers=WAIT | {"X-Request-ID": "mine"}).json()
-    (taken,) = lines(log, request="mine", event="job taken")
+    (taken,) = lines(log, request="mine", event="job accepted")
     assert taken["job"] == taken["render"] == job["id"]
     # The answer is here before the service has logged that it is out.
     until(lambda: len(lines(log, request="mine", event="request")) == 1)
@@ -72,7 +72,7 @@ def test_log_names_the_request_the_job_and_its_tiles(logged: Logged) -> None:
     }
     # A job that shares a picture is logged with the job that it was made for.
     client.post("/v1/jobs", json=sent, headers={"X-Request-ID": "again"})
-    (again,) = lines(log, request="again", event="job taken")
+    (again,) = lines(log, request="again", event="job accepted")
     assert (again["job"] != job["id"], again["render"]) == (True, job["id"])
 
 

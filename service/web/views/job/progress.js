@@ -52,7 +52,7 @@ function headline(job) {
   const spent = took === null ? "" : seconds(took);
   switch (standing(job)) {
     case "queued":
-      return ["Queued", job.queue_position ? `${job.queue_position} ahead of it` : "next", ""];
+      return ["Queued", job.queue_position ? `${plural(job.queue_position, "job")} ahead` : "next", ""];
     case "running":
       return [
         left === null ? "Rendering" : `${seconds(left)} left`,

@@ -1,7 +1,7 @@
 // One job in the list. Updates change a row in place, so that it keeps the focus.
 
 import { h } from "../../dom.js";
-import { ago, codeValues, percent, qualityName, seconds } from "../../format.js";
+import { ago, codeValues, percent, plural, qualityName, seconds } from "../../format.js";
 import { FINAL } from "../../watch.js";
 import { nameOf, standing, stateMark } from "../job/state.js";
 
@@ -110,7 +110,7 @@ function factsOf(job) {
   const facts = [`${job.width} × ${job.height}`, qualityName(job.quality)];
   if (job.state === "running") facts.push(percent(job.progress.share));
   if (job.state === "queued" && job.queue_position !== null)
-    facts.push(job.queue_position ? `${job.queue_position} ahead of it` : "next");
+    facts.push(job.queue_position ? `${plural(job.queue_position, "job")} ahead` : "next");
   if (job.error) facts.push(`error ${codeValues(job.error.estimate)} code values`);
   if (job.finished_at && job.started_at)
     facts.push(`took ${seconds((Date.parse(job.finished_at) - Date.parse(job.started_at)) / 1000)}`);
