@@ -11,18 +11,26 @@ from schemas.grading.grades import GradeVerdict, Lateness, Signal
 
 
 class SharedFiles(Message):
-    """Submissions that have files in common, byte for byte."""
+    """Submissions that have files in common: the same pixels or arrays, or else the same bytes."""
 
     students: tuple[str, ...] = Field(description="Whose submissions they are, by name.")
     tests: tuple[str, ...] = Field(description="Ids of the tests whose files are the same.")
 
 
 class SharedNoise(Message):
-    """Submissions whose pictures have the same noise, though not the same bytes."""
+    """Submissions whose pictures have the same noise, though not the same pixels."""
 
     students: tuple[str, ...] = Field(description="Whose submissions they are, by name.")
     tests: tuple[str, ...] = Field(description="Ids of the tests whose pictures have it.")
     correlation: float = Field(ge=-1, le=1, description="Of the noise, the lowest one that was noticed.")
+
+
+class NotCompared(Message):
+    """Pictures whose noise was compared with no others."""
+
+    test: str = Field(description="Id of the test.")
+    reason: str = Field(description="A sentence for staff.")
+    students: tuple[str, ...] = Field(description="Whose pictures they are, by name.")
 
 
 class ClassEntry(Message):
@@ -52,6 +60,9 @@ class ClassGrade(Message):
     students: tuple[ClassEntry, ...] = Field(description="By name.")
     shared_files: tuple[SharedFiles, ...] = Field(default=(), description="Most files in common first.")
     shared_noise: tuple[SharedNoise, ...] = Field(default=(), description="Most pictures in common first.")
+    not_compared: tuple[NotCompared, ...] = Field(
+        default=(), description="Pictures in which the same noise would not have been noticed."
+    )
     left_out: tuple[str, ...] = Field(
         default=(), description="What lies in the folder of the class and is not a submission, by name."
     )

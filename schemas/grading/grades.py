@@ -105,6 +105,11 @@ class GradeInput(Message):
     role: Literal["submission", "reference"]
     name: str = Field(description="Relative to its folder.")
     sha256: str | None = Field(description="Of the file; of the picture where it was rendered here.")
+    content: str | None = Field(
+        default=None,
+        description="SHA-256 of the pixels, as shown with 16 bits, or of the arrays in the file, in whatever "
+        "format they were saved.",
+    )
     size: int | None = Field(description="Bytes of the file; null where it was rendered here.")
     width: int | None = Field(default=None, description="Pixels, of a picture.")
     height: int | None = Field(default=None, description="Pixels, of a picture.")

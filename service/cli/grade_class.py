@@ -272,11 +272,13 @@ def _save_class(run: ClassRun, records: Mapping[Student, Record], left_out: Sequ
     grades = {student.name: record.grade for student, record in records.items()}
     prints = {student.name: record.prints for student, record in records.items()}
     files = shared_files(grades)
+    noise, not_compared = shared_noise(run.manifest, run.references, prints, files)
     whole = of_class(
         run.manifest.title,
         {student: record.grade for student, record in records.items()},
         files=files,
-        noise=shared_noise(run.manifest, run.references, prints, files),
+        noise=noise,
+        not_compared=not_compared,
         left_out=left_out,
     )
     save(run.out / RESULT, f"{whole.model_dump_json(indent=2)}\n".encode())

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from accuracy.comparison import Picture
+from renderer.images.colors import srgb_from_linear
+from renderer.math.arrays import Floats
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.grading.grades import GradeInput, GradeVerdict, Signal
 from service.grading.folders import Role
@@ -61,6 +65,7 @@ def of_picture(test: str, role: Role, picture: Picture, size: int | None) -> Gra
         role=role,
         name=picture.name,
         sha256=picture.sha256,
+        content=_hashed(_pixels(picture)),
         size=size,
         width=picture.width,
         height=picture.height,
@@ -69,7 +74,35 @@ def of_picture(test: str, role: Role, picture: Picture, size: int | None) -> Gra
     )
 
 
-def of_file(test: str, role: Role, name: str, content: bytes) -> GradeInput:
-    """Any other file."""
-    digest = hashlib.sha256(content).hexdigest()
-    return GradeInput(test=test, role=role, name=name, sha256=digest, size=len(content))
+def of_file(
+    test: str, role: Role, name: str, content: bytes, arrays: Mapping[str, Floats] | None = None
+) -> GradeInput:
+    """Any other file, with the arrays in it if it holds any."""
+    return GradeInput(
+        test=test,
+        role=role,
+        name=name,
+        sha256=hashlib.sha256(content).hexdigest(),
+        content=None if arrays is None else _hashed(_values(arrays)),
+        size=len(content),
+    )
+
+
+def _pixels(picture: Picture) -> Iterator[bytes]:
+    yield f"{picture.width} x {picture.height}".encode()
+    # Row by row: a large picture is not copied.
+    for row in picture.linear:
+        yield np.floor(65535 * srgb_from_linear(row) + 0.5).astype("<u2").tobytes()
+
+
+def _values(arrays: Mapping[str, Floats]) -> Iterator[bytes]:
+    for name, values in sorted(arrays.items()):
+        # Adding 0 turns -0.0 into 0.0.
+        yield f"{name} {values.shape}".encode() + (values + 0.0).tobytes()
+
+
+def _hashed(parts: Iterable[bytes]) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part)
+    return digest.hexdigest()

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from urllib.parse import quote
 
-from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles, SharedNoise
+from schemas.grading.classes import ClassEntry, ClassGrade, NotCompared, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade, GradeTimings
 from schemas.grading.manifests import Manifest
 from service.grading import results
@@ -149,6 +149,7 @@ def of_class(
     *,
     files: Sequence[SharedFiles] = (),
     noise: Sequence[SharedNoise] = (),
+    not_compared: Sequence[NotCompared] = (),
     left_out: Sequence[str] = (),
 ) -> ClassGrade:
     """The result of a class of at least one student."""
@@ -158,6 +159,7 @@ def of_class(
         students=tuple(_entry(student, grade) for student, grade in grades.items()),
         shared_files=tuple(files),
         shared_noise=tuple(noise),
+        not_compared=tuple(not_compared),
         left_out=tuple(left_out),
     )
 

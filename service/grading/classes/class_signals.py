@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 import renderer
-from schemas.grading.classes import SharedFiles, SharedNoise
+from schemas.grading.classes import NotCompared, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade
 from schemas.grading.manifests import ImageTest, Manifest, ReferencePicture
 from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from service.grading.folders import Folder
 from service.grading.grading import reference_folder
-from service.grading.likeness.fingerprints import Fingerprint, Pair, fingerprint, like, noise_of, pairs
+from service.grading.likeness.fingerprints import (
+    FEWEST_PICTURES,
+    Fingerprint,
+    Noise,
+    Pair,
+    fingerprint,
+    like,
+    noise_of,
+    pairs,
+)
 from service.grading.references import key_of, prepare
 from service.grading.settings import Run
 from service.grading.wanted import Wanted, wanted
@@ -24,17 +33,23 @@ from service.grading.wanted import Wanted, wanted
 FIXED = (("center", 1), ("uniform", 4), ("uniform", 9), ("uniform", 16), ("rotated", 4), ("rotated", 16))
 """Patterns and numbers of samples that any two programs may choose, which gives them the same errors."""
 
+Prints = Mapping[str, Mapping[str, Fingerprint]]
+"""Fingerprints by student and test."""
+
+NOISELESS = "Hardly any place in them is noisy."
+
 
 def shared_files(grades: Mapping[str, Grade]) -> tuple[SharedFiles, ...]:
-    """Groups of students who submitted the same bytes for a test; one entry for each group.
+    """Groups of students who submitted the same for a test; one entry for each group.
 
     Rendered pictures do not count: right scenes have the same one.
     """
     owners = defaultdict[tuple[str, str], set[str]](set)
     for student, grade in grades.items():
         for read in grade.inputs:
-            if read.role == "submission" and read.size is not None and read.sha256 is not None:
-                owners[read.test, read.sha256].add(student)
+            same = read.content or read.sha256
+            if read.role == "submission" and read.size is not None and same is not None:
+                owners[read.test, same].add(student)
     groups = defaultdict[tuple[str, ...], list[str]](list)
     for (test, _), students in owners.items():
         if len(students) > 1:
@@ -46,46 +61,64 @@ def shared_files(grades: Mapping[str, Grade]) -> tuple[SharedFiles, ...]:
 def shared_noise(
     manifest: Manifest,
     references: Path,
-    prints: Mapping[str, Mapping[str, Fingerprint]],
+    prints: Prints,
     files: Sequence[SharedFiles],
-) -> tuple[SharedNoise, ...]:
-    """Groups of students whose pictures have the same noise; one entry for each group.
+) -> tuple[tuple[SharedNoise, ...], tuple[NotCompared, ...]]:
+    """Groups of students whose pictures have the same noise, and the pictures that were not compared.
 
     Parameters
     ----------
     references
         The folder of the manifest.
     prints
-        Fingerprints by student and test.
+        Of all students.
     files
         Shared files, which are not reported again.
     """
     folder = Folder(references.resolve(), "reference")
     run = Run(manifest, folder, folder)
     groups = defaultdict[tuple[str, ...], dict[str, float]](dict)
+    left_out: list[NotCompared] = []
     for test in manifest.tests:
+        if not isinstance(test, ImageTest):
+            continue
         owners = [student for student, found in prints.items() if test.id in found]
-        if isinstance(test, ImageTest):
-            for members, correlation in _groups(test, run, [prints[owner][test.id] for owner in owners]):
-                students = tuple(sorted(owners[member] for member in members))
-                if not any(test.id in same.tests and {*students} <= {*same.students} for same in files):
-                    groups[students][test.id] = correlation
+        noise = noise_of([prints[owner][test.id] for owner in owners])
+        left_out += _left_out(test.id, prints, noise)
+        for members, correlation in [] if noise is None else _groups(test, run, noise):
+            students = tuple(sorted(owners[member] for member in members))
+            if not any(test.id in same.tests and {*students} <= {*same.students} for same in files):
+                groups[students][test.id] = correlation
     found = [
         SharedNoise(students=students, tests=tuple(sorted(tests)), correlation=round(min(tests.values()), 3))
         for students, tests in groups.items()
     ]
-    return tuple(sorted(found, key=_most_first))
+    return tuple(sorted(found, key=_most_first)), tuple(left_out)
+
+
+def _left_out(test: str, prints: Prints, noise: Noise | None) -> Iterator[NotCompared]:
+    """The pictures of a test whose noise is compared with no others."""
+    owners = [student for student, found in prints.items() if test in found]
+    unlike = () if noise is None else np.flatnonzero(~noise.counted.any(axis=1)).tolist()
+    too_few = f"Only {len(owners)} are without a mistake, and comparing noise needs {FEWEST_PICTURES}."
+    reasons = {
+        "They were not submitted, or have a mistake.": [each for each in prints if test not in prints[each]],
+        "They are far noisier or cleaner than most, or wrong in many places.": [owners[i] for i in unlike],
+        too_few if len(owners) < FEWEST_PICTURES else NOISELESS: owners if noise is None else [],
+    }
+    for reason, students in reasons.items():
+        if students:
+            yield NotCompared(test=test, reason=reason, students=tuple(students))
 
 
 def _most_first(shared: SharedFiles | SharedNoise) -> tuple[int, tuple[str, ...]]:
     return -len(shared.tests), shared.students
 
 
-def _groups(test: ImageTest, run: Run, prints: Sequence[Fingerprint]) -> list[tuple[set[int], float]]:
+def _groups(test: ImageTest, run: Run, noise: Noise) -> list[tuple[set[int], float]]:
     """Pictures of a test that share their noise, with the lowest correlation between two of them."""
-    noise = noise_of(prints)
-    found = [] if noise is None else pairs(noise)
-    if noise is None or not found:
+    found = pairs(noise)
+    if not found:
         return []
     # Rendering takes seconds, and hardly any class needs it.
     patterns = _fixed_patterns(test, run)

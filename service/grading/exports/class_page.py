@@ -162,33 +162,42 @@ def _signals(whole: ClassGrade, page: str) -> Iterator[str]:
     yield "<h2>Signals</h2>"
     alone = [entry for entry in whole.students if entry.signals]
     if not (alone or whole.shared_files or whole.shared_noise):
-        yield "<p>None: no two submissions have a file or noise in common.</p>"
-        return
+        yield "<p>None.</p>"
+    else:
+        yield from _found(whole, alone, page)
+    for left in whole.not_compared:
+        names = _named(whole, left.students, page)
+        yield f"<p>Pictures of {words(left.test)} not compared: {words(left.reason)} {names}</p>"
+
+
+def _found(whole: ClassGrade, alone: Sequence[ClassEntry], page: str) -> Iterator[str]:
     yield (
         "<p>A signal is a reason to ask, not a proof. Pictures have the same noise if one was made from the "
         "other, or if both programs draw the same random numbers.</p>"
     )
     yield "<table class=lists><tr><th>Signal</th><th>Submissions</th><th>Tests</th></tr>"
-    yield from _shared("the same bytes", whole.shared_files, whole, page)
+    yield from _shared("the same file", whole.shared_files, whole, page)
     yield from _shared("the same noise", whole.shared_noise, whole, page)
     for entry in alone:
         for signal in entry.signals:
-            yield _signal(signal.message, [entry], [signal.test], page)
+            yield _signal(signal.message, _link(entry, page), [signal.test])
     yield "</table>"
 
 
 def _shared(
     what: str, groups: Sequence[SharedFiles | SharedNoise], whole: ClassGrade, page: str
 ) -> Iterator[str]:
-    entries = {entry.student: entry for entry in whole.students}
     for shared in groups:
-        yield _signal(what, [entries[name] for name in shared.students], shared.tests, page)
+        yield _signal(what, _named(whole, shared.students, page), shared.tests)
 
 
-def _signal(what: str, entries: Sequence[ClassEntry], tests: Sequence[str], page: str) -> str:
-    return (
-        f"<tr><td>{words(what)}</td><td>{_links(entries, page)}</td><td>{words(', '.join(tests))}</td></tr>"
-    )
+def _signal(what: str, links: str, tests: Sequence[str]) -> str:
+    return f"<tr><td>{words(what)}</td><td>{links}</td><td>{words(', '.join(tests))}</td></tr>"
+
+
+def _named(whole: ClassGrade, names: Sequence[str], page: str) -> str:
+    entries = {entry.student: entry for entry in whole.students}
+    return _links([entries[name] for name in names], page)
 
 
 def _students(whole: ClassGrade, page: str) -> Iterator[str]:

@@ -49,7 +49,13 @@ def rays(test: RaysTest, run: Run) -> Iterator[Outcome]:
         margin=margin_of(value, test.accept),
         metrics=numbers,
         inputs=(
-            of_file(test.id, "submission", test.submitted.file, run.submission.read(test.submitted.file)),
+            of_file(
+                test.id,
+                "submission",
+                test.submitted.file,
+                run.submission.read(test.submitted.file),
+                submitted if isinstance(test.submitted, HitsFile) else None,
+            ),
             of_file(test.id, "reference", test.reference, run.references.read(test.reference)),
         ),
     )

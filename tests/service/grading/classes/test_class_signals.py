@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from accuracy.comparison.inputs import picture_of
-from renderer.images.colors import srgb_from_linear
+from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from schemas.grading.classes import SharedFiles
 from schemas.grading.grades import GradeInput
 from schemas.grading.manifest_reading import read_manifest
@@ -18,8 +18,9 @@ from service.grading.classes.class_signals import shared_files, shared_noise
 from service.grading.folders import Folder
 from service.grading.kinds import findings
 from service.grading.likeness.fingerprints import Fingerprint, fingerprint
+from service.grading.outcomes import of_picture
 from service.grading.settings import Run
-from tests.service.grading.assignments import SCENE, Assignment, image_test, npy, pixels, scene
+from tests.service.grading.assignments import SCENE, Assignment, image_test, npy, pixels, rays_test, scene
 from tests.service.grading.exports.samples import result, tried
 
 CAMERA = SCENE["camera"] | {"width": 96, "height": 72}
@@ -75,16 +76,32 @@ def test_copy_is_found_and_a_fixed_pattern_is_not(
     asked: dict[str, Any],
 ) -> None:
     rendered = manifest(assignment, reference, **asked)
-    (found,) = shared_noise(rendered, assignment.references, prints, ())
+    (found,), left_out = shared_noise(rendered, assignment.references, prints, ())
     assert (found.students, found.tests) == (("copy", "student-03"), ("picture",))
     assert found.correlation > 0.9
+    assert left_out == ()
 
 
-def test_shared_bytes_are_not_reported_as_noise_too(
+def test_pictures_that_are_not_compared_are_named(
+    assignment: Assignment, reference: np.ndarray, prints: dict[str, dict[str, Fingerprint]]
+) -> None:
+    asked = manifest(assignment, reference)
+    loud = prints["student-00"]["picture"]
+    loud = Fingerprint(detail=np.roll(loud.detail * 6, 7), rounding=loud.rounding)
+    _, some = shared_noise(
+        asked, assignment.references, prints | {"wrong": {}, "loud": {"picture": loud}}, ()
+    )
+    assert [(each.test, each.students) for each in some] == [("picture", ("wrong",)), ("picture", ("loud",))]
+    few = {student: prints[student] for student in list(prints)[:9]}
+    _, all_ = shared_noise(asked, assignment.references, few, ())
+    assert [each.students for each in all_] == [tuple(few)]
+
+
+def test_shared_files_are_not_reported_as_noise_too(
     assignment: Assignment, reference: np.ndarray, prints: dict[str, dict[str, Fingerprint]]
 ) -> None:
     same = SharedFiles(students=("fixed-1", "fixed-2", "zoe"), tests=("picture",))
-    found = shared_noise(manifest(assignment, reference), assignment.references, prints, [same])
+    found, _ = shared_noise(manifest(assignment, reference), assignment.references, prints, [same])
     assert [shared.students for shared in found] == [("copy", "student-03")]
 
 
@@ -102,7 +119,45 @@ def read(test: str, digest: str, size: int | None = 3) -> GradeInput:
     return GradeInput(test=test, role="submission", name="p.png", sha256=digest, size=size)
 
 
-def test_shared_files_are_equal_bytes_of_a_test() -> None:
+def saved(codes: np.ndarray, **options: Any) -> bytes:
+    file = io.BytesIO()
+    Image.fromarray(codes).save(file, "PNG", **options)
+    return file.getvalue()
+
+
+def content(file: bytes, encoding: Any = "srgb") -> str | None:
+    return of_picture("soft", "submission", picture_of(file, "p", encoding), len(file)).content
+
+
+def test_content_is_that_of_pixels_in_any_file() -> None:
+    codes = np.random.default_rng(1).integers(0, 256, (5, 7, 3), np.uint8)
+    first = content(saved(codes, compress_level=0))
+    opaque = np.dstack((codes, np.full((5, 7), 255, np.uint8)))
+    again = [
+        content(saved(codes, compress_level=9, optimize=True)),
+        content(saved(opaque)),
+        content(npy(codes)),
+        content(npy(codes.astype(np.uint16) * 257)),
+        content(npy((codes / 255).astype(np.float32))),
+        content(npy(linear_from_srgb(codes / 255).astype(np.float32)), "linear"),
+    ]
+    assert {first} == {*again}
+    codes[2, 3, 1] ^= 1
+    others = [content(saved(codes)), content(saved(codes.reshape(7, 5, 3)))]
+    assert len({first, *others}) == 3
+
+
+def test_content_of_hits_is_that_of_arrays(assignment: Assignment) -> None:
+    file = assignment.hand_in("hits.npz", {"t": np.linspace(1, 2, 12), "shape": np.arange(12.0)})
+    test = rays_test(rays={"type": "camera", "width": 4, "height": 3}, fields=["t", "shape"])
+    (first,) = (read.content for read in assignment.grade(test).inputs if read.role == "submission")
+    with np.load(file) as arrays:
+        np.savez_compressed(file, **dict(reversed([*arrays.items()])))
+    (again,) = (read.content for read in assignment.grade(test).inputs if read.role == "submission")
+    assert first == again is not None
+
+
+def test_shared_files_are_equal_files_of_a_test() -> None:
     same = [read("soft", "1"), read("phong", "2")]
     grades = {
         "a": result(tried(), inputs=same),
@@ -111,6 +166,15 @@ def test_shared_files_are_equal_bytes_of_a_test() -> None:
     }
     (shared,) = shared_files(grades)
     assert (shared.students, shared.tests) == (("a", "b"), ("phong", "soft"))
+
+
+def test_shared_files_are_those_of_equal_content() -> None:
+    files = {"a": ("1", "x"), "b": ("2", "x"), "c": ("1", "y")}
+    grades = {
+        student: result(tried(), inputs=[read("soft", digest).model_copy(update={"content": content})])
+        for student, (digest, content) in files.items()
+    }
+    assert [shared.students for shared in shared_files(grades)] == [("a", "b")]
 
 
 def test_rendered_pictures_are_no_shared_files() -> None:
