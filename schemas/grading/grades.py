@@ -143,6 +143,9 @@ class Grade(Message):
     title: str = Field(description="Of the assignment.")
     student: str | None = Field(default=None, description="Whose submission it is, where known.")
     submitted: str | None = Field(default=None, description="Time of the submission, ISO 8601, where known.")
+    own_scenes: bool = Field(
+        default=False, description="Whether references show the scenes of this student alone."
+    )
     gradable: bool = Field(description="Whether any test could be graded.")
     ungraded: tuple[str, ...] = Field(
         default=(), description="Ids of tests that are `error` or `not_gradable`: somebody should look."

@@ -21,6 +21,10 @@ MANIFEST_LIMITS = Limits(max_body_bytes=1024 * 1024, max_values=100_000)
 _NO_PICTURE = "No test of the kind 'image' has this id: these mistakes are found in submitted pictures."
 _CHARGED = "This mistake is listed before. List all tests that it costs points in together with it, once."
 _NOT_BEFORE = "No test with this id is listed before. A test may require those that come before it."
+_STORED = (
+    "No test has a reference of 'type: scene' with this file, or one has a stored picture of it, which would "
+    "be the same for all students."
+)
 _TWICE = "An earlier test has this id, upper case or lower. Give each test its own: files are named after it."
 
 
@@ -44,6 +48,7 @@ def read_manifest(data: bytes, *, yaml: bool) -> Manifest:
         *_repeated_ids(document),
         *_impossible_requirements(document),
         *_impossible_charges(document),
+        *_impossible_variants(document),
     )
     return checked(document, Manifest, limits=MANIFEST_LIMITS)
 
@@ -79,6 +84,16 @@ def _impossible_charges(document: Document) -> Iterator[Finding]:
             if kind in seen:
                 yield Finding(("charged_once", index, "mistakes", place), "charged_twice", _CHARGED)
             seen.add(kind)
+
+
+def _impossible_variants(document: Document) -> Iterator[Finding]:
+    """Scenes that should differ from student to student, and of which no reference is rendered."""
+    references = [member(test, "reference") for test in _listed(document.content, "tests")]
+    rendered = {member(each, "file") for each in references if member(each, "type") == "scene"}
+    stored = {member(each, "scene") for each in references if member(each, "type") == "picture"}
+    for place, name in _texts(member(document.content, "per_student"), "scenes"):
+        if name not in rendered or name in stored:
+            yield Finding(("per_student", "scenes", place), "not_rendered", _STORED)
 
 
 def _texts(content: object, name: str) -> Iterator[tuple[int, str]]:

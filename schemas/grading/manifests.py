@@ -283,6 +283,27 @@ class Charge(Closed):
     )
 
 
+class PerStudent(Closed):
+    """Scenes that differ from student to student, so that nobody can hand in the picture of another.
+
+    The name or number of a student decides how the camera stands and what colours materials have.
+    """
+
+    scenes: Annotated[tuple[File, ...], Field(min_length=1)] = Field(
+        description="References of `type: scene` that differ."
+    )
+    secret: Annotated[str, Field(strict=True, min_length=8, max_length=1024)] = Field(
+        description="Words that only staff know, at least 8 characters; other ones give other scenes."
+    )
+    turn: Annotated[float, Field(strict=True, ge=0, le=180)] = Field(
+        description="The camera turns about `up` through `look_at` by up to so many degrees, either way."
+    )
+    colors: Annotated[float, Field(strict=True, ge=0, le=1)] = Field(
+        description="Each channel of a material's `color` changes by up to so much. It stays between 0 and "
+        "the largest channel."
+    )
+
+
 class Manifest(Closed):
     """An assignment. Submitted files are relative to the submission, references to the manifest."""
 
@@ -306,6 +327,9 @@ class Manifest(Closed):
         "Who sees references can hand in copies of them.",
     )
     late: LatePolicy | None = Field(default=None, description="What lateness costs; by default nothing.")
+    per_student: PerStudent | None = Field(
+        default=None, description="How scenes differ from student to student; by default they do not."
+    )
     charged_once: tuple[Charge, ...] = Field(
         default=(),
         description="Mistakes of a whole program, which cost points only in some tests.",

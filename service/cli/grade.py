@@ -150,7 +150,7 @@ class _Given:
         """Points set by staff."""
         from service.grading.adjustments import read_corrections
 
-        return _read_table(self.overrides, partial(read_corrections, manifest=manifest)) or ()
+        return read_table(self.overrides, partial(read_corrections, manifest=manifest)) or ()
 
 
 def _grade_one(given: _Given, submission: Path, fail_under: float | None) -> int:
@@ -165,12 +165,13 @@ def _grade_one(given: _Given, submission: Path, fail_under: float | None) -> int
     if not submission.is_dir():
         raise InputError(f"{submission} is not a folder. Give the folder with the submission.")
     _check_time(given.submitted_at)
-    read = _read(given.manifest)
+    read = read_manifest_file(given.manifest)
     if read.late is not None and given.submitted_at is None:
         raise CommandError(f"{given.manifest} has a late policy. Give the time with --submitted-at.")
     corrections = given.corrections(read)
-    if given.overrides is not None and given.student is None:
-        raise CommandError("--overrides needs the name of the submitter. Give it with --student.")
+    if given.student is None and (given.overrides is not None or read.per_student is not None):
+        needs = "--overrides" if given.overrides is not None else f"{given.manifest} has per_student, and"
+        raise CommandError(f"{needs} needs the name of the submitter. Give it with --student.")
     _check_server(given.server)
     from service.grading.grading import grade as graded
 
@@ -230,7 +231,7 @@ def _grade_class(given: _Given, folder: Path, roster: Path | None) -> int:
     exports = file_names(given.export)
     for made in filter(None, (place, given.cache)):
         make_folder(made)
-    read = _read(given.manifest)
+    read = read_manifest_file(given.manifest)
     if read.late is not None and roster is None and given.submitted_at is None:
         raise CommandError(
             f"{given.manifest} has a late policy. Give times by --roster FILE.csv or --submitted-at {FILES}."
@@ -245,14 +246,14 @@ def _grade_class(given: _Given, folder: Path, roster: Path | None) -> int:
         jobs=given.processes,
         server=given.server,
         cache=given.cache,
-        roster=_read_table(roster, Roster.read),
+        roster=read_table(roster, Roster.read),
         file_times=given.submitted_at == FILES,
         corrections=given.corrections(read),
     )
     return grade_class(run, as_json=given.as_json)
 
 
-def _read_table(path: Path | None, read: Callable[[bytes], Table]) -> Table | None:
+def read_table(path: Path | None, read: Callable[[bytes], Table]) -> Table | None:
     """What is read from a file, if one was given."""
     from service.grading.errors import AdjustmentError
 
@@ -269,7 +270,8 @@ def _check_server(address: str | None) -> None:
             client.version()
 
 
-def _read(path: Path) -> Manifest:
+def read_manifest_file(path: Path) -> Manifest:
+    """The manifest in a file; InputError if it is unusable, with all that is wrong in it."""
     from schemas.errors import SceneError
     from schemas.grading.manifest_reading import read_manifest
 
@@ -347,6 +349,8 @@ def lines(found: Grade, width: int | None) -> Iterator[str]:
             continue
         yield f"{output.emphasis(f'{word:<13}', COLORS.get(word))}{points:>9}  {row.name}"
         yield from textwrap.wrap(message, width, initial_indent=" " * 4, subsequent_indent=" " * 4)
+    if found.own_scenes:
+        yield f"The references are the scenes of {output.harmless(found.student or '')} alone."
     for signal in found.signals:
         yield f"for staff: {signal.test}: {output.harmless(signal.message)}"
     yield f"{output.emphasis(f'{number(found.score)} of {number(found.max_score)} points')}, {found.verdict}"

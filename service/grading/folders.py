@@ -6,8 +6,8 @@ import io
 import os
 import re
 import unicodedata
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
@@ -35,10 +35,13 @@ class Folder:
         Resolved.
     role : {"submission", "reference"}
         Decides whether an unusable file is an error of the submission or of the test.
+    replaced : mapping of str to bytes
+        Contents in place of those of files.
     """
 
     root: Path
     role: Role
+    replaced: Mapping[str, bytes] = field(default_factory=dict)
 
     def path(self, name: str) -> Path:
         """The resolved path of a file.
@@ -76,7 +79,7 @@ class Folder:
         """
         path = self.path(name)
         try:
-            return path.read_bytes()
+            return self.replaced[name] if name in self.replaced else path.read_bytes()
         except OSError as error:
             raise self.fault(f"{name} cannot be read ({error.strerror}).") from error
 

@@ -22,6 +22,7 @@ from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
 from service.grading.programs.program_search import search
 from service.grading.references import Prepared, prepare, wanted
 from service.grading.settings import Run
+from service.grading.variants import references_for
 
 OnTest = Callable[[TestGrade], None]
 
@@ -70,7 +71,8 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
     pictures
         Whether to make pictures of the differences.
     student, submitted
-        Name of the student and time of the submission (ISO 8601), for the result.
+        Name of the student and time of the submission (ISO 8601), for the result and policies of the
+        manifest.
     corrections
         Points that staff give this submission.
     on_test
@@ -83,7 +85,7 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
     begun = time.perf_counter(), time.process_time(), datetime.now(UTC)
     run = Run(
         manifest,
-        Folder(references.resolve(), "reference"),
+        references_for(manifest, references, student),
         Folder(submission.resolve(), "submission"),
         server,
         pictures,

@@ -120,6 +120,7 @@ def graded(
         title=manifest.title,
         student=student,
         submitted=submitted,
+        own_scenes=manifest.per_student is not None,
         gradable=verdict != "not_comparable",
         ungraded=tuple(grade.id for grade in grades if grade.is_open),
         verdict=verdict,

@@ -199,3 +199,12 @@ def test_required_tests_come_before() -> None:
         "/tests/1/requires/1": "unknown_test",
         "/tests/1/requires/2": "unknown_test",
     }
+
+
+def test_scenes_that_differ_are_rendered_for_each_student() -> None:
+    stored = {"type": "picture", "file": "soft.png", "encoding": "srgb", "scene": "scenes/soft.json"}
+    ranges = {"scenes": ["scenes/soft.json"], "secret": "autumn 2026", "turn": 5, "colors": 0.1}
+    read_manifest(json.dumps(manifest() | {"per_student": ranges}).encode(), yaml=False)
+    for document in (manifest(reference=stored), manifest(reference={"type": "scene", "file": "other.json"})):
+        found = problems(document | {"per_student": ranges})
+        assert found["/per_student/scenes/0"].code == "not_rendered"

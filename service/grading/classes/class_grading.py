@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,6 +20,7 @@ from service.grading.grading import errands_of, pictures_of, prepare_references,
 from service.grading.likeness.fingerprints import Fingerprint
 from service.grading.processes import Errand, Finished, run_all
 from service.grading.settings import Run
+from service.grading.variants import references_for
 
 BETWEEN = "/"
 """Between the number of a student and the id of a test, which cannot contain it."""
@@ -106,24 +107,36 @@ def grade_class(
     -----
     When the generator is closed, running tests are killed. What it has yielded is complete.
     """
-    if not students:
-        return
-    # References do not depend on the submission.
-    beside = Folder(references.resolve(), "reference")
-    run = Run(manifest, beside, _submission(students[0]), server, pictures=True)
-    with reference_folder(cache) as folder, tempfile.TemporaryDirectory(prefix="penumbra-class-") as keep:
-        prepared, _ = prepare_references(run, jobs, folder)
+    # References depend on the submission only where scenes differ from student to student.
+    groups = [students] if manifest.per_student is None else [[student] for student in students]
+    with reference_folder(cache) as folder:
+        for group in filter(None, groups):
+            beside = references_for(manifest, references, group[0].id)
+            run = Run(manifest, beside, _submission(group[0]), server, pictures=True)
+            yield from _grade_group(run, group, jobs, folder, on_test)
+
+
+def _grade_group(
+    run: Run,
+    students: Sequence[Student],
+    jobs: int,
+    folder: Path,
+    on_test: Callable[[Student], None] | None,
+) -> Iterator[StudentResult]:
+    """Grade submissions with the same references, which a folder keeps."""
+    prepared, _ = prepare_references(run, jobs, folder)
+    with tempfile.TemporaryDirectory(prefix="penumbra-class-") as keep:
         run = replace(run, prepared=prepared, keep=Path(keep))
         started = datetime.now(UTC)
         open_ = {number: _Progress(student, started) for number, student in enumerate(students)}
         for name, finished in run_all(_errands(run, students), jobs):
             number, _, test_id = name.partition(BETWEEN)
             done = open_[int(number)]
-            done.add(manifest, test_id, finished)
+            done.add(run.manifest, test_id, finished)
             if on_test is not None:
                 on_test(done.student)
-            if len(done.tests) == len(manifest.tests):
-                yield open_.pop(int(number)).result(manifest)
+            if len(done.tests) == len(run.manifest.tests):
+                yield open_.pop(int(number)).result(run.manifest)
 
 
 def _errands(run: Run, students: Sequence[Student]) -> list[Errand]:

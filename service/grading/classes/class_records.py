@@ -62,6 +62,11 @@ class Student:
         """The name of the folder as text."""
         return readable(self.folder.name)
 
+    @property
+    def id(self) -> str:
+        """The number, or the name if there is none."""
+        return self.number or self.name
+
     def is_called(self, word: str) -> bool:
         """Whether a table means this student: by name or by number."""
         return word in {self.name, self.number}

@@ -81,6 +81,11 @@ class Roster:
                 raise AdjustmentError(f"row {number}: {error}") from error
         return roster
 
+    @property
+    def students(self) -> tuple[str, ...]:
+        """The names or numbers of all students."""
+        return tuple(filter(None, map(self._name, self.rows)))
+
     def row_of(self, student: Student) -> dict[str, str] | None:
         """The row of a student."""
         return next((row for row in self.rows if student.is_called(self._name(row))), None)

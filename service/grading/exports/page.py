@@ -46,9 +46,10 @@ def for_staff_review(grade: Grade, pictures: Path | None = None) -> bytes:
 
 def _page(grade: Grade, rows: Sequence[Row], shown: Album, staff: Iterator[str] | tuple[()]) -> bytes:
     title = words(line(grade.title))
+    scenes = "of this student alone" if grade.own_scenes else None
     whose = "".join(
         f"<p>{label}: {words(line(value))}</p>"
-        for label, value in (("Student", grade.student), ("Submitted", grade.submitted))
+        for label, value in (("Student", grade.student), ("Submitted", grade.submitted), ("Scenes", scenes))
         if value is not None
     )
     parts = [
