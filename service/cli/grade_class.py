@@ -135,13 +135,12 @@ def _submissions(run: ClassRun, into: Path) -> tuple[Sequence[Student], Sequence
     from service.grading.classes.class_records import submissions
     from service.grading.classes.downloads import sorted_download
 
-    download = sorted_download(run.folder, into, {test.submitted.file for test in run.manifest.tests})
-    if download is None:
+    wanted = {test.submitted.file for test in run.manifest.tests}
+    students, left_out, troubles = sorted_download(run.folder, into, wanted)
+    for trouble in troubles:
+        output.say(output.harmless(trouble))
+    if not students:
         students, left_out = submissions(run.folder)
-    else:
-        students, left_out = download.students, download.left_out
-        for trouble in download.troubles:
-            output.say(output.harmless(trouble))
     if not students:
         raise InputError(f"{run.folder} has no folders. {FOLDERS}")
     if left_out:
@@ -292,9 +291,11 @@ def _save_roster(run: ClassRun, grades: Mapping[Student, Grade]) -> None:
     """Write the roster with points, for the system that it is from."""
     if run.roster is None:
         return
-    others = [student.name for student in grades if run.roster.row_of(student) is None]
+    others = [student.name for student in grades if run.roster.place(student) is None]
     if others:
         output.say(f"Not in the roster: {output.harmless(', '.join(others))}.")
     filled = run.roster.filled(grades, run.manifest.title)
-    if filled is not None:
+    if filled is None:
+        output.say(f"The roster has no column for points: neither 'Grade' nor {run.manifest.title!r}.")
+    else:
         save(run.out / ROSTER, filled, "import it where the roster is from")

@@ -37,7 +37,7 @@ def handout(
     if read.per_student is None:
         raise CommandError(f"{manifest} has no per_student: all students render the same scenes.")
     table = read_table(roster, Roster.read)
-    students = [*(student or ()), *(table.students if table else ())]
+    students = [*(student or ()), *filter(None, table.students if table else ())]
     if not students:
         raise CommandError("No student is given. Name some with --student or --roster.")
     folder = Folder(manifest.parent.resolve(), "reference")

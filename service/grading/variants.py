@@ -41,8 +41,7 @@ def scenes_for(ranges: PerStudent, folder: Folder, student: str) -> dict[str, by
             scene = _varied(json.loads(folder.read(file)), ranges, Random(digest.digest()))  # noqa: S311
             found[file] = json.dumps(scene, indent=1, ensure_ascii=False).encode()
         except (GradingError, ValueError, TypeError, KeyError, AttributeError):
-            # The tests that need it say what is wrong with it.
-            continue
+            continue  # The tests that need it say what is wrong with it.
     return found
 
 

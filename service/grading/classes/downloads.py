@@ -7,8 +7,7 @@ import re
 import shutil
 import zipfile
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator
 from pathlib import Path, PurePosixPath
 
 from service.grading.classes.class_records import Student
@@ -27,26 +26,10 @@ AGAIN = re.compile(r"-\d+(?=\.[^.]*$)")
 """What Canvas adds to the name of a file that is handed in again: p-1.png."""
 
 
-@dataclass(frozen=True, slots=True)
-class Download:
-    """The submissions of a download.
-
-    Attributes
-    ----------
-    students : tuple of Student
-    left_out : tuple of str
-        Other files and folders.
-    troubles : list of str
-        Archives that were not unpacked, with reasons.
-    """
-
-    students: tuple[Student, ...]
-    left_out: tuple[str, ...]
-    troubles: list[str] = field(default_factory=list)
-
-
-def sorted_download(folder: Path, into: Path, wanted: Collection[str]) -> Download | None:
-    """Copy the submissions of a download into folders; None if no name in it is that of a download.
+def sorted_download(
+    folder: Path, into: Path, wanted: Collection[str]
+) -> tuple[tuple[Student, ...], tuple[str, ...], list[str]]:
+    """Copy the submissions of a download into folders.
 
     Parameters
     ----------
@@ -54,48 +37,36 @@ def sorted_download(folder: Path, into: Path, wanted: Collection[str]) -> Downlo
         An empty folder.
     wanted
         The names of files that the assignment asks for.
+
+    Returns
+    -------
+    tuple
+        The submissions, none if no name is that of a download; other files and folders; and sentences about
+        archives that are not unpacked.
     """
-    found, others = defaultdict[Student, list[tuple[Path, str]]](list), []
+    found, others, troubles = defaultdict[Student, list[tuple[Path, str]]](list), [], list[str]()
     for path in sorted(folder.iterdir()):
-        match = _matched(path)
-        if match is not None:
-            place = into / f"{match['name']}_{match['number']}"
-            found[Student(place, match["number"])].append((path, match["file"]))
+        match = next(filter(None, (names.fullmatch(path.name) for names in NAMES)), None)
+        # Links might lead anywhere.
+        if match and not path.is_symlink() and (path.is_file() if match["file"] else path.is_dir()):
+            student = Student(into / f"{match['name']}_{match['number']}", match["number"])
+            found[student] += [(path, match["file"])] if match["file"] else _inside(path)
         elif not is_hidden(path.name):
             others.append(readable(path.name))
-    download = Download(tuple(found), tuple(others))
-    for student, sources in found.items():
+    for student, files in found.items():
         student.folder.mkdir()
-        for source, name in _exact_first(sources, wanted):
-            _take(source, student.folder, name, wanted, download.troubles)
-    return download if found else None
+        # Files that have a wanted name come before copies of them.
+        for source, name in sorted(files, key=lambda each: each[1] not in wanted):
+            _take(source, student.folder, name, wanted, troubles)
+    return tuple(found), tuple(others), troubles
 
 
-def _matched(path: Path) -> re.Match[str] | None:
-    # Links might lead anywhere.
-    if path.is_symlink():
-        return None
-    match = next(filter(None, (names.fullmatch(path.name) for names in NAMES)), None)
-    # Folders have no names of files.
-    return match if match and path.is_dir() == (not match["file"]) else None
-
-
-def _exact_first(sources: Sequence[tuple[Path, str]], wanted: Collection[str]) -> Iterator[tuple[Path, str]]:
-    """The files of a student with their own names: those that have a wanted name before copies of them."""
-    files = [
-        (path, name) if name else (path / inside, inside)
-        for path, name in sources
-        for inside in ([""] if name else _inside(path))
-    ]
-    return iter(sorted(files, key=lambda each: each[1] not in wanted))
-
-
-def _inside(folder: Path) -> Iterator[str]:
-    for place, folders, files in os.walk(folder):
-        folders.sort()
-        for path in (Path(place, name) for name in sorted(files)):
+def _inside(folder: Path) -> Iterator[tuple[Path, str]]:
+    """The files in a folder, with their names there."""
+    for place, _, files in os.walk(folder):
+        for path in (Path(place, name) for name in files):
             if path.is_file() and not path.is_symlink():
-                yield path.relative_to(folder).as_posix()
+                yield path, path.relative_to(folder).as_posix()
 
 
 def _take(source: Path, place: Path, name: str, wanted: Collection[str], troubles: list[str]) -> None:
@@ -103,14 +74,7 @@ def _take(source: Path, place: Path, name: str, wanted: Collection[str], trouble
     if name.lower().endswith(".zip") and name not in wanted:
         try:
             _unpack(source, place, wanted)
-        except (
-            zipfile.BadZipFile,
-            OSError,
-            ValueError,
-            NotImplementedError,
-            RuntimeError,
-            EOFError,
-        ) as error:
+        except Exception as error:  # noqa: BLE001 - archives may be damaged in any way
             troubles.append(f"{readable(source.name)} is not unpacked: {error}")
         return
     plain = AGAIN.sub("", name)
@@ -123,22 +87,18 @@ def _take(source: Path, place: Path, name: str, wanted: Collection[str], trouble
 def _unpack(source: Path, place: Path, wanted: Collection[str]) -> None:
     """Unpack an archive of a student, without the folder that all its files are in."""
     with zipfile.ZipFile(source) as archive:
-        members = {info: PurePosixPath(info.filename).parts for info in archive.infolist()}
-        if any(part in {"..", "/"} or {*"\\:"} & {*part} for parts in members.values() for part in parts):
+        files = [
+            (info, PurePosixPath(info.filename).parts) for info in archive.infolist() if not info.is_dir()
+        ]
+        if any(part in {"..", "/"} or {*"\\:"} & {*part} for _, parts in files for part in parts):
             raise ValueError("a name in it leads out of its folder.")
-        members = {
-            info: parts
-            for info, parts in members.items()
-            if not info.is_dir() and not any(map(is_hidden, parts))
-        }
-        if len(members) > MOST_FILES or sum(info.file_size for info in members) > MOST_BYTES:
+        files = [(info, parts) for info, parts in files if not any(map(is_hidden, parts))]
+        if len(files) > MOST_FILES or sum(info.file_size for info, _ in files) > MOST_BYTES:
             raise ValueError(f"it has more than {MOST_FILES} files or {MOST_BYTES} bytes.")
-        outer = {parts[0] for parts in members.values() if len(parts) > 1}
-        is_wrapped = len(outer) == 1 and all(len(parts) > 1 for parts in members.values())
-        if is_wrapped and not any(name.startswith(f"{next(iter(outer))}/") for name in wanted):
-            members = {info: parts[1:] for info, parts in members.items()}
-        for info, parts in members.items():
-            target = place.joinpath(*parts)
+        outer = {parts[0] if len(parts) > 1 else "" for _, parts in files}
+        is_wrapped = len(outer) == 1 and not any(name.split("/")[0] in outer for name in wanted)
+        for info, parts in files:
+            target = place.joinpath(*parts[is_wrapped and "" not in outer :])
             target.parent.mkdir(parents=True, exist_ok=True)
             with archive.open(info) as packed, target.open("xb") as file:
                 shutil.copyfileobj(packed, file)

@@ -9,7 +9,8 @@ import csv
 import io
 import re
 from codecs import BOM_UTF8
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -30,7 +31,7 @@ MOODLE_POINTS = "Grade"
 MOODLE_TIME = "%A, %d %B %Y, %I:%M %p"
 """Times of Moodle in English: Saturday, 21 November 2026, 8:15 PM."""
 
-PARTICIPANT = re.compile(r"Participant (\d+)")
+PARTICIPANT = re.compile(r"^Participant (?=\d+$)")
 """Moodle's identifier of a submission; names of downloaded files have the number alone."""
 
 
@@ -43,18 +44,21 @@ class Roster:
     columns : tuple of str
     rows : tuple of dict
         By column.
+    students : tuple of str
+        The name or number of each row; empty in rows of another kind.
+    times : tuple of str or None
+        The time of each submission, ISO 8601.
     separator : str
     encoding : str
         UTF-8, with a byte order mark or without.
-    key : str
-        The column that names a student.
     """
 
     columns: tuple[str, ...]
     rows: tuple[dict[str, str], ...]
+    students: tuple[str, ...]
+    times: tuple[str | None, ...]
     separator: str
     encoding: str
-    key: str
 
     @classmethod
     def read(cls, content: bytes) -> Roster:
@@ -66,76 +70,49 @@ class Roster:
             No column names the students, or a time cannot be read.
         """
         reader = table(content)
-        columns = tuple(reader.fieldnames or ())
-        key = next((name for name in IDS if name in columns), None)
-        if key is None:
-            raise AdjustmentError(f"no column names the students. Name one of its columns {IDS[0]}.")
+        columns, rows = tuple(reader.fieldnames or ()), tuple(reader)
+        name = next((name for name in IDS if name in columns), None)
+        if name is None or any(None in row for row in rows):
+            reason = f"no column is called {' or '.join(IDS)}" if name is None else "a row is too long"
+            raise AdjustmentError(f"{reason}. Give a table with a row for each student.")
+        time = next((time for time in TIMES if time in columns), name)
+        found = (PARTICIPANT.sub("", (row[name] or "").strip()) for row in rows)
+        times = [None if time == name else _moment(row[time] or "", at) for at, row in enumerate(rows, 2)]
         encoding = "utf-8-sig" if content.startswith(BOM_UTF8) else "utf-8"
-        roster = cls(columns, tuple(reader), str(reader.reader.dialect.delimiter), encoding, key)
-        if any(None in row for row in roster.rows):
-            raise AdjustmentError("a row has more cells than the first one.")
-        for number, row in enumerate(roster.rows, 2):
-            try:
-                roster._time(row)
-            except ValueError as error:
-                raise AdjustmentError(f"row {number}: {error}") from error
-        return roster
+        return cls(columns, rows, tuple(found), tuple(times), reader.reader.dialect.delimiter, encoding)
 
-    @property
-    def students(self) -> tuple[str, ...]:
-        """The names or numbers of all students."""
-        return tuple(filter(None, map(self._name, self.rows)))
-
-    def row_of(self, student: Student) -> dict[str, str] | None:
+    def place(self, student: Student) -> int | None:
         """The row of a student."""
-        return next((row for row in self.rows if student.is_called(self._name(row))), None)
+        return next((at for at, name in enumerate(self.students) if student.is_called(name)), None)
 
     def submitted(self, student: Student) -> str | None:
-        """The time of a submission, ISO 8601; None if it is not in the table."""
-        row = self.row_of(student)
-        return None if row is None else self._time(row)
+        """The time of a submission; None if it is not in the table."""
+        place = self.place(student)
+        return None if place is None else self.times[place]
 
     def filled(self, grades: Mapping[Student, Grade], title: str) -> bytes | None:
         """The same table with points; None if it has no column for those of the assignment.
 
         Rows without a submission keep what they have, as do those whose points are not final.
         """
-        names = (name for name in self.columns if name == MOODLE_POINTS or _is_of(name, title))
-        column = next(names, None)
-        if column is None:
+        # Canvas adds a number to the title.
+        column = re.compile(rf"{MOODLE_POINTS}|{re.escape(title)}(?: \(\d+\))?")
+        name = next(filter(column.fullmatch, self.columns), None)
+        if name is None:
             return None
-        points = {id(row): rounded(grade.score) for row, grade in self._final(grades)}
+        final = {self.place(student): grade for student, grade in grades.items() if not grade.is_open}
         text = io.StringIO(newline="")
         writer = csv.DictWriter(text, self.columns, delimiter=self.separator)
         writer.writeheader()
-        writer.writerows(row | ({column: points[id(row)]} if id(row) in points else {}) for row in self.rows)
+        for at, row in enumerate(self.rows):
+            writer.writerow(row | ({name: rounded(final[at].score)} if at in final else {}))
         return text.getvalue().encode(self.encoding)
 
-    def _final(self, grades: Mapping[Student, Grade]) -> Iterator[tuple[dict[str, str], Grade]]:
-        for student, grade in grades.items():
-            row = self.row_of(student)
-            if row is not None and not grade.is_open:
-                yield row, grade
 
-    def _name(self, row: Mapping[str, str]) -> str:
-        name = (row[self.key] or "").strip()
-        found = PARTICIPANT.fullmatch(name)
-        return found[1] if found else name
-
-    def _time(self, row: Mapping[str, str]) -> str | None:
-        text = next(((row[name] or "").strip() for name in TIMES if name in self.columns), "")
-        if text in {"", "-"}:
-            return None
-        try:
-            return datetime.fromisoformat(text).isoformat()
-        except ValueError:
-            pass
-        try:
-            return datetime.strptime(text, MOODLE_TIME).isoformat()  # noqa: DTZ007 - the deadline has the zone
-        except ValueError:
-            raise ValueError(f"{text!r} is no time. Write it as 2026-11-21T20:15:00+01:00.") from None
-
-
-def _is_of(column: str, title: str) -> bool:
-    """Whether a column of Canvas' gradebook is that of an assignment: its title, and its number there."""
-    return re.fullmatch(rf"{re.escape(title)}( \(\d+\))?", column) is not None
+def _moment(text: str, row: int) -> str | None:
+    if text.strip() in {"", "-"}:
+        return None
+    for read in (datetime.fromisoformat, lambda text: datetime.strptime(text, MOODLE_TIME)):  # noqa: DTZ007
+        with suppress(ValueError):
+            return read(text.strip()).isoformat()
+    raise AdjustmentError(f"row {row}: {text!r} is no time. Write it as 2026-11-21T20:15:00+01:00.")
