@@ -117,3 +117,13 @@ def test_damaged_record_is_graded_again(tmp_path: Path, name: str, content: byte
     assert graded_before(tmp_path, "k") is not None
     (tmp_path / name).write_bytes(content)
     assert graded_before(tmp_path, "k") is None
+
+
+def test_file_that_no_test_opens_is_not_read(student: Student) -> None:
+    with (student.folder / "huge.npy").open("wb") as file:
+        # Reading its zeros takes longer than any time limit.
+        file.truncate(1 << 42)
+    before = submission_key("k", student)
+    assert submission_key("k", student) == before
+    os.truncate(student.folder / "huge.npy", 1 << 41)
+    assert submission_key("k", student) != before
