@@ -47,7 +47,6 @@ def test_part_of_soft_is_near_its_reference() -> None:
 @pytest.mark.parametrize(
     ("name", "quality", "limit"),
     [
-        ("soft", FINE, 1.0),
         ("chess", FINE, 2.4),
         ("mesh", FOUR, 2.5),
         ("normal_texturing", FOUR, 1.0),

@@ -38,7 +38,7 @@ def test_tutorial_shows_what_its_commands_print(postgres: PostgresServer, tmp_pa
     free = dict(zip(PORTS, free_ports(len(PORTS)), strict=True))
     script = re.sub("|".join(PORTS), lambda port: free[port[0]], script)
     script = script.replace("postgresql:///penumbra", f"'{postgres.database()}'").replace(
-        "--samples 36", "--samples 16"
+        "--samples 36", "--samples 9"
     )
     followed = subprocess.Popen(
         ["bash", "-c", script],
