@@ -11,10 +11,9 @@ import numpy as np
 from accuracy.comparison import Comparison, Picture, Policy, compare, variances
 from accuracy.comparison.metrics import metrics
 from schemas.grading.acceptance import Acceptance, Error, Metric, Verdict
-from service.grading import sentences
 from service.grading.errors import BrokenTestError
 from service.grading.outcomes import Outcome
-from service.grading.scales import margin_of, share_of
+from service.grading.scales import by_number, margin_of, share_of
 from service.grading.selection import Selection
 
 NOISE = ("error", "samples")
@@ -63,11 +62,11 @@ def accepted(accept: Acceptance, found: Comparison, selection: Selection) -> Out
         case Verdict():
             outcome = _by_verdict(accept, found, numbers[BIAS] or 0.0)
         case Metric():
-            outcome = _by_number(accept, accept.metric, _value(accept, numbers))
+            outcome = by_number(accept.metric, _value(accept, numbers), accept)
         case Error():
             noise = numbers.get("reference_noise") or 0.0
             error = math.sqrt(max((numbers["mse"] or 0.0) - noise * noise, 0.0))
-            outcome = _by_number(accept, "error", error)
+            outcome = by_number("error", error, accept)
     return replace(outcome, metrics=numbers)
 
 
@@ -130,17 +129,6 @@ def _value(accept: Metric, numbers: Mapping[str, float | None]) -> float:
     if accept.metric == "psnr":
         return math.inf
     raise BrokenTestError("These pictures are too small for ssim, whose window has 11 x 11 pixels.")
-
-
-def _by_number(accept: Metric | Error, name: str, value: float) -> Outcome:
-    return Outcome(
-        share=share_of(value, accept),
-        message=sentences.held(name, value, accept),
-        metric=name,
-        value=value if math.isfinite(value) else None,
-        threshold=accept.full,
-        margin=margin_of(value, accept),
-    )
 
 
 def _by_verdict(accept: Verdict, found: Comparison, share: float) -> Outcome:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 from schemas.grading.manifests import Criterion, ImageTest, RaysTest, SceneTest, TimeTest
-from service.grading import sentences
 from service.grading.comparing import image, scene
 from service.grading.outcomes import Outcome, of_file
 from service.grading.rays.ray_tests import rays
 from service.grading.rendering import rendered
-from service.grading.scales import margin_of, share_of
+from service.grading.scales import by_number
 from service.grading.settings import Run
 
 
@@ -19,13 +19,8 @@ def time(test: TimeTest, run: Run) -> Iterator[Outcome]:
     """Grade the CPU seconds of a render of the submitted scene, as measured here."""
     seconds = rendered(run.submitted(test.submitted, test)).cpu_seconds
     content = run.submission.read(test.submitted.file)
-    yield Outcome(
-        share=share_of(seconds, test.accept),
-        message=sentences.held("cpu_seconds", seconds, test.accept),
-        metric="cpu_seconds",
-        value=seconds,
-        threshold=test.accept.full,
-        margin=margin_of(seconds, test.accept),
+    yield replace(
+        by_number("cpu_seconds", seconds, test.accept),
         metrics={"cpu_seconds": seconds},
         inputs=(of_file(test.id, "submission", test.submitted.file, content),),
     )

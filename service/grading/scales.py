@@ -1,4 +1,4 @@
-"""Convert a number to a share of the points and to its margin from the threshold."""
+"""Outcomes of a number on a scale: its share of the points, and its margin from the threshold."""
 
 from __future__ import annotations
 
@@ -6,6 +6,20 @@ import math
 
 from accuracy.comparison.metrics import GUARD
 from schemas.grading.acceptance import Scale
+from service.grading.outcomes import Outcome
+
+
+def by_number(metric: str, value: float, scale: Scale) -> Outcome:
+    """The outcome of a test that a single number decides."""
+    side = "more" if scale.rising else "less"
+    return Outcome(
+        share=share_of(value, scale),
+        message=f"{metric} is {value:.4g}; {scale.full:.4g} or {side} earns all points.",
+        metric=metric,
+        value=value if math.isfinite(value) else None,
+        threshold=scale.full,
+        margin=margin_of(value, scale),
+    )
 
 
 def share_of(value: float, scale: Scale) -> float:

@@ -1,11 +1,10 @@
-"""Sentences for students about a number, a region, and a mistake."""
+"""Sentences for students about a region of a picture, and about mistakes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
-from schemas.grading.acceptance import Scale
 
 LEAST_SHARE = 0.1
 """Share of the squared difference below which a region is not reported."""
@@ -15,12 +14,6 @@ TOO_LITTLE = (
     "colour, or too coarse. Correct them first."
 )
 """Message to a student whose picture cannot be judged after its mistakes were undone."""
-
-
-def held(metric: str, value: float, scale: Scale) -> str:
-    """A number and its threshold."""
-    side = "more" if scale.rising else "less"
-    return f"{metric} is {value:.4g}; {scale.full:.4g} or {side} earns all points."
 
 
 def explained(causes: Sequence[ComparisonCause], regions: Sequence[ComparisonRegion]) -> str:

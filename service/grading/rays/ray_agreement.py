@@ -94,8 +94,7 @@ def agreement(submitted: Mapping[str, Floats], right: Answers) -> dict[str, Mask
     found = _missed(submitted)
     agrees = {}
     for name, values in submitted.items():
-        near = _near(values, name, right)
-        agrees[name] = (missed & found) | (near & ~missed & ~found)
+        agrees[name] = (missed & found) | (_near(values, name, right) & ~missed & ~found)
     return agrees
 
 
@@ -106,9 +105,12 @@ def _near(values: Floats, name: str, right: Answers) -> Masks:
         same: Masks = values == wanted
         return same
     with np.errstate(invalid="ignore"):
-        near: Masks = np.abs(values - wanted) <= right.allowed[name]
-    whole: Masks = np.logical_and.reduce(near.reshape(len(near), -1), axis=1)
-    return whole
+        return near(values, wanted, right.allowed[name])
+
+
+def near(values: Floats, wanted: Floats, allowed: Floats) -> Masks:
+    """Which rows of values lie within what is allowed of others, (N,) bool."""
+    return _each_row(np.abs(values - wanted) <= allowed)
 
 
 def _missed(submitted: Mapping[str, Floats]) -> Masks:
@@ -125,8 +127,12 @@ def _missed(submitted: Mapping[str, Floats]) -> Masks:
 
 def _unknown(values: Floats) -> Masks:
     """Which rows hold a number that is not finite."""
-    known: Masks = np.logical_and.reduce(np.isfinite(values.reshape(len(values), -1)), axis=1)
-    return ~known
+    return ~_each_row(np.isfinite(values))
+
+
+def _each_row(marks: Masks) -> Masks:
+    """Which rows of (N, ...) are marked everywhere, (N,) bool."""
+    return np.asarray(marks.reshape(len(marks), -1).all(axis=1))
 
 
 def _floors(share: float, t: Floats, step: Floats, hits: Hits, plan: RenderPlan) -> dict[str, Floats]:

@@ -13,7 +13,7 @@ from renderer.math.arrays import Floats, Masks
 from schemas.scene import Scene
 from service.grading.mistakes.altered_normals import of_spheres
 from service.grading.mistakes.hints import HINTS
-from service.grading.rays.ray_agreement import Answers
+from service.grading.rays.ray_agreement import Answers, near
 from service.grading.rays.ray_sources import RayList
 
 MANY = 0.5
@@ -81,14 +81,14 @@ def _mistakes(
 
 def _of_normals(normals: Floats, right: Answers, document: Scene) -> Iterator[tuple[tuple[str, Masks], str]]:
     wanted, allowed = right.hits.normal, right.allowed["normal"]
-    turned = _near(normals, -wanted, allowed)
+    turned = near(normals, -wanted, allowed)
     yield ("normal", turned), "Normals point the wrong way: turn them towards the ray's origin."
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     unit = np.divide(normals, lengths, where=lengths > 0, out=np.zeros_like(wanted))
-    long = _near(unit, wanted, allowed)
+    long = near(unit, wanted, allowed)
     yield ("normal", long), "Normals do not have length 1: normalise them."
     spheres = of_spheres(document, right.hits.shape, right.hits.position, wanted)
-    yield ("normal", _near(unit, spheres, allowed) & ~long), HINTS["normals_of_spheres"]
+    yield ("normal", near(unit, spheres, allowed) & ~long), HINTS["normals_of_spheres"]
 
 
 def _unhit(submitted: Mapping[str, Floats], right: Answers) -> Masks:
@@ -104,7 +104,7 @@ def _of_distances(
 ) -> Iterator[tuple[tuple[str, Masks], str]]:
     wanted, allowed = right.hits.t, right.allowed["t"]
     lengths = np.linalg.norm(cast.directions, axis=1)
-    scaled = _near(t, wanted * lengths, allowed * lengths)
+    scaled = near(t, wanted * lengths, allowed * lengths)
     yield ("t", scaled), "t is a distance; it must be in units of the length of the given direction."
     yield ("t", t < 0), "Many hits lie behind the origin: only t > 0 counts."
     close = np.isfinite(wanted) & (np.abs(t - wanted) <= DIGITS * np.abs(wanted))
@@ -124,12 +124,6 @@ def _limit(lost: Masks, found: Masks, far: Floats) -> str:
     if not (lost.any() and found.any()) or far[lost].min() <= far[found].max():
         return ""
     return f" All of these hits lie beyond {far[found].max():.4g}: a ray does not end."
-
-
-def _near(values: Floats, wanted: Floats, allowed: Floats) -> Masks:
-    close = (np.abs(values - wanted) <= allowed).reshape(len(values), -1)
-    whole: Masks = np.logical_and.reduce(close, axis=1)
-    return whole
 
 
 def _explains(mistake: tuple[str, Masks], wrong: Mapping[str, Masks]) -> bool:

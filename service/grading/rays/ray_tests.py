@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from service.grading.outcomes import Outcome, of_file
 from service.grading.rays.ray_agreement import Answers, agreement, answers, relative
 from service.grading.rays.ray_mistakes import reasons_of
 from service.grading.rays.ray_sources import RayList, rays_of, read_arrays
-from service.grading.scales import margin_of, share_of
+from service.grading.scales import by_number
 from service.grading.settings import Run
 
 
@@ -37,17 +37,12 @@ def rays(test: RaysTest, run: Run) -> Iterator[Outcome]:
         raise BrokenTestError("The hit of every ray depends on rounding. Choose other rays.")
     good = np.logical_and.reduce(list(agrees.values()))
     value = float(np.count_nonzero(good & sure)) / np.count_nonzero(sure)
-    share = share_of(value, test.accept)
-    numbers = _numbers(agrees, sure)
-    reasons = [] if share == 1.0 else reasons_of(submitted, right, agrees, cast, plan.document)
-    yield Outcome(
-        share=share,
+    outcome = by_number("agreeing_rays", value, test.accept)
+    reasons = [] if outcome.share == 1.0 else reasons_of(submitted, right, agrees, cast, plan.document)
+    yield replace(
+        outcome,
         message=sentences.joined(_counted(good, sure), *reasons),
-        metric="agreeing_rays",
-        value=value,
-        threshold=test.accept.full,
-        margin=margin_of(value, test.accept),
-        metrics=numbers,
+        metrics=_numbers(agrees, sure),
         inputs=(
             of_file(
                 test.id,
