@@ -11,43 +11,30 @@ from renderer.math.arrays import Floats
 from schemas.scene import Scene
 from schemas.shapes import Ellipsoid, Parallelogram, Rectangle, Triangle
 
-Bend = Callable[[Scene, Any, Floats, Floats], Floats]
-"""Maps a document and the shapes, positions and normals of hits to other normals."""
+Bend = Callable[[Any, Floats, Floats], Floats]
+"""Maps a shape, and the positions and normals (N, 3) of its hits, to other normals."""
 
 ROUND = "ellipsoid"
 
 
-def from_center(document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
-    """Not normalised: p - center on ellipsoids, the cross product of the edges on flat shapes; (N, 3)."""
-    return _each(document, shapes, places, normals, _from_center)
-
-
-def of_gradients(document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
-    """Not normalised: M^-T x for x on the unit sphere, the cross product of the edges on flat shapes."""
-    return _each(document, shapes, places, normals, _gradient)
-
-
-def of_spheres(document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
-    """Of unit length, but along p - center on every ellipsoid."""
-    return _each(document, shapes, places, normals, _sphere)
-
-
-def _each(document: Scene, shapes: Any, places: Floats, normals: Floats, wrong: Any) -> Floats:
+def bent(bend: Bend, document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
+    """Wrong normals of hits with the shapes of these numbers, (N, 3), on the same side as the right ones."""
     changed = normals.copy()
     for number, shape in enumerate(document.shapes):
         seen = np.flatnonzero(shapes == number)
         if seen.size:
-            changed[seen] = wrong(shape, places[seen], normals[seen])
-    # On the viewer's side, like the normals they replace.
+            changed[seen] = bend(shape, places[seen], normals[seen])
     turned = (changed * normals).sum(axis=1, keepdims=True) < 0
     return np.where(turned, -changed, changed)
 
 
-def _from_center(shape: Any, places: Floats, normals: Floats) -> Floats:
+def from_center(shape: Any, places: Floats, normals: Floats) -> Floats:
+    """Not normalised: p - center on an ellipsoid, the cross product of the edges on a flat shape."""
     return places - np.array(shape.center) if shape.type == ROUND else normals * _area(shape)
 
 
-def _gradient(shape: Any, places: Floats, normals: Floats) -> Floats:
+def of_gradient(shape: Any, places: Floats, normals: Floats) -> Floats:
+    """Not normalised: M^-T x for x on the unit sphere, the cross product of the edges on a flat shape."""
     if shape.type != ROUND:
         return normals * _area(shape)
     inverse = np.linalg.inv(_axes(shape).T)
@@ -55,7 +42,8 @@ def _gradient(shape: Any, places: Floats, normals: Floats) -> Floats:
     return gradient
 
 
-def _sphere(shape: Any, places: Floats, normals: Floats) -> Floats:
+def of_sphere(shape: Any, places: Floats, normals: Floats) -> Floats:
+    """Of unit length, but along p - center on an ellipsoid."""
     if shape.type != ROUND:
         return normals
     away = places - np.array(shape.center)

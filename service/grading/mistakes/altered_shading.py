@@ -23,7 +23,7 @@ from schemas.scene import Scene
 from schemas.shapes import Triangle
 from service.grading.mistakes.altered_cameras import Change
 from service.grading.mistakes.altered_lights import FromBehind, Subtracted
-from service.grading.mistakes.altered_normals import Bend, from_center, of_gradients, of_spheres
+from service.grading.mistakes.altered_normals import Bend, bent, from_center, of_gradient, of_sphere
 
 BRIGHTEST = 1e6
 """Wrong formulas may overflow; brighter values are white in any picture."""
@@ -64,8 +64,8 @@ FORMULAS = (
 )
 NORMALS = (
     ("normals_not_normalised", from_center),
-    ("normals_not_normalised", of_gradients),
-    ("normals_of_spheres", of_spheres),
+    ("normals_not_normalised", of_gradient),
+    ("normals_of_spheres", of_sphere),
 )
 
 
@@ -150,7 +150,7 @@ class BentNormals:
 
     def run(self, points: Points) -> None:
         """Replace the shading normals."""
-        wrong = self.bend(self.document, points.shapes, points.positions.T, points.normals.T)
+        wrong = bent(self.bend, self.document, points.shapes, points.positions.T, points.normals.T)
         points.shading_normals, points.bent = np.ascontiguousarray(wrong.T), True
 
 

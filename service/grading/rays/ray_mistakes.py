@@ -11,7 +11,7 @@ from accuracy.comparison.regions import named
 from accuracy.comparison.shown import names_of
 from renderer.math.arrays import Floats, Masks
 from schemas.scene import Scene
-from service.grading.mistakes.altered_normals import of_spheres
+from service.grading.mistakes.altered_normals import bent, of_sphere
 from service.grading.mistakes.hints import HINTS
 from service.grading.rays.ray_agreement import Answers, near
 from service.grading.rays.ray_sources import RayList
@@ -87,7 +87,7 @@ def _of_normals(normals: Floats, right: Answers, document: Scene) -> Iterator[tu
     unit = np.divide(normals, lengths, where=lengths > 0, out=np.zeros_like(wanted))
     long = near(unit, wanted, allowed)
     yield ("normal", long), "Normals do not have length 1: normalise them."
-    spheres = of_spheres(document, right.hits.shape, right.hits.position, wanted)
+    spheres = bent(of_sphere, document, right.hits.shape, right.hits.position, wanted)
     yield ("normal", near(unit, spheres, allowed) & ~long), HINTS["normals_of_spheres"]
 
 
