@@ -46,7 +46,7 @@ from service.grading.errors import GradingError
 from service.grading.folders import Folder
 from service.grading.grading import grade
 from service.grading.kinds import findings
-from service.grading.programs.program_search import search
+from service.grading.program_search import search
 from service.grading.settings import Run
 
 if TYPE_CHECKING:

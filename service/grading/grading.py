@@ -19,7 +19,7 @@ from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
 from service.grading.kinds import findings
 from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
-from service.grading.programs.program_search import search
+from service.grading.program_search import search
 from service.grading.references import Prepared, prepare, wanted
 from service.grading.settings import Run
 from service.grading.variants import references_for

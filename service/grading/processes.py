@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
+import resource
 import sys
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from renderer.workers import ONE_THREAD
-from service.grading import child
 
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
 MEBIBYTE = 1 << 20
+STDOUT, STDERR = 1, 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +109,7 @@ def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finishe
     # Load the libraries once, in the fork server; and also the modules of this process, because each child
     # imports the main program again.
     loaded = [name for name in sys.modules if name.startswith("service.")]
-    context.set_forkserver_preload([child.__name__, "service.grading.kinds", *loaded])
+    context.set_forkserver_preload([__name__, "service.grading.kinds", *loaded])
     waiting, running = deque(errands), dict[Connection, _Running]()
     try:
         while waiting or running:
@@ -131,7 +135,7 @@ def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finishe
 
 def _start(context: Any, errand: Errand) -> tuple[Connection, _Running]:
     here, there = context.Pipe(duplex=False)
-    process = context.Process(target=child.do, args=(there, errand.call, errand.memory), daemon=True)
+    process = context.Process(target=_do, args=(there, errand.call, errand.memory), daemon=True)
     process.start()
     # Only the child holds the write end now, so the pipe closes when the child dies.
     there.close()
@@ -144,7 +148,7 @@ def _received(here: Connection, one: _Running) -> Finished | None:
         message = here.recv()
     except (EOFError, OSError):
         return one.finished(trouble=_died(one))
-    if isinstance(message, child.Ended):
+    if isinstance(message, _Ended):
         one.cpu_seconds = message.cpu_seconds
         return one.finished(error=message.error)
     one.result, one.cpu_seconds = message
@@ -168,3 +172,66 @@ def _end(here: Connection, one: _Running) -> None:
     one.process.kill()
     one.process.join()
     here.close()
+
+
+@dataclass(frozen=True, slots=True)
+class _Ended:
+    """The last message that a process sends.
+
+    Attributes
+    ----------
+    error : Exception or None
+        The exception that the call raised.
+    cpu_seconds : float
+    """
+
+    error: Exception | None
+    cpu_seconds: float
+
+
+def _do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None:
+    """Call a function and send back its result or its exception, and the CPU seconds of this process.
+
+    Parameters
+    ----------
+    call
+        May return an iterator: each result is sent as it comes, and replaces the previous one.
+    memory
+        Bytes that this process may allocate beyond those of the program itself; None for no limit.
+    """
+    # Ctrl-C at a terminal goes to the parent, which ends this process.
+    os.setsid()
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    if memory is not None:
+        most = _taken() + memory
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    # Stdout carries nothing but the document of the command.
+    os.dup2(STDERR, STDOUT)
+    error = None
+    try:
+        given = call()
+        for result in given if isinstance(given, Iterator) else (given,):
+            answer.send((result, time.process_time()))
+    except Exception as raised:  # noqa: BLE001 - any error fails this test alone
+        error = _picklable(raised)
+    answer.send(_Ended(error, time.process_time()))
+
+
+def _taken() -> int:
+    """Bytes of address space of this process, mostly libraries that the parent has loaded."""
+    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+
+
+def _picklable(error: Exception) -> Exception:
+    try:
+        pickle.loads(pickle.dumps(error))  # noqa: S301 - pickled in this process
+    except Exception:  # noqa: BLE001 - pickling foreign exceptions may raise anything
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return error
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

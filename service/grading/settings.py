@@ -10,7 +10,7 @@ from schemas.grading.manifests import Criterion, Manifest, SceneFile
 from schemas.quality import Quality
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
-from service.grading.programs.program_mistakes import NONE, ProgramMistakes
+from service.grading.programs.program import NONE, ProgramMistakes
 from service.grading.references import Prepared
 from service.grading.rendering import Ordered
 

@@ -1,4 +1,4 @@
-"""What a program may do wrong in every picture it writes, and what its pictures then look like.
+"""Mistakes that a program may make in every picture it writes, what its pictures then show, and their price.
 
 One mistake can be made in the right picture, which has no noise, or undone in the wrong one. The first shows
 which mistakes were made; the second gives a picture to judge.
@@ -174,3 +174,57 @@ def orientations(pairs: Sequence[Pair]) -> list[str]:
     """Wrong orientations that can be tried on these pictures."""
     causes = [mistake.cause for mistake in (*TURNED, TRANSPOSED)]
     return [cause for cause in causes if all(_fits(cause, pair.image) for pair in pairs)]
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramMistake:
+    """A mistake that a program makes in all its pictures.
+
+    Attributes
+    ----------
+    kind : str
+        One of `KINDS`.
+    cause, hint : str
+    shows : frozenset of str
+        Ids of tests in whose pictures it shows.
+    charged : tuple of str
+        Ids of tests in which it costs points, as the manifest lists them.
+    """
+
+    kind: str
+    cause: str
+    hint: str
+    shows: frozenset[str]
+    charged: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramMistakes:
+    """The mistakes of one program.
+
+    Attributes
+    ----------
+    program : Program
+        With all of them but missing anti-aliasing.
+    found : tuple of ProgramMistake
+    """
+
+    program: Program
+    found: tuple[ProgramMistake, ...]
+
+    def charged(self, test_id: str) -> tuple[ProgramMistake, ...]:
+        """Mistakes that cost points in a test."""
+        return tuple(each for each in self.found if test_id in each.charged and test_id in each.shows)
+
+    def undone(self, test_id: str) -> tuple[ProgramMistake, ...]:
+        """Mistakes without which the picture of a test is judged."""
+        return tuple(each for each in self.found if test_id in each.shows and test_id not in each.charged)
+
+    def made(self, mistakes: Sequence[ProgramMistake]) -> Program:
+        """A program that makes only these mistakes."""
+        kept = {each.kind for each in mistakes}
+        return self.program.without(*(kind for kind in self.program.kinds() if kind not in kept))
+
+
+NONE = ProgramMistakes(Program(), ())
+"""A program without mistakes of its own, or one of which nothing is known."""

@@ -23,8 +23,7 @@ from schemas.quality import Antialiasing, FixedQuality, LightSampling
 from service.grading.accepting import noiseless
 from service.grading.mistakes.reproductions import kept
 from service.grading.programs.displacements import Displacement
-from service.grading.programs.program import UNDO, Program, is_undone
-from service.grading.programs.program_mistakes import ProgramMistake, ProgramMistakes
+from service.grading.programs.program import UNDO, Program, ProgramMistake, ProgramMistakes, is_undone
 from service.grading.wanted import Wanted
 
 SAMPLES = 64

@@ -10,8 +10,7 @@ from renderer.errors import MissingExtraError
 from schemas.grading.acceptance import Verdict
 from schemas.grading.manifests import ImageTest
 from service.grading.errors import GradingError
-from service.grading.programs.program import Pair, is_undone
-from service.grading.programs.program_mistakes import NONE, ProgramMistake, ProgramMistakes
+from service.grading.programs.program import NONE, Pair, ProgramMistake, ProgramMistakes, is_undone
 from service.grading.programs.repairing import ambient_term
 from service.grading.programs.shared_mistakes import Shared, agree, shared
 from service.grading.settings import Run
