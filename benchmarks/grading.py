@@ -177,9 +177,9 @@ def _attacked(start: str, name: str) -> Points:
 
 
 def _unnoticed(found: Points, start: str) -> float:
-    """Points that staff get no signal for; one does not excuse a hidden mistake."""
-    excused = start == "the reference"
-    return sum(earned for earned, signal in found.values() if not (excused and signal))
+    """Points of a submission for which staff get no signal; one does not excuse a hidden mistake."""
+    excused = start == "the reference" and any(signal for _, signal in found.values())
+    return 0.0 if excused else _total(found)
 
 
 def _jittered() -> tuple[float, float]:

@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from PIL import Image, ImageFilter
 
-from benchmarks.grading_programs import ASSIGNMENT, codes
+from benchmarks.grading_programs import ASSIGNMENT, MANIFEST, TESTS, codes
 from renderer.images.colors import linear_from_srgb
+from service.grading.folders import Folder
+from service.grading.likeness.marks import marked
+from service.grading.settings import Run
+from service.grading.wanted import reference_picture
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,11 +50,12 @@ class Sheet(NamedTuple):
 
 
 def sheet(name: str, picture: Array, seed: int) -> Sheet:
-    """The sheet of a scene's test."""
-    with np.load(ASSIGNMENT / "references" / f"{name}.npz") as kept:
-        reference, error = (kept[key].astype(np.float64) for key in ("image", "error"))
-        noise = error * np.sqrt(kept["samples"][:, :, None] / 16)
-    return Sheet(picture, codes(reference), noise, np.random.default_rng(seed))
+    """The sheet of a scene's test, with the reference as results show it."""
+    folder = Folder(ASSIGNMENT.resolve(), "reference")
+    reference = reference_picture(TESTS[name].reference, Run(MANIFEST, folder, folder))
+    error, samples = (reference.layers[layer].astype(np.float64) for layer in ("error", "samples"))
+    noise = error * np.sqrt(samples[:, :, None] / 16)
+    return Sheet(picture, codes(marked(reference)), noise, np.random.default_rng(seed))
 
 
 def _rounded(levels: Array) -> Array:
@@ -193,6 +198,7 @@ HIDDEN: dict[str, Attack] = {
     "smeared": _smeared,
     "a smear dithered at random": _after(_smeared, _one_bit),
     "left half mirrored": _folded,
+    "the middle of the reference in it": _cut_out,
     "x 0.002": _times(0.002),
     "x 0.1": _times(0.1),
     "x 30": _times(30),
@@ -221,7 +227,6 @@ COPIED: dict[str, Attack] = {
     "reference as JPEG 90": _of_copy(_jpeg(90)),
     "reference with its left half mirrored": _of_copy(_folded),
     "reference at x 0.1": _of_copy(_times(0.1)),
-    "reference cut into a wrong picture": _cut_out,
 }
 """Attacks with the reference."""
 
