@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar, Literal
@@ -18,11 +20,11 @@ from renderer.plan.building import compile_visibility
 from renderer.plan.effects import MATERIALS
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Illumination, Lighting
+from renderer.workspace import Workspace
 from schemas.lights import DirectionalLight
 from schemas.scene import Scene
 from schemas.shapes import Triangle
 from service.grading.mistakes.altered_cameras import Change
-from service.grading.mistakes.altered_lights import FromBehind, Subtracted
 from service.grading.mistakes.altered_normals import Bend, bent, from_center, of_gradient, of_sphere
 
 BRIGHTEST = 1e6
@@ -117,6 +119,74 @@ def _with_shadowed_lights(change: Callable[[Lighting], Illumination], plan: Rend
     """As `_with_lights`, but no light lacks shadows: a lone round shape is dark inside."""
     shadows = {light.emitter.number: light.shadows for light in compile_visibility(plan)}
     return _with_lights(lambda light: change(replace(light, shadows=shadows[light.emitter.number])), plan)
+
+
+@dataclass(frozen=True, slots=True)
+class AlteredLight(ABC):
+    """A light that does something else than it should.
+
+    Attributes
+    ----------
+    right : Lighting
+        The light as it should be, with all its shadows.
+    """
+
+    right: Lighting
+
+    @property
+    def emitter(self) -> Emitter:
+        """The light."""
+        return self.right.emitter
+
+    @property
+    def casts(self) -> bool:
+        """Whether anything can stand in its way."""
+        return self.right.casts
+
+    @abstractmethod
+    def run(self, points: Points, workspace: Workspace) -> int:
+        """Change the points' radiance; gives the number of shadow rays."""
+
+
+@dataclass(frozen=True, slots=True)
+class FromBehind(AlteredLight):
+    """A light that reaches the side of surfaces that the viewer does not see."""
+
+    def run(self, points: Points, workspace: Workspace) -> int:
+        """Add what reaches the other side."""
+        return self.right.run(_turned(points), workspace)
+
+
+@dataclass(frozen=True, slots=True)
+class Subtracted(AlteredLight):
+    """A light for which n . l counts where it is below 0.
+
+    Attributes
+    ----------
+    shadowed : bool
+        Whether shadow rays end the loss as well: a round shape then shadows its own dark side.
+    """
+
+    shadowed: bool
+
+    def run(self, points: Points, workspace: Workspace) -> int:
+        """Add the light, and subtract the diffuse term of the other side."""
+        matt = tuple(term for term in self.right.terms if term.adds == "diffuse")
+        shadows = self.right.shadows if self.shadowed else ()
+        behind = _turned(points)
+        behind.radiance = np.zeros_like(points.radiance)
+        rays = self.right.run(points, workspace)
+        rays += replace(self.right, terms=matt, shadows=shadows).run(behind, workspace)
+        points.radiance -= behind.radiance
+        return rays
+
+
+def _turned(points: Points) -> Points:
+    """The same points as if their rays had come from the other side; the radiance is shared."""
+    behind = copy(points)
+    behind.normals, behind.flipped = -points.normals, ~points.flipped
+    behind.shading_normals = -points.shading_normals
+    return behind
 
 
 def _with_formula(formula: Formula, plan: RenderPlan) -> RenderPlan:
