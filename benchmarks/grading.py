@@ -1,4 +1,4 @@
-"""The grader on the ready assignment: honest pictures, wrong programs, attacks, and a class of 200.
+"""The grader on the ready assignment: honest pictures, attacks, and a class of 200 with 24 wrong programs.
 
 All parts take some fifteen minutes on two idle cores; ``--most 3`` tries three submissions of each.
 """
@@ -40,8 +40,6 @@ from benchmarks.grading_programs import (
 from benchmarks.report import SCENES, Promise, conclude, parser, show
 from schemas.grading.manifest_reading import read_manifest
 from schemas.grading.manifests import RaysTest
-from service.grading.classes.class_grading import grade_class
-from service.grading.classes.class_records import Student
 from service.grading.errors import GradingError
 from service.grading.folders import Folder
 from service.grading.grading import grade
@@ -106,31 +104,6 @@ def honest(most: int) -> Iterator[Promise]:
             lost += [f"{name} at {samples}" for name, (one, _) in found.items() if one < full[name]]
     yield _none(f"{pictures} honest pictures of 4, 16 and 64 samples lose no points.", lost)
     yield Promise("They give no signal.", str(signals), "0", not signals)
-
-
-def wrong(most: int) -> Iterator[Promise]:
-    """Programs with one mistake: what is named first where they lose points."""
-    programs = dict(islice(WRONG.items(), most))
-    tests = MANIFEST.model_copy(update={"tests": tuple(TESTS.values())})
-    rows = []
-    with tempfile.TemporaryDirectory() as place, ProcessPoolExecutor(CORES) as pool:
-        folders = [Path(place, name) for name in programs]
-        list(pool.map(_hand_in_wrong, folders, range(len(folders))))
-        students = [Student(folder) for folder in folders]
-        for result in grade_class(tests, students, references=ASSIGNMENT, jobs=CORES):
-            failed = [test for test in result.grade.tests if test.points < test.max_points]
-            named = {test.diagnosis[0].cause for test in failed if test.diagnosis}
-            rows.append((result.student.name, result.grade.score, ", ".join(sorted(named))))
-    show("Wrong programs", ("program", "points of 95", "named"), rows)
-    missed = [name for name, _, named in rows if WRONG[name].cause not in named.split(", ")]
-    misnamed = [name for name, _, named in rows if {*named.split(", ")} - {WRONG[name].cause, ""}]
-    yield _none(f"Of {len(rows)} programs with one mistake none is left without its name.", missed)
-    yield _none("None is named wrongly.", misnamed)
-
-
-def _hand_in_wrong(folder: Path, number: int) -> None:
-    # Programs are named, because their changes cannot be pickled.
-    hand_in(folder, WRONG[folder.name], seed=number)
 
 
 def attacks(most: int) -> Iterator[Promise]:
@@ -252,19 +225,20 @@ OTHERS: dict[str, Callable[[], tuple[float, float]]] = {
 
 def submit(folder: Path, number: int) -> None:
     """Write a run of the class and its copies; a tenth of the codes of a copy are larger by one."""
-    program = [*WRONG.values()][number % len(WRONG)] if number % 5 < 3 else RIGHT
-    first = hand_in(folder / f"student {number}.0", program, seed=number)
+    wrong = number < len(WRONG)
+    name, program = [*WRONG.items()][number] if wrong else ("right", RIGHT)
+    first = hand_in(folder / f"{name} {number}.0", program, seed=number)
     for copy in range(1, COPIES):
         random = np.random.default_rng([number, copy])
-        other = shutil.copytree(first, folder / f"student {number}.{copy}")
-        for name in TESTS:
-            codes = np.asarray(Image.open(first / f"{name}.png"))
+        other = shutil.copytree(first, folder / f"{name} {number}.{copy}")
+        for test in TESTS:
+            codes = np.asarray(Image.open(first / f"{test}.png"))
             more = (codes < 255) & (random.random(codes.shape) < 0.1)
-            save(other, name, codes + more.astype(np.uint8))
+            save(other, test, codes + more.astype(np.uint8))
 
 
 def whole_class(most: int) -> Iterator[Promise]:
-    """A class as the command grades it: of five runs three are wrong, and five students hand in each."""
+    """A class as the command grades it: 24 wrong programs and 16 right ones, each handed in by five."""
     runs = min(STUDENTS // COPIES, most)
     with tempfile.TemporaryDirectory() as place, ProcessPoolExecutor(CORES) as pool:
         list(pool.map(partial(submit, Path(place, "class")), range(runs)))
@@ -275,10 +249,31 @@ def whole_class(most: int) -> Iterator[Promise]:
         subprocess.run(command, cwd=SCENES.parent, check=True, stdout=subprocess.DEVNULL)
         seconds = time.perf_counter() - begun
         shared = json.loads(Path(place, "marks", "class.json").read_text())["shared_noise"]
+        results = Path(place, "marks", "students").glob("*/result.json")
+        grades = [json.loads(file.read_text()) for file in results]
     title = f"A class of {runs * COPIES} is graded in five minutes."
     yield Promise(title, f"{seconds:.1f} s", f"{CLASS_SECONDS} s", seconds <= CLASS_SECONDS)
-    groups = [{name.partition(".")[0] for name in each["students"]} for each in shared]
+    groups = [{name.rpartition(".")[0] for name in each["students"]} for each in shared]
     yield _none("Only copies are said to share their noise.", [str(each) for each in groups if len(each) > 1])
+    yield from _named(grades)
+
+
+def _named(grades: list[Json]) -> Iterator[Promise]:
+    """Whether tests that lose points name the mistake of the program, and no other."""
+    wrong, missed, misnamed = set[str](), set[str](), set[str]()
+    rows = []
+    for result in sorted(grades, key=lambda one: str(one["student"])):
+        program = result["student"].rpartition(" ")[0]
+        failed = [test for test in result["tests"] if test["points"] < test["max_points"]]
+        named = {test["diagnosis"][0]["cause"] for test in failed if test["diagnosis"]}
+        rows.append((result["student"], result["score"], ", ".join(sorted(named))))
+        right = {WRONG[program].cause} if program in WRONG else set[str]()
+        wrong |= {program} & WRONG.keys()
+        missed |= {program} if right - named else set()
+        misnamed |= {program} if named - right else set()
+    show("Programs with one mistake", ("student", "points of 125", "named"), rows[::COPIES])
+    yield _none(f"The mistakes of {len(wrong)} wrong programs are named.", sorted(missed))
+    yield _none("None is named wrongly.", sorted(misnamed))
 
 
 def _none(promise: str, exceptions: list[str]) -> Promise:
@@ -286,7 +281,7 @@ def _none(promise: str, exceptions: list[str]) -> Promise:
     return Promise(promise, measured, "0", not exceptions)
 
 
-PARTS = {"honest": honest, "wrong": wrong, "attacks": attacks, "class": whole_class}
+PARTS = {"honest": honest, "attacks": attacks, "class": whole_class}
 
 
 def main() -> None:
