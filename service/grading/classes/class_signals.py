@@ -10,6 +10,9 @@ from pathlib import Path
 import numpy as np
 
 import renderer
+from accuracy.comparison.blurs import smoothed
+from renderer.math.arrays import Floats
+from renderer.scenes import LoadedScene
 from schemas.grading.classes import NotCompared, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade
 from schemas.grading.manifests import ImageTest, Manifest, ReferencePicture
@@ -36,6 +39,10 @@ FIXED = (("center", 1), ("uniform", 4), ("uniform", 9), ("uniform", 16), ("rotat
 Prints = Mapping[str, Mapping[str, Fingerprint]]
 """Fingerprints by student and test."""
 
+FILTERS = 0.4, 0.8
+"""Deviations of Gaussians, in pixels: at edges all filters wider than a pixel err like one of them."""
+
+EXPLAINED = "They agree as programs with the same filter or the same fixed samples do."
 NOISELESS = "Hardly any place in them is noisy."
 
 
@@ -85,15 +92,19 @@ def shared_noise(
         owners = [student for student, found in prints.items() if test.id in found]
         noise = noise_of([prints[owner][test.id] for owner in owners])
         left_out += _left_out(test.id, prints, noise)
-        for members, correlation in [] if noise is None else _groups(test, run, noise):
+        found, explained = ([], set()) if noise is None else _found(test, run, noise)
+        if explained:
+            students = tuple(owners[member] for member in sorted(explained))
+            left_out.append(NotCompared(test=test.id, reason=EXPLAINED, students=students))
+        for members, correlation in joined(found):
             students = tuple(sorted(owners[member] for member in members))
             if not any(test.id in same.tests and {*students} <= {*same.students} for same in files):
                 groups[students][test.id] = correlation
-    found = [
+    shared = [
         SharedNoise(students=students, tests=tuple(sorted(tests)), correlation=round(min(tests.values()), 3))
         for students, tests in groups.items()
     ]
-    return tuple(sorted(found, key=_most_first)), tuple(left_out)
+    return tuple(sorted(shared, key=_most_first)), tuple(left_out)
 
 
 def _left_out(test: str, prints: Prints, noise: Noise | None) -> Iterator[NotCompared]:
@@ -115,17 +126,15 @@ def _most_first(shared: SharedFiles | SharedNoise) -> tuple[int, tuple[str, ...]
     return -len(shared.tests), shared.students
 
 
-def _groups(test: ImageTest, run: Run, noise: Noise) -> list[tuple[set[int], float]]:
-    """Pictures of a test that share their noise, with the lowest correlation between two of them."""
+def _found(test: ImageTest, run: Run, noise: Noise) -> tuple[list[Pair], set[int]]:
+    """Pairs of pictures of a test that share their noise, and the pictures that have other reasons to."""
     found = pairs(noise)
     if not found:
-        return []
+        return [], set()
     # Rendering takes seconds, and hardly any class needs it.
-    patterns = _fixed_patterns(test, run)
-    if patterns:
-        explained = like(noise, patterns)
-        found = [pair for pair in found if not (explained[pair.first] or explained[pair.second])]
-    return joined(found)
+    alike = like(noise, _innocent(test, run))
+    explained = {each for pair in found for each in (pair.first, pair.second) if alike[each]}
+    return [pair for pair in found if explained.isdisjoint((pair.first, pair.second))], explained
 
 
 def joined(found: Iterable[Pair]) -> list[tuple[set[int], float]]:
@@ -144,22 +153,23 @@ def joined(found: Iterable[Pair]) -> list[tuple[set[int], float]]:
     return groups
 
 
-def _fixed_patterns(test: ImageTest, run: Run) -> list[Fingerprint]:
-    """The scene of a test by fixed patterns; empty if the manifest does not name the scene."""
+def _innocent(test: ImageTest, run: Run) -> list[Fingerprint]:
+    """The errors of wider filters, and of fixed patterns if the manifest names the scene of a test."""
     reference = _reference(test, run)
-    if reference.scene is None:
-        return []
-    found = []
-    for pattern, samples in FIXED:
-        quality = FixedQuality(
-            mode="fixed",
-            antialiasing=Antialiasing.model_validate({"pattern": pattern, "samples": samples}),
-            light=LightSampling(pattern="uniform", samples=samples),
-        )
-        image = renderer.render(renderer.compile_scene(reference.scene, quality)).image
-        picture = replace(reference.picture, linear=np.clip(image, 0, 1).astype(np.float64))
-        found.append(fingerprint(picture, reference.picture))
-    return found
+    shown = [smoothed(reference.picture.linear, width) for width in FILTERS]
+    if reference.scene is not None:
+        shown += [_by_pattern(reference.scene, *each) for each in FIXED]
+    return [fingerprint(replace(reference.picture, linear=each), reference.picture) for each in shown]
+
+
+def _by_pattern(scene: LoadedScene, pattern: str, samples: int) -> Floats:
+    quality = FixedQuality(
+        mode="fixed",
+        antialiasing=Antialiasing.model_validate({"pattern": pattern, "samples": samples}),
+        light=LightSampling(pattern="uniform", samples=samples),
+    )
+    image = renderer.render(renderer.compile_scene(scene, quality)).image
+    return np.clip(image, 0, 1).astype(np.float64)
 
 
 def _reference(test: ImageTest, run: Run) -> Wanted:
