@@ -22,6 +22,9 @@ LEAST = 0.1
 tents 2 pixels wide (0.04) or Gaussians of 0.5 pixels (0.08), stay below; a Gaussian of 0.8 pixels after one
 sample in the middle of each pixel has 0.28, means of 3 x 3 pixels 0.29."""
 
+LEAST_FILTER = 0.03
+"""Least multiple that is called a filter: means over each pixel's own square have none."""
+
 CLEAN = 0.05
 """Share of the squared difference that the noise of a clean reference may have: with more, it would have to
 be stated exactly."""
@@ -52,18 +55,23 @@ class Blur:
     effect: Floats
 
 
-def blur(image: Floats, reference: Floats, errors: Floats | None = None) -> Blur | None:
+def blur(image: Floats, reference: Floats, errors: Floats | None = None, least: float = LEAST) -> Blur | None:
     """The blur of a linear picture (H, W, 3); None if edges are as sharp as the reference's.
 
-    `errors` are the standard errors of the reference, if they are known.
+    Parameters
+    ----------
+    errors
+        Standard errors of the reference, if they are known.
+    least
+        Multiple of the Laplacian from which on it counts.
     """
-    if not _is_softer(image, reference, errors):
+    if not _is_softer(image, reference, errors, least):
         return None
     tried = (Blur(width, smoothed(reference, width) - reference) for width in WIDTHS)
     return min(tried, key=lambda each: float(np.sum((image - reference - each.effect) ** 2)))
 
 
-def _is_softer(image: Floats, reference: Floats, errors: Floats | None) -> bool:
+def _is_softer(image: Floats, reference: Floats, errors: Floats | None, least: float) -> bool:
     difference = image - reference
     clean = errors is not None and np.sum(errors**2) < CLEAN * np.sum(difference**2)
     laplacian = _laplacian(reference if clean else image)
@@ -74,7 +82,7 @@ def _is_softer(image: Floats, reference: Floats, errors: Floats | None) -> bool:
     # The channels of a pixel come from the same samples: they are one witness.
     products = products.sum(axis=2)
     total, error = float(products.sum()), math.sqrt(float(np.sum(products * products)))
-    return total > SURE * error and total > LEAST * squares
+    return total > SURE * error and total > least * squares
 
 
 def _laplacian(values: Floats) -> Floats:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from accuracy.comparison import variances
 from accuracy.comparison.blocks import Bias, bias
 from accuracy.comparison.decoding import refuse_other_size
-from accuracy.comparison.diagnosis import Cause, diagnose
+from accuracy.comparison.diagnosis import Cause, diagnose, filtered
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.judging import Judgement, Policy, judge
 from accuracy.comparison.metrics import GUARD, Metrics, flip, luma, metrics, ssim
@@ -129,7 +129,10 @@ def compare(
     biased = bias(difference, allowed, most)
     noisy = None if most is None or policy.samples is None else noise(difference, most, policy.samples)
     lumas = luma(image.linear), luma(reference.linear)
-    causes = () if equal else _causes(image, reference, lumas, allowed, policy)
+    errors = reference.layers["error"].astype(np.float64) if variances.known(reference) else None
+    causes: tuple[Cause, ...] = ()
+    if not equal:
+        causes = diagnose(image.linear, reference.linear, lumas, allowed, policy.most_bias, errors)
     both = variances.known(image) and variances.known(reference)
     scores = variances.scores(image, reference, allowed) if both else None
     judgement = judge(
@@ -140,6 +143,8 @@ def compare(
         policy=policy,
         noise=noisy,
     )
+    if judgement.test == "noise" and not causes and errors is not None:
+        causes = filtered(image.linear, reference.linear, errors)
     shapes = _shapes(shapes, reference, image)
     return Comparison(
         image=image,
@@ -155,13 +160,6 @@ def compare(
         regions=() if equal else worst(difference, _suspects(judgement, biased, noisy, scores), shapes),
         names=_names(names, shapes),
     )
-
-
-def _causes(
-    image: Picture, reference: Picture, lumas: tuple[Floats, Floats], allowed: Floats, policy: Policy
-) -> tuple[Cause, ...]:
-    errors = reference.layers["error"].astype(np.float64) if variances.known(reference) else None
-    return diagnose(image.linear, reference.linear, lumas, allowed, policy.most_bias, errors)
 
 
 def _most(reference: Picture, policy: Policy, rounding: Floats) -> Floats | None:

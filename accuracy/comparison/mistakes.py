@@ -88,6 +88,26 @@ def _once(picture: Floats) -> Floats:
     return linear_from_srgb(picture).astype(np.float64)
 
 
+def _from_reinhard(picture: Floats) -> Floats:
+    dim = np.minimum(picture, 0.5)
+    return dim / (1 - dim)
+
+
+def _from_exponential(picture: Floats) -> Floats:
+    return np.minimum(-np.log1p(-np.minimum(picture, 0.9)), 1)
+
+
+def _from_aces(picture: Floats) -> Floats:
+    """Invert Narkowicz's fit (2016), y = x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)."""
+    linear, square = 0.59 * picture - 0.03, 2.51 - 2.43 * picture
+    return np.minimum((linear + np.sqrt(linear**2 + 0.56 * square * picture)) / (2 * square), 1)
+
+
+TONE_HINT = (
+    "The picture was tone mapped before it was encoded{}. Encode the linear values as they are, clipped to 1."
+)
+
+
 ENCODINGS = (
     Mistake(
         "gamma_missing",
@@ -107,6 +127,9 @@ ENCODINGS = (
         "linear part near black.",
         _from_power,
     ),
+    Mistake("tone_mapped_reinhard", TONE_HINT.format(", by x / (1 + x)"), _from_reinhard),
+    Mistake("tone_mapped_exponential", TONE_HINT.format(", by 1 - exp(-x)"), _from_exponential),
+    Mistake("tone_mapped_aces", TONE_HINT.format(" with the ACES curve"), _from_aces),
 )
 
 

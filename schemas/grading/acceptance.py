@@ -37,6 +37,10 @@ PICTURE_MISTAKES = (
     "gamma_twice",
     *(f"half_pixel_{place}" for place in _PLACES),
     *(f"one_pixel_{place}" for place in _PLACES),
+    "pixel_filter",
+    "tone_mapped_aces",
+    "tone_mapped_exponential",
+    "tone_mapped_reinhard",
     "transposed",
     "turned_half",
 )

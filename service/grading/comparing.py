@@ -193,7 +193,8 @@ def _compared(
             selection = selection.among(left.left)
         part = whole
         if left is not None or test.region is not None or test.mask is not None:
-            part = compared(accept, *selection.pair(judged, whole.reference), selection.blocks)
+            pair = selection.pair(judged, pardon.reference(whole.reference))
+            part = compared(accept, *pair, selection.blocks)
         right = whole
         if charged:
             every = Repair.of(reference, mistakes, (*undone, *charged), run.keep)

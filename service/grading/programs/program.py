@@ -148,6 +148,9 @@ _WRITTEN: dict[str, Callable[[Floats], NDArray[np.floating]]] = {
     "gamma_missing": linear_from_srgb,
     "gamma_twice": srgb_from_linear,
     "gamma_2.2": lambda linear: linear_from_srgb(linear ** (1 / 2.2)),
+    "tone_mapped_reinhard": lambda linear: linear / (1 + linear),
+    "tone_mapped_exponential": lambda linear: -np.expm1(-linear),
+    "tone_mapped_aces": lambda x: np.minimum(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 1),
 }
 """How a file is read back whose numbers are encoded wrongly, as a function of linear values 0..1."""
 

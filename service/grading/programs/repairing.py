@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.comparison import Comparison, Picture
-from accuracy.comparison.diagnosis import BLURRED, JAGGED, neighbourhood
+from accuracy.comparison.blurs import LEAST_FILTER, blur
+from accuracy.comparison.diagnosis import BLURRED, FILTERED, JAGGED, neighbourhood
 from accuracy.comparison.mistakes import EXPOSURE, Undo, candidates, exposure_of
 from accuracy.comparison.noise import sample_variances
 from renderer.cameras import Pinhole
@@ -123,6 +124,10 @@ class Pardon:
             return ""
         return f"It is judged as if {self.cause} were fixed; that mistake costs no points here."
 
+    def reference(self, picture: Picture) -> Picture:
+        """A reference that allows for the noise that a blur or filter brings from the pixels around."""
+        return _with_noise_around(picture) if self.cause in {BLURRED, FILTERED} else picture
+
     def picture(self, picture: Picture) -> Picture:
         """A picture without the mistake."""
         if not self.cause:
@@ -136,14 +141,27 @@ class Pardon:
 def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
     """The first mistake in the diagnosis of a whole picture that its test forgives."""
     forgiven = accept.forgiven if isinstance(accept, Verdict) else ()
+    # A filter is accepted wherever a stronger blur is.
+    forgiven = (*forgiven, FILTERED) if BLURRED in forgiven else forgiven
     cause = next((cause.cause for cause in found.causes if cause.cause in forgiven), "")
     image, reference = found.image.linear, found.reference.linear
+    if cause == FILTERED:
+        return Pardon(cause, _sharpened(found))
     if cause in {JAGGED, BLURRED}:
         return Pardon(cause, partial(without_jags, reference=reference))
     if cause == EXPOSURE and not is_undone(exposure_of(image, reference) or 1.0):
         return Pardon("", _unchanged)
     undo = next((each.undo for each in candidates(image, reference) if each.cause == cause), _unchanged)
     return Pardon(cause, undo)
+
+
+def _sharpened(found: Comparison) -> Undo:
+    """A function that takes a filter away, as it would change the reference."""
+    wanted = found.reference
+    filtered = blur(
+        found.image.linear, wanted.linear, wanted.layers["error"].astype(np.float64), LEAST_FILTER
+    )
+    return lambda values: values if filtered is None else np.clip(values - filtered.effect, 0, 1)
 
 
 def _unchanged(values: Floats) -> Floats:

@@ -43,3 +43,16 @@ def test_picture_of_two_pixels_has_no_cause() -> None:
 def test_equal_and_white_pictures_have_no_cause() -> None:
     assert causes(plain(), plain()) == []
     assert causes(np.ones_like(plain()), plain()) == []
+
+
+@pytest.mark.parametrize(("side", "named"), [(1, ["antialiasing_missing"]), (2, []), (4, [])])
+def test_upright_grid_of_samples_is_antialiasing(side: int, named: list[str]) -> None:
+    """Along sides that cover 0.22 of their pixels a grid of 2 x 2 samples shows only one of both colours."""
+
+    def means(points: int) -> np.ndarray:
+        y, x = (np.indices((40 * points, 48 * points)) + 0.5) / points
+        inside = (x > 5.46) & (x < 30.54) & (y > 8.78) & (y < 25.22)
+        shares = inside.reshape(40, points, 48, points).mean(axis=(1, 3))
+        return 0.1 + 0.8 * np.repeat(shares[:, :, None], 3, axis=2)
+
+    assert causes(means(side), means(50)) == named

@@ -102,6 +102,10 @@ def shifted(right: int, down: int) -> Change:
     return lambda image: moved(image, right, down)
 
 
+def aces(x: np.ndarray) -> np.ndarray:
+    return np.asarray(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14))
+
+
 MISTAKES: list[tuple[str, Change]] = [
     ("flipped_vertically", lambda image: image[::-1]),
     ("flipped_horizontally", lambda image: image[:, ::-1]),
@@ -114,6 +118,9 @@ MISTAKES: list[tuple[str, Change]] = [
     ("channels_brg", lambda image: image[:, :, [2, 0, 1]]),
     ("gamma_missing", linear_from_srgb),
     ("gamma_twice", srgb_from_linear),
+    ("tone_mapped_reinhard", lambda image: image / (1 + image)),
+    ("tone_mapped_exponential", lambda image: 1 - np.exp(-image)),
+    ("tone_mapped_aces", aces),
     ("exposure", lambda image: image * 1.1),
     ("exposure", lambda image: image * 0.5),
     ("exposure", lambda image: image * 2),

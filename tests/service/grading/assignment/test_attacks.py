@@ -1,4 +1,4 @@
-"""Noise, blurs and copies in the ready assignment: they earn nothing, and staff get a signal."""
+"""Noise, blurs, filters and copies in the ready assignment: what they earn, and signals for staff."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -68,6 +68,15 @@ def test_noise_buys_no_points(kind: str, wrong: np.ndarray, tmp_path: Path) -> N
 def test_blur_is_no_antialiasing(tmp_path: Path) -> None:
     blurred = smoothed(drawn("antialiasing", "one_sample"), 0.8)
     assert graded("antialiasing", encoded(blurred), tmp_path).share == 0
+
+
+@pytest.mark.parametrize("name", ["shadow_hard", "antialiasing"])
+def test_pixel_filter_costs_points_where_antialiasing_is_graded(name: str, tmp_path: Path) -> None:
+    picture = Tracer(read(FOLDER, name), FOLDER).picture(4, "tent")
+    Image.fromarray(encoded(picture)).save(tmp_path / f"{name}.png")
+    *_, outcome = findings(TESTS[name], run_of(tmp_path, tmp_path))
+    assert outcome.share == (0 if name == "antialiasing" else 1)
+    assert "pixel_filter" in outcome.message
 
 
 @pytest.mark.parametrize("deviation", [0, 1, 2, 4])

@@ -67,6 +67,11 @@ class Tracer:
             return np.full(count, 0.5), np.full(count, 0.5)
         if pattern == "corner":
             return np.zeros(count), np.zeros(count)
+        if pattern == "grid":
+            return np.full(count, (column + 0.5) / side), np.full(count, (row + 0.5) / side)
+        if pattern == "tent":
+            a, b = self.random.random((2, 2, count)).sum(axis=1) - 0.5
+            return a, b
         a, b = self.random.random((2, count))
         return ((column + a) / side, (row + b) / side) if pattern == "jittered" else (a, b)
 

@@ -94,6 +94,8 @@ MADE: dict[str, dict[str, object]] = {
     "gamma_missing": {"after": linear_from_srgb},
     "gamma_twice": {"after": srgb_from_linear},
     "gamma_2.2": {"after": lambda picture: linear_from_srgb(picture ** (1 / 2.2))},
+    "tone_mapped_reinhard": {"after": lambda linear: linear / (1 + linear)},
+    "tone_mapped_exponential": {"after": lambda linear: 1 - np.exp(-linear)},
     "exposure": {"light": 1.1},
     "ambient_missing": {"ambient": False},
     "half_pixel_right_down": {"right": 4, "down": 4},
@@ -180,7 +182,7 @@ def test_undone_mistake_gives_the_right_picture(mistake: object) -> None:
     random = np.random.default_rng(0)
     right = random.uniform(0.01, 1, (12, 12, 3))
     cause: str = mistake.cause  # type: ignore[attr-defined]
-    kind = "encoding" if "gamma" in cause else "channels" if "channels" in cause else "orientation"
+    kind = "encoding" if mistake in ENCODINGS else "channels" if mistake in CHANNELS else "orientation"
     program = Program(**{kind: cause})  # type: ignore[arg-type]
     wrong = encoded(program.encoding, right)
     for _ in range({"channels_gbr": 2, "channels_brg": 2}.get(cause, 1)):
