@@ -44,22 +44,14 @@ def reasons_of(
     listed = ", ".join(f"{name} in {count}" for name, count in counts.items())
     return [
         f"They differ in: {listed}.",
-        *_advice(submitted, right, cast, document, wrong),
+        *(
+            advice
+            for (field, explained), advice in _mistakes(submitted, right, cast, document)
+            if _explains(explained, wrong[field])
+        ),
         _where(right.hits.shape[rows], names),
         f"In row {row}, {first} is {found} and should be {wanted}.",
     ]
-
-
-def _advice(
-    submitted: Mapping[str, Floats],
-    right: Answers,
-    cast: RayList,
-    document: Scene,
-    wrong: Mapping[str, Masks],
-) -> Iterator[str]:
-    for mistake, advice in _mistakes(submitted, right, cast, document):
-        if _explains(mistake, wrong):
-            yield advice
 
 
 def _mistakes(
@@ -126,10 +118,8 @@ def _limit(lost: Masks, found: Masks, far: Floats) -> str:
     return f" All of these hits lie beyond {far[found].max():.4g}: a ray does not end."
 
 
-def _explains(mistake: tuple[str, Masks], wrong: Mapping[str, Masks]) -> bool:
-    field, explained = mistake
-    rows = wrong[field]
-    return bool(np.count_nonzero(rows & explained) > MANY * np.count_nonzero(rows))
+def _explains(explained: Masks, wrong: Masks) -> bool:
+    return bool(np.count_nonzero(wrong & explained) > MANY * np.count_nonzero(wrong))
 
 
 def _where(shapes: NDArray[np.int64], names: Sequence[str]) -> str:
