@@ -93,6 +93,32 @@ def test_changed_submissions_are_graded_again(here: Penumbra, pupils: Path, tmp_
     assert entries(third.document)["ada"]["score"] == 20
 
 
+@pytest.mark.slow
+def test_download_with_roster_and_points_of_staff(here: Penumbra, pupils: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "download"
+    folder.mkdir()
+    for name, owner in (("doejane_LATE_51_9_picture.npy", "ada"), ("roe_52_8_picture-1.npy", "张 伟")):
+        shutil.copy(pupils / owner / "picture.npy", folder / name)
+    late = {"deadline": "2026-11-21T23:59:00+01:00", "per_day": 0.25}
+    Assignment(tmp_path / "assignment", folder).manifest(image_test(), late=late)
+    (tmp_path / "roster.csv").write_text(
+        "Student,ID,A ray tracer (7),submitted_at\n,51,,2026-11-22T08:00:00+01:00\n,52,,2026-11-21\n,53,9,\n"
+    )
+    words = (*WORDS[:3], "download", *WORDS[4:], "--roster", "roster.csv", "--overrides", "overrides.csv")
+    overrides, marks = tmp_path / "overrides.csv", tmp_path / "marks"
+    for points in (4, 6):
+        overrides.write_text(f"student,test,points,reason\nroe_52,picture,{points},Agreed\n")
+        outcome = here(*words)
+        assert outcome.code == 0, outcome.err
+        cells = [row.split(",")[2] for row in (marks / "roster.csv").read_text().splitlines()]
+        assert cells == ["A ray tracer (7)", "7.5", f"{points}.0", "9"]
+        assert [row["score"] for row in gradebook(marks)] == ["7.5", f"{points}.0"]
+    assert "1 of 2 submissions have not changed" in outcome.err
+    assert "late: -2.5" in (marks / "index.html").read_text()
+    assert "Agreed" in (marks / "students" / "roe_52" / "staff.html").read_text()
+    assert [path.name for path in marks.iterdir() if path.name.startswith("submissions")] == []
+
+
 def test_nothing_gradable_exit_code(here: Penumbra, pupils: Path) -> None:
     for folder in pupils.iterdir():
         (folder / "picture.npy").write_bytes(b"no picture")
