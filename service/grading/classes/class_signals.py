@@ -28,6 +28,7 @@ from service.grading.likeness.fingerprints import (
     like,
     noise_of,
     pairs,
+    parts,
 )
 from service.grading.references import key_of, prepare
 from service.grading.settings import Run
@@ -128,13 +129,18 @@ def _most_first(shared: SharedFiles | SharedNoise) -> tuple[int, tuple[str, ...]
 
 def _found(test: ImageTest, run: Run, noise: Noise) -> tuple[list[Pair], set[int]]:
     """Pairs of pictures of a test that share their noise, and the pictures that have other reasons to."""
-    found = pairs(noise)
-    if not found:
-        return [], set()
-    # Rendering takes seconds, and hardly any class needs it.
-    alike = like(noise, _innocent(test, run))
-    explained = {each for pair in found for each in (pair.first, pair.second) if alike[each]}
-    return [pair for pair in found if explained.isdisjoint((pair.first, pair.second))], explained
+    reported: list[Pair] = []
+    explained: set[int] = set()
+    innocent: list[Fingerprint] = []
+    for part in parts(noise):
+        found = pairs(part)
+        if found:
+            # Rendering takes seconds, and hardly any class needs it.
+            innocent = innocent or _innocent(test, run)
+            (alike,) = np.nonzero(like(part, innocent))
+            explained |= {*alike.tolist()} & {each for pair in found for each in (pair.first, pair.second)}
+            reported += found
+    return [pair for pair in reported if explained.isdisjoint((pair.first, pair.second))], explained
 
 
 def joined(found: Iterable[Pair]) -> list[tuple[set[int], float]]:

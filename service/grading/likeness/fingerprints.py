@@ -9,7 +9,7 @@ What is left correlates only if one picture was made from the other, or if both 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,9 +68,9 @@ class Fingerprint:
 
     Attributes
     ----------
-    detail : (N,) float16
+    detail : (rows, columns) float16
         Diagonal differences of the linear mean of the channels.
-    rounding : (N,) float16
+    rounding : (rows, columns) float16
         Their standard deviation if only the file's codes were rounded.
     """
 
@@ -101,6 +101,8 @@ class Noise:
 
     Attributes
     ----------
+    shape : tuple of int
+        Rows and columns of a fingerprint.
     places : (K,) int64
         The noisy places among the differences of a fingerprint.
     middle, spread : (K,) float64
@@ -110,6 +112,7 @@ class Noise:
         Whether a value is noise; else it is 0.
     """
 
+    shape: tuple[int, ...]
     places: NDArray[np.int64]
     middle: Floats
     spread: Floats
@@ -123,8 +126,8 @@ def fingerprint(image: Picture, reference: Picture) -> Fingerprint:
     # Rounding errs by up to half a step, all channels of a grey pixel alike.
     variance = sum(half * half for half in _quarters(image.rounding.mean(axis=2))) / 3
     return Fingerprint(
-        detail=((one - two - three + four) / 2).ravel().astype(np.float16),
-        rounding=(np.sqrt(variance) / 2).ravel().astype(np.float16),
+        detail=((one - two - three + four) / 2).astype(np.float16),
+        rounding=(np.sqrt(variance) / 2).astype(np.float16),
     )
 
 
@@ -133,7 +136,7 @@ def noise_of(prints: Sequence[Fingerprint]) -> Noise | None:
     if len(prints) < FEWEST_PICTURES:
         return None
     detail, rounding = (
-        np.stack([getattr(each, part) for each in prints]).astype(np.float64)
+        np.stack([getattr(each, part).ravel() for each in prints]).astype(np.float64)
         for part in ("detail", "rounding")
     )
     middle, step = np.median(detail, axis=0), np.median(rounding, axis=0)
@@ -144,7 +147,25 @@ def noise_of(prints: Sequence[Fingerprint]) -> Noise | None:
     middle, spread, step = middle[places], spread[places], step[places]
     values = (detail[:, places] - middle) / spread
     counted = _counted(values, step / spread)
-    return Noise(places, middle, spread, np.where(counted, values, 0.0), counted)
+    return Noise(prints[0].detail.shape, places, middle, spread, np.where(counted, values, 0.0), counted)
+
+
+def parts(noise: Noise) -> Iterator[Noise]:
+    """The whole pictures, and their quarters: a picture may be put together from others."""
+    yield noise
+    down, right = (
+        place >= size // 2
+        for place, size in zip(np.unravel_index(noise.places, noise.shape), noise.shape, strict=True)
+    )
+    for part in (~down & ~right, ~down & right, down & ~right, down & right):
+        yield Noise(
+            noise.shape,
+            noise.places[part],
+            noise.middle[part],
+            noise.spread[part],
+            noise.values[:, part],
+            noise.counted[:, part],
+        )
 
 
 def _counted(values: Floats, step: Floats) -> Masks:
@@ -196,7 +217,7 @@ def pairs(noise: Noise) -> list[Pair]:
 
 def like(noise: Noise, others: Sequence[Fingerprint]) -> Masks:
     """Which of the pictures have the errors of any of some others, such as pictures without noise."""
-    detail = np.stack([each.detail[noise.places] for each in others]).astype(np.float64)
+    detail = np.stack([each.detail.ravel()[noise.places] for each in others]).astype(np.float64)
     values = (detail - noise.middle) / noise.spread
     near = np.abs(values) <= FARTHEST
     found = agreement(noise.values, noise.counted, np.where(near, values, 0.0), near)

@@ -15,6 +15,7 @@ from service.grading.likeness.fingerprints import (
     like,
     noise_of,
     pairs,
+    parts,
 )
 from tests.service.grading.assignments import npy
 
@@ -80,7 +81,7 @@ def right(reference: Picture) -> list[Fingerprint]:
 def found(prints: list[Fingerprint]) -> list[tuple[int, int]]:
     noise = noise_of(prints)
     assert noise is not None
-    return [(pair.first, pair.second) for pair in pairs(noise)]
+    return sorted({(pair.first, pair.second) for part in parts(noise) for pair in pairs(part)})
 
 
 def test_right_pictures_make_no_pair(right: list[Fingerprint]) -> None:
@@ -103,6 +104,12 @@ def test_altered_copy_is_found(
 ) -> None:
     copy = fingerprint(seen(alter(codes(drawn(3))).astype(np.uint8)), reference)
     assert found([*right, copy]) == [(2, STUDENTS)]
+
+
+def test_halves_of_two_pictures_are_found(right: list[Fingerprint], reference: Picture) -> None:
+    left = np.arange(WIDTH) < WIDTH // 2
+    spliced = fingerprint(seen(np.where(left, codes(drawn(3)), codes(drawn(7)))), reference)
+    assert found([*right, spliced]) == [(2, STUDENTS), (6, STUDENTS)]
 
 
 @pytest.mark.parametrize("scene", MISTAKES.values(), ids=MISTAKES)
