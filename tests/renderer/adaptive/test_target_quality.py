@@ -23,7 +23,7 @@ from tests.pictures.references import root_of_product
 
 pytestmark = pytest.mark.slow
 
-SIDE = 48
+SIDE = 36
 TARGETS = 4 / 255, 1 / 255
 SEEDS = 3, 4
 RARE = 1e-3

@@ -91,7 +91,7 @@ def test_newcomers_are_drawn_as_they_read(light: str, quality: Quality, bound: f
 @pytest.mark.parametrize("light", LIGHTS)
 def test_newcomers_keep_a_target(light: str, lens: float) -> None:
     """As near as target quality keeps the kinds that it knows."""
-    view = camera(position=[0.4, 3, 5], look_at=[0, 0.7, 0], width=40, height=40, lens_radius=lens)
+    view = camera(position=[0.4, 3, 5], look_at=[0, 0.7, 0], width=28, height=28, lens_radius=lens)
 
     def shown(quality: Quality, seed: int) -> np.ndarray:
         scene = larger(light, camera=view, sampling={"seed": seed})
