@@ -27,6 +27,8 @@ ALL, FRONT = dict.fromkeys(CAMERAS, 10), {"front": 0, "left": 10, "above": 10}
 NOTHING = dict.fromkeys(CAMERAS, 0)
 LEFT, ABOVE = {"front": 10, "left": 0, "above": 10}, {"front": 10, "left": 10, "above": 0}
 
+SLOW = pytest.mark.slow
+
 Program = Callable[[str], np.ndarray]
 """A program draws the picture of a test."""
 
@@ -170,12 +172,12 @@ def exposed(program: Program, scale: float) -> Program:
     return lambda name: scale * program(name)
 
 
-@pytest.mark.parametrize("color", [0.0, 0.0003, 0.2, 1.0])
+@pytest.mark.parametrize("color", [0.0, pytest.param(0.0003, marks=SLOW), 0.2, pytest.param(1.0, marks=SLOW)])
 def test_one_color_earns_nothing(assignment: Assignment, color: float) -> None:
     assert earned(assignment, lambda name: np.full_like(right(name), color)) == NOTHING
 
 
-@pytest.mark.parametrize("scale", [0.002, 0.1, 10, 30])
+@pytest.mark.parametrize("scale", [pytest.param(0.002, marks=SLOW), 0.1, 10, pytest.param(30, marks=SLOW)])
 @pytest.mark.parametrize("program", [right, without_light])
 def test_exposure_beyond_repair_costs_all_points(
     assignment: Assignment, program: Program, scale: float
@@ -183,7 +185,7 @@ def test_exposure_beyond_repair_costs_all_points(
     assert earned(assignment, exposed(program, scale)) == NOTHING
 
 
-@pytest.mark.parametrize("scale", [0.3, 1.3])
+@pytest.mark.parametrize("scale", [0.3, pytest.param(1.3, marks=SLOW)])
 def test_exposure_hides_no_other_mistake(assignment: Assignment, scale: float) -> None:
     assert earned(assignment, exposed(right, scale)) == LEFT
     assert earned(assignment, exposed(without_light, scale)) == NOTHING
