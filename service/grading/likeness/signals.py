@@ -85,7 +85,7 @@ def _marked(comparison: Comparison, test: str) -> Iterator[Signal]:
         yield Signal(
             test=test,
             code=MARKED,
-            message="The picture has the invisible mark of the reference that results show: it was made from "
+            message="The picture has the faint mark of the reference that results show: it was made from "
             "pictures of a result. Others have the mark in one picture in a million.",
         )
 
