@@ -1,7 +1,7 @@
 // Textures and meshes: which files a scene names, and how they reach the service.
 
 import { Problem, request } from "./api.js";
-import { pointerPart } from "./json_text.js";
+import { places, pointerPart } from "./json_text.js";
 import { sha256 } from "./sha256.js";
 
 const UPLOADED = /^sha256:[0-9a-f]{64}$/;
@@ -29,14 +29,14 @@ export function assetNames(scene) {
   return names;
 }
 
-/** @typedef {{file: Blob | null, several: string[]}} Found `several` has the paths among which to choose. */
+/** @typedef {{file: Blob | StoredFile | null, several: string[]}} Found `several` has the paths among which to choose. */
 
 /**
  * The file for each name: the one at this path, or else the one whose path has the longest end in common with it. A file
  * that fits two names equally well, or a name that two files fit, is not guessed.
  *
  * @param {Iterable<string>} names
- * @param {Map<string, Blob>} files - By path.
+ * @param {Map<string, Blob | StoredFile>} files - By path.
  * @returns {Map<string, Found>} By name.
  */
 export function filesFor(names, files) {
@@ -79,38 +79,69 @@ function common(one, other) {
   return differs < 0 ? a.length : differs;
 }
 
-// For each uploaded blob, a promise of its name on the service.
-/** @type {WeakMap<Blob, Promise<string>>} */
-const uploads = new WeakMap();
+/** A file that was uploaded before the page was loaded again: its bytes are on the service alone. */
+export class StoredFile {
+  /** @param {string} digest @param {number} size */
+  constructor(digest, size) {
+    this.digest = digest;
+    this.size = size;
+  }
+}
 
-/** Upload a file once and return the name by which a scene refers to it. @param {Blob} file @returns {Promise<string>} */
-export function upload(file) {
-  const known = uploads.get(file);
-  if (known) return known;
-  const sent = send(file);
-  sent.catch(() => uploads.delete(file));
+// For each file, a promise of its SHA-256 on the service, and that of the finished ones.
+/** @type {WeakMap<Blob | StoredFile, Promise<string>>} */
+const uploads = new WeakMap();
+/** @type {WeakMap<Blob | StoredFile, string>} */
+const digests = new WeakMap();
+
+/** The SHA-256 of a file that the service has, or null. @param {Blob | StoredFile} file */
+export const digestOf = (file) => digests.get(file) ?? null;
+
+/** Upload a file once and return the name by which a scene refers to it. @param {Blob | StoredFile} file @returns {Promise<string>} */
+export async function upload(file) {
+  const sent = uploads.get(file) ?? (file instanceof StoredFile ? found(file) : send(file));
   uploads.set(file, sent);
-  return sent;
+  try {
+    const digest = await sent;
+    digests.set(file, digest);
+    return `sha256:${digest}`;
+  } catch (error) {
+    uploads.delete(file);
+    throw error;
+  }
 }
 
 /** @param {Blob} file */
 async function send(file) {
   const bytes = await file.arrayBuffer();
   const digest = await sha256(bytes);
-  const path = `/v1/assets/${digest}`;
-  const known = await request(path, { method: "HEAD" }).catch((error) => {
-    if (error instanceof Problem && error.status === 404) return null;
+  if (!(await isThere(digest)))
+    await request(`/v1/assets/${digest}`, { method: "PUT", type: "application/octet-stream", body: bytes });
+  return digest;
+}
+
+/** @param {StoredFile} file */
+async function found({ digest }) {
+  if (await isThere(digest)) return digest;
+  throw new Problem(404, { detail: "The service no longer has it. Choose it again." });
+}
+
+/** @param {string} digest */
+async function isThere(digest) {
+  try {
+    await request(`/v1/assets/${digest}`, { method: "HEAD" });
+    return true;
+  } catch (error) {
+    if (error instanceof Problem && error.status === 404) return false;
     throw error;
-  });
-  if (!known) await request(path, { method: "PUT", type: "application/octet-stream", body: bytes });
-  return `sha256:${digest}`;
+  }
 }
 
 /**
  * Upload the files that are available and put their names on the service into the scene's text. Line numbers do not change.
  *
  * @param {string} text
- * @param {Map<string, Blob>} files - By path.
+ * @param {Map<string, Blob | StoredFile>} files - By path.
  * @returns {Promise<{text: string, names: Map<string, string[]> | null, lacking: Map<string, string>}>} `names` as
  *   from `assetNames`, null if the text is no JSON; `lacking` maps the name of a missing file to the reason.
  */
@@ -124,16 +155,18 @@ export async function withUploads(text, files) {
   const names = assetNames(scene);
   /** @type {Map<string, string>} */
   const lacking = new Map();
+  /** @type {Map<string, string>} */
+  const uploaded = new Map();
   for (const [name, { file, several }] of filesFor(names.keys(), files)) {
     try {
-      if (file) text = named(text, name, await upload(file));
+      if (file) for (const pointer of names.get(name) ?? []) uploaded.set(pointer, await upload(file));
       else lacking.set(name, absent(name, several));
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
       lacking.set(name, `The file ${name} cannot be used. ${error.message}`);
     }
   }
-  return { text, names, lacking };
+  return { text: replaced(text, uploaded), names, lacking };
 }
 
 /** @param {string} name @param {string[]} several */
@@ -143,8 +176,10 @@ function absent(name, several) {
     : `The file ${name} is not here yet. Drop it on the page, or choose it below the scene.`;
 }
 
-/** @param {string} text @param {string} name @param {string} uploaded */
-function named(text, name, uploaded) {
-  const written = JSON.stringify(name).replace(/[.*+?^${}()|[\]\\/]/g, "\\$&");
-  return text.replace(new RegExp(`("asset"\\s*:\\s*)${written}`, "g"), `$1"${uploaded}"`);
+/** Replace values of a JSON text, however they are spelled. @param {string} text @param {Map<string, string>} values - By pointer. */
+function replaced(text, values) {
+  const spans = [...places(text, values.keys())].sort(([, one], [, other]) => other.value - one.value);
+  for (const [pointer, { value, end }] of spans)
+    text = text.slice(0, value) + JSON.stringify(values.get(pointer)) + text.slice(end);
+  return text;
 }

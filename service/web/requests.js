@@ -32,15 +32,30 @@ export function problemInScene(problem) {
 export const inScene = (pointer) => pointer.replace(/^\/scene(?=\/|$)/, "");
 
 /**
+ * Find text behind a scene, which would become fields of the request.
+ *
+ * @param {string} text
+ * @returns {{line: number, column: number} | null}
+ */
+export function behindScene(text) {
+  const body = requestText(text);
+  const place = places(body, ["/scene"]).get("/scene");
+  if (!place || !body.slice(place.end, -1).trim()) return null;
+  const before = body.slice(HEAD.length, place.end).split("\n");
+  return { line: before.length, column: (before.at(-1) ?? "").length + 1 };
+}
+
+/**
  * Split the request of a job into its parts.
  *
  * @param {string} body - The request of the job, which the service keeps without blanks.
- * @returns {{scene: string, quality: QualityDocument | null, layers: string[], labels: Record<string, string>}} The scene
- *   as a text for people.
+ * @returns {{scene: string, quality: QualityDocument | null, layers: string[], labels: Record<string, string>, more:
+ *   Record<string, unknown>}} The scene as a text for people; `more` has all other fields.
  */
 export function takenApart(body) {
   const place = places(body, ["/scene"]).get("/scene");
-  const { quality = null, layers = [], labels = {} } = JSON.parse(body);
+  const { quality = null, layers = [], labels = {}, ...more } = JSON.parse(body);
+  delete more.scene;
   const scene = place ? readable(body.slice(place.value, place.end), WIDTH) : "";
-  return { scene, quality, layers, labels };
+  return { scene, quality, layers, labels, more };
 }

@@ -1,8 +1,12 @@
 // Authentication: the page asks for a key once, and exchanges it for a cookie that scripts cannot read.
 
 import { h } from "./dom.js";
+import { forgetWork } from "./storage.js";
 
 const PATH = "/v1/session";
+// To the other tabs: the session has ended.
+const ENDED = new BroadcastChannel("penumbra-session-ended");
+ENDED.onmessage = left;
 
 /** @type {Promise<boolean> | null} */
 let asking = null;
@@ -118,5 +122,12 @@ export async function showSession(place) {
 
 async function end() {
   await fetch(PATH, { method: "DELETE", credentials: "same-origin" });
+  ENDED.postMessage(null);
+  await left();
+}
+
+/** Leave nothing that the next user could read. */
+async function left() {
+  await forgetWork();
   location.assign("/");
 }

@@ -14,7 +14,7 @@ from service.server import RunningServer, running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from tests.browser.conftest import Open
-from tests.browser.scenes import TIMEOUT, endless, opened
+from tests.browser.scenes import TIMEOUT, editor, endless, opened, small, write
 from tests.service.support import until
 
 
@@ -106,6 +106,28 @@ def test_key_after_leaving(open_page: Open, key: str) -> None:
     page.get_by_role("button", name="Sign out").click()
     expect(page.get_by_role("dialog")).to_be_visible(timeout=TIMEOUT)
     assert page.context.cookies() == []
+
+
+@pytest.mark.slow
+def test_signing_out_leaves_no_scene_in_any_tab(open_page: Open, key: str) -> None:
+    page = open_page("/")
+    give(page, key)
+    opened(page)
+    other = page.context.new_page()
+    other.goto("/")
+    for tab in (page, other):
+        opened(tab)
+        write(tab, small("basic", name="solution of ada"))
+        opened(tab)
+    page.get_by_role("button", name="Sign out").click()
+    for tab in (page, other):
+        expect(tab.get_by_role("dialog")).to_be_visible(timeout=TIMEOUT)
+    give(page, key)
+    give(other, key)
+    for tab in (page, other):
+        opened(tab)
+        expect(editor(tab)).not_to_contain_text("solution of ada")
+        assert "ada" not in str(tab.evaluate("JSON.stringify(sessionStorage)"))
 
 
 @pytest.mark.slow

@@ -148,6 +148,113 @@ def test_text_survives_a_reload(page: Page) -> None:
 
 
 @pytest.mark.slow
+def test_each_address_has_its_draft(open_page: Open, client: httpx2.Client) -> None:
+    """A changed job and what is written on the start page do not take each other's place."""
+    page = open_page("/")
+    opened(page)
+    own, changed = small("basic", name="my own"), small("basic", name="changed")
+    write(page, own)
+    opened(page)
+    page.goto(f"/?job={submit(client, json.loads(small('basic')))}")
+    opened(page)
+    write(page, changed)
+    opened(page)
+    page.goto("/")
+    expect_written(page, own)
+    page.go_back()
+    expect_written(page, changed)
+
+
+@pytest.mark.slow
+def test_uploaded_file_survives_a_reload(page: Page) -> None:
+    opened(page)
+    drop(page, mine__json=small().encode(), tiles__png=TILES)
+    texture = page.locator(".files li").filter(has_text="textures/tiles.png")
+    expect(texture).to_contain_text("here", timeout=TIMEOUT)
+    opened(page)
+    page.reload()
+    expect(texture).to_contain_text("here", timeout=TIMEOUT)
+    opened(page)
+
+
+@pytest.mark.slow
+def test_scene_too_large_for_the_storage_of_a_tab_survives_a_reload(page: Page) -> None:
+    opened(page)
+    large = small("basic", name="large", description="x" * 6_000_000)
+    drop(page, mine__json=large.encode())
+    expect_written(page, large)
+    page.wait_for_timeout(1000)
+    page.reload()
+    expect_written(page, large)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "quality",
+    [
+        {"mode": "fixed", "light": {"pattern": "random", "samples": 3}},
+        {"mode": "target", "error": 0.01, "time_limit": 30.0},
+        {"mode": "target", "error": 0.01},
+        {"mode": "fixed", "antialiasing": {"pattern": "sobol", "samples": 2}, "precision": "double"},
+    ],
+    ids=["light alone", "error and limit", "hundredth", "camera alone"],
+)
+def test_unchanged_job_is_sent_as_it_was(
+    open_page: Open, client: httpx2.Client, quality: dict[str, Any]
+) -> None:
+    rest = {
+        "quality": quality,
+        "priority": 3,
+        "time_limit": 120.5,
+        "layers": ["depth"],
+        "labels": {"week": "3"},
+    }
+    job = submit(client, json.loads(small("basic", name="as it was")), **rest)
+    page = open_page(f"/?job={job}")
+    opened(page)
+    render_button(page).click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("as it was", timeout=TIMEOUT)
+    expect(page).to_have_url(re.compile(r"/jobs/(?!" + job + ")"))
+    before, after = (
+        client.get(f"/v1/jobs/{each}/request").json() for each in (job, page.url.rsplit("/", 1)[1])
+    )
+    assert after == before
+
+
+@pytest.mark.slow
+def test_asset_name_with_escapes(page: Page) -> None:
+    opened(page)
+    text = small().replace('"textures/tiles.png"', '"textures\\/til\\u0065s.png"')
+    assert json.loads(text) == json.loads(small())
+    drop(page, mine__json=text.encode(), tiles__png=TILES)
+    texture = page.locator(".files li").filter(has_text="textures/tiles.png")
+    expect(texture).to_contain_text("here", timeout=TIMEOUT)
+    opened(page)
+
+
+@pytest.mark.slow
+def test_wrong_file_can_be_replaced(page: Page) -> None:
+    opened(page)
+    drop(page, mine__json=small().encode(), tiles__png=TILES)
+    texture = page.locator(".files li").filter(has_text="textures/tiles.png")
+    expect(texture).to_contain_text("here", timeout=TIMEOUT)
+    other = TILES + bytes(100_000)
+    with page.expect_file_chooser() as choosing:
+        texture.get_by_text("Replace").click()
+    choosing.value.set_files([{"name": "any.png", "mimeType": "image/png", "buffer": other}])
+    expect(texture).to_contain_text(re.compile(r"here, 1\d\d"), timeout=TIMEOUT)
+
+
+@pytest.mark.slow
+def test_text_behind_the_scene_is_no_field_of_the_request(page: Page) -> None:
+    opened(page)
+    text = small("basic")
+    write(page, text + ',\n"priority": 9')
+    expect(page.get_by_role("button", name=re.compile("The scene has ended"))).to_be_visible(timeout=TIMEOUT)
+    expect(render_button(page)).to_be_disabled()
+
+
+@pytest.mark.slow
 def test_changed_scene_survives_a_reload(open_page: Open, client: httpx2.Client) -> None:
     job = submit(client, json.loads(small("basic")))
     page = open_page(f"/?job={job}")

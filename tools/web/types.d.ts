@@ -178,13 +178,16 @@ interface QuoteDocument {
 interface OpenedScene {
   title: string;
   text: string;
-  files: Map<string, Blob>;
+  files: Map<string, Blob | import("../../service/web/assets.js").StoredFile>;
   notice?: string;
   /** Of the gallery. */
   entry?: string;
   quality?: QualityDocument | null;
   labels?: string;
   layers?: boolean;
+  layerNames?: string[];
+  /** Other fields of the request. */
+  more?: Record<string, unknown>;
 }
 
 interface PlanStage {

@@ -10,7 +10,7 @@ import { lineStarts, readable, tokenLength } from "../json_text.js";
 import { navigate } from "../navigation.js";
 import { requestText, takenApart } from "../requests.js";
 import { nameOf } from "./job/state.js";
-import { draftOf, makeKeeper } from "./start/draft.js";
+import { draftOf, makeKeeper, onService, uploaded } from "./start/draft.js";
 import { makeFiles } from "./start/files.js";
 import { makeGallery } from "./start/gallery.js";
 import { makePreview } from "./start/preview.js";
@@ -33,7 +33,7 @@ const RETRY_MS = 2000;
 export function mount(root, { query }) {
   const life = new AbortController();
   const { signal } = life;
-  /** @type {Map<string, Blob>} */
+  /** @type {OpenedScene["files"]} */
   const files = new Map();
   const job = query.get("job");
   /** @type {string | null} */
@@ -42,7 +42,7 @@ export function mount(root, { query }) {
   /** @type {OpenedScene | null} */
   let origin = null;
 
-  const keep = makeKeeper(draft, signal);
+  const keep = makeKeeper(job, draft, signal);
   const editor = makeEditor({
     label: "Scene, as JSON",
     describedBy: "scene-problems",
@@ -115,6 +115,8 @@ export function mount(root, { query }) {
     editor.mark(found.problems);
     problems.show(found);
     if (found.names) fileList.show(found.names, found.lacking, files);
+    // Files that have been uploaded by now are part of the draft.
+    if (files.size) keepLater();
     if (found.failure || !found.plan) preview.wait();
     if (found.failure) return quote.clear("A quote follows when the service answers again.");
     if (!found.plan) return quote.clear("There is no quote for a scene with errors.");
@@ -124,10 +126,10 @@ export function mount(root, { query }) {
     quote.want(ready, quality.value, quality.limit);
   }
 
-  /** @param {Map<string, Blob>} added - By path. */
+  /** @param {OpenedScene["files"]} added - By path. */
   async function addFiles(added) {
     const scene = [...added].find(([path]) => isScene(path));
-    if (scene) {
+    if (scene?.[1] instanceof Blob) {
       const [path, file] = scene;
       added.delete(path);
       await replace({ title: path.slice(path.lastIndexOf("/") + 1), text: await file.text(), files: added });
@@ -144,10 +146,10 @@ export function mount(root, { query }) {
       title: heading.textContent ?? "",
       text: editor.text,
       entry: origin?.entry ?? "",
-      job,
       quality: quality.value,
       labels: labels.value,
       layers: layers.checked,
+      files: uploaded(files),
     };
   }
 
@@ -161,8 +163,9 @@ export function mount(root, { query }) {
     if (ready === null || button.disabled) return;
     button.disabled = true;
     const wanted = {
+      ...origin?.more,
       quality: quote.chosen ? quality.kept(quote.chosen) : quality.value,
-      layers: layers.checked ? LAYERS : null,
+      layers: layers.checked ? (origin?.layerNames ?? LAYERS) : null,
       labels: labelled(labels.value),
     };
     try {
@@ -236,7 +239,7 @@ export function mount(root, { query }) {
   /** Open what the address or the draft names, as soon as the service answers. */
   async function begin() {
     try {
-      await openFirst(draftOf(job), await gallery.fill());
+      await openFirst(await draftOf(job), await gallery.fill());
     } catch (error) {
       if (signal.aborted) return;
       const failure = error instanceof Error ? error : new Error(String(error));
@@ -255,7 +258,9 @@ export function mount(root, { query }) {
     if (job) open(await sceneOf(job, signal));
     else if (kept && !kept.entry) open({ ...kept, files: new Map() });
     else await gallery.choose(entries.find(({ name }) => name === kept?.entry) ?? entries[0]);
-    if (kept) restore(kept);
+    if (!kept) return;
+    for (const [path, file] of onService(kept.files)) files.set(path, file);
+    restore(kept);
   }
 
   return () => life.abort();
@@ -274,8 +279,19 @@ async function sceneOf(id, signal) {
       .map(([name, value]) => `${name}:${value}`)
       .join(", "),
     layers: request.layers.length > 0,
+    layerNames: request.layers.length ? request.layers : undefined,
+    more: request.more,
+    notice: also(request.more),
     files: new Map(),
   };
+}
+
+/** Fields that no control shows. @param {Record<string, unknown>} more */
+function also(more) {
+  const fields = Object.entries(more).map(
+    ([name, value]) => `${name.replaceAll("_", " ")} ${JSON.stringify(value)}`,
+  );
+  return fields.length ? `Rendered again with ${fields.join(" and ")}.` : "";
 }
 
 /** @param {HTMLInputElement} layers */

@@ -5,7 +5,9 @@ import { h } from "../../dom.js";
 import { bytes } from "../../format.js";
 import { chosen } from "../../drop.js";
 
-/** @param {(files: Map<string, Blob>) => void} onFiles */
+/** @import { StoredFile } from "../../assets.js" */
+
+/** @param {(files: Map<string, Blob | StoredFile>) => void} onFiles */
 export function makeFiles(onFiles) {
   const list = h("ul", { className: "files" });
   const element = h(
@@ -18,7 +20,7 @@ export function makeFiles(onFiles) {
   /**
    * @param {Map<string, string[]>} names - That the scene has, with their pointers.
    * @param {Map<string, string>} lacking - Reasons by name.
-   * @param {Map<string, Blob>} files - By path.
+   * @param {Map<string, Blob | StoredFile>} files - By path.
    */
   function show(names, lacking, files) {
     const found = filesFor(names.keys(), files);
@@ -35,13 +37,17 @@ export function makeFiles(onFiles) {
     /** @param {string} name */
     function state(name) {
       const { file, several } = /** @type {import("../../assets.js").Found} */ (found.get(name));
-      if (file && !lacking.has(name)) return [h("span", { className: "soft" }, `here, ${bytes(file.size)}`)];
-      return [...several.map((path) => offer(name, path)), chooser(name)];
+      if (file && !lacking.has(name))
+        return [h("span", { className: "soft" }, `here, ${bytes(file.size)}`), chooser(name, "Replace")];
+      return [
+        ...several.map((path) => offer(name, path)),
+        chooser(name, `Choose ${name.slice(name.lastIndexOf("/") + 1)}`),
+      ];
     }
 
     /** @param {string} name @param {string} path */
     function offer(name, path) {
-      const use = () => onFiles(new Map([[name, /** @type {Blob} */ (files.get(path))]]));
+      const use = () => onFiles(new Map([[name, /** @type {Blob | StoredFile} */ (files.get(path))]]));
       return h(
         "button",
         { type: "button", onclick: use, "aria-label": `Use ${path} as ${name}` },
@@ -49,15 +55,15 @@ export function makeFiles(onFiles) {
       );
     }
 
-    /** @param {string} name */
-    function chooser(name) {
+    /** @param {string} name @param {string} label */
+    function chooser(name, label) {
       /** @type {HTMLInputElement} */
       const input = h("input", {
         type: "file",
         className: "unseen",
         onchange: () => onFiles(renamed(name, input.files)),
       });
-      return h("label", { className: "button" }, input, `Choose ${name.slice(name.lastIndexOf("/") + 1)}`);
+      return h("label", { className: "button", title: `Choose the file ${name}` }, input, label);
     }
   }
 

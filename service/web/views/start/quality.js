@@ -13,9 +13,12 @@ import { CODE_VALUE, USUAL_CONFIDENCE, digits } from "../../format.js";
  * @property {string} lightPattern
  * @property {number} lightSamples
  * @property {number} codeValues - The target error.
+ * @property {number} target - The target error under a time limit.
  * @property {number} seconds
  * @property {number} percent - The confidence.
  * @property {string} precision
+ * @property {boolean} camera - Whether the samples per pixel are chosen here; the scene's else.
+ * @property {boolean} light - The same of samples per light.
  */
 
 /** @typedef {"samples" | "lightSamples" | "codeValues" | "seconds" | "percent"} NumberKey */
@@ -31,13 +34,17 @@ const MODES = [
   ["time", "Time"],
 ];
 const PRECISIONS = ["single", "double"];
-// The smallest target error that the service accepts.
-const LEAST_ERROR = 1e-6;
 // The target error for a time limit until a quote predicts one: a quarter of a code value.
 const DEFAULT_TARGET = CODE_VALUE / 4;
 
 // Defaults that few people change.
-const USUAL = { percent: 100 * USUAL_CONFIDENCE, precision: "single" };
+const USUAL = {
+  percent: 100 * USUAL_CONFIDENCE,
+  precision: "single",
+  target: DEFAULT_TARGET,
+  camera: true,
+  light: true,
+};
 
 /** @param {(focus?: boolean) => void} onChange */
 export function makeQuality(onChange) {
@@ -52,6 +59,9 @@ export function makeQuality(onChange) {
     seconds: 5,
     ...USUAL,
   };
+  // What was given stays as it is until it is changed here.
+  /** @type {QualityDocument | null} */
+  let given = null;
   const fields = h("div", { className: "quality-fields" });
   const radios = MODES.map(([mode]) => radio(mode));
   const choices = MODES.map(([, name], i) => h("label", {}, radios[i], h("span", {}, name)));
@@ -72,6 +82,7 @@ export function makeQuality(onChange) {
   /** @param {Mode} mode */
   function select(mode) {
     state.mode = mode;
+    given = null;
     render();
     onChange();
   }
@@ -79,6 +90,7 @@ export function makeQuality(onChange) {
   /** @param {Partial<State>} part */
   function set(part) {
     Object.assign(state, part);
+    given = null;
     onChange();
   }
 
@@ -108,6 +120,14 @@ export function makeQuality(onChange) {
     return h("label", { className: "field" }, h("span", { className: "label" }, label), select);
   }
 
+  /** Fields of one sampling, or that it is the scene's. @param {"camera" | "light"} key @param {string} label @param {() => Node[]} inner */
+  function chosenHere(key, label, inner) {
+    if (state[key]) return inner();
+    const choose = () => (set({ [key]: true }), render());
+    const button = h("button", { type: "button", className: "plain", onclick: choose }, "Choose");
+    return [h("p", { className: "soft small" }, `${label} as written in the scene. `, button)];
+  }
+
   const confidence = () => number("percent", "Confidence (%)", { min: 50, max: 99.999, step: "any" });
   const arithmetic = () => list("precision", "Arithmetic", PRECISIONS);
 
@@ -134,10 +154,14 @@ export function makeQuality(onChange) {
       ),
     ],
     samples: () => [
-      number("samples", "Samples per pixel", { min: 1, max: 4096, step: 1 }),
-      list("pattern", "Pattern in the pixel", PATTERNS),
-      number("lightSamples", "Samples per light", { min: 1, max: 4096, step: 1 }),
-      list("lightPattern", "Pattern on the light", LIGHT_PATTERNS),
+      ...chosenHere("camera", "Samples per pixel", () => [
+        number("samples", "Samples per pixel", { min: 1, max: 4096, step: 1 }),
+        list("pattern", "Pattern in the pixel", PATTERNS),
+      ]),
+      ...chosenHere("light", "Samples per light", () => [
+        number("lightSamples", "Samples per light", { min: 1, max: 4096, step: 1 }),
+        list("lightPattern", "Pattern on the light", LIGHT_PATTERNS),
+      ]),
       more(arithmetic()),
     ],
     error: () => [
@@ -170,17 +194,18 @@ export function makeQuality(onChange) {
     element,
     /** @returns {QualityDocument | null} */
     get value() {
-      return VALUES[state.mode](state);
+      return given ?? VALUES[state.mode](state);
     },
     /** An offer of the service, with the confidence and precision chosen here. @param {ResolvedQuality} offer */
     kept: (offer) => ({ ...offer, ...unusual(state, offer.mode) }),
-    /** The time limit in seconds, or null in other modes. */
+    /** The time limit in seconds, for which the service chooses the error; null where an error is given. */
     get limit() {
-      return state.mode === "time" ? state.seconds : null;
+      return state.mode === "time" && state.target === DEFAULT_TARGET ? state.seconds : null;
     },
     /** @param {QualityDocument | null} quality */
     set value(quality) {
       Object.assign(state, stateOf(quality));
+      given = quality;
       render();
       onChange();
     },
@@ -190,20 +215,20 @@ export function makeQuality(onChange) {
 /** @type {Record<Mode, (state: State) => QualityDocument | null>} */
 const VALUES = {
   scene: () => null,
-  samples: ({ pattern, samples, lightPattern, lightSamples, ...rest }) => ({
+  samples: ({ pattern, samples, lightPattern, lightSamples, camera, light, ...rest }) => ({
     mode: "fixed",
-    antialiasing: { pattern, samples },
-    light: { pattern: lightPattern, samples: lightSamples },
+    ...(camera && { antialiasing: { pattern, samples } }),
+    ...(light && { light: { pattern: lightPattern, samples: lightSamples } }),
     ...unusual(rest, "fixed"),
   }),
   error: ({ codeValues, ...rest }) => ({
     mode: "target",
-    error: Math.min(1, Math.max(LEAST_ERROR, codeValues * CODE_VALUE)),
+    error: codeValues / 255,
     ...unusual(rest, "target"),
   }),
-  time: ({ seconds, ...rest }) => ({
+  time: ({ seconds, target, ...rest }) => ({
     mode: "target",
-    error: DEFAULT_TARGET,
+    error: target,
     time_limit: seconds,
     ...unusual(rest, "target"),
   }),
@@ -222,23 +247,22 @@ function stateOf(quality) {
   if (quality === null) return { mode: "scene", ...USUAL };
   const { precision = USUAL.precision } = quality;
   const confidence = (quality.mode === "target" && quality.confidence) || USUAL_CONFIDENCE;
-  return { ...modeOf(quality), percent: Number(digits(100 * confidence, 6)), precision };
+  return { ...USUAL, ...modeOf(quality), percent: Number(digits(100 * confidence, 6)), precision };
 }
 
 /** @param {QualityDocument} quality @returns {Partial<State>} */
 function modeOf(quality) {
   if (quality.mode === "target") {
     return quality.time_limit
-      ? { mode: "time", seconds: quality.time_limit }
+      ? { mode: "time", seconds: quality.time_limit, target: quality.error }
       : { mode: "error", codeValues: Number(digits(quality.error / CODE_VALUE, 6)) };
   }
   const { antialiasing, light } = quality;
-  if (!antialiasing || !light) return { mode: "scene" };
   return {
     mode: "samples",
-    pattern: antialiasing.pattern,
-    samples: antialiasing.samples,
-    lightPattern: light.pattern,
-    lightSamples: light.samples,
+    camera: Boolean(antialiasing),
+    light: Boolean(light),
+    ...(antialiasing && { pattern: antialiasing.pattern, samples: antialiasing.samples }),
+    ...(light && { lightPattern: light.pattern, lightSamples: light.samples }),
   };
 }

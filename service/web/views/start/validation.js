@@ -4,11 +4,13 @@ import { Problem, Unreachable, post } from "../../api.js";
 import { withUploads } from "../../assets.js";
 import { debounced, pause } from "../../dom.js";
 import { places } from "../../json_text.js";
-import { problemInScene, requestText } from "../../requests.js";
+import { behindScene, problemInScene, requestText } from "../../requests.js";
 
 const IDLE_MS = 250;
 // Before a service that does not answer is asked again.
 const RETRY_MS = 2000;
+
+/** @import { StoredFile } from "../../assets.js" */
 
 /**
  * @typedef {object} Checked - `text`, `names` and `lacking` are those of `withUploads`.
@@ -28,7 +30,7 @@ export function makeValidation(onResult, signal) {
   const later = debounced(IDLE_MS, check, signal);
   signal.addEventListener("abort", () => running?.abort());
 
-  /** @param {() => string} written @param {Map<string, Blob>} files @param {QualityDocument | null} quality */
+  /** @param {() => string} written @param {Map<string, Blob | StoredFile>} files @param {QualityDocument | null} quality */
   async function check(written, files, quality) {
     running = new AbortController();
     const { signal: current } = running;
@@ -45,7 +47,7 @@ export function makeValidation(onResult, signal) {
      * Check a text after a short delay, as it is then; earlier requests are dropped.
      *
      * @param {() => string} written
-     * @param {Map<string, Blob>} files
+     * @param {Map<string, Blob | StoredFile>} files
      * @param {QualityDocument | null} quality
      */
     want(written, files, quality) {
@@ -57,7 +59,7 @@ export function makeValidation(onResult, signal) {
 
 /**
  * @param {string} text
- * @param {Map<string, Blob>} files
+ * @param {Map<string, Blob | StoredFile>} files
  * @param {QualityDocument | null} quality
  * @param {AbortSignal} signal
  */
@@ -72,6 +74,11 @@ async function tried(text, files, quality, signal) {
     plan: null,
     failure: null,
   };
+  const behind = behindScene(text);
+  if (behind) {
+    const detail = "The scene has ended: delete what follows its last brace.";
+    return { ...found, problems: [{ pointer: "", code: "json_invalid", detail, ...behind }] };
+  }
   try {
     Object.assign(found, await withUploads(text, files));
     found.plan = await post("/v1/plans", requestText(found.text, { quality }), { signal });
