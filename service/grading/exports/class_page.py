@@ -57,12 +57,12 @@ def class_page(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> byt
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>',
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
         '<meta name="viewport" content="width=device-width">',
-        f"<style>{STYLE}{MORE_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>",
+        f"<style>{STYLE}{MORE_STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>",
         *_summary(whole),
         *_causes(whole, grades, page),
         *_signals(whole, page),
         *_students(whole, page),
-        "</body>\n</html>\n",
+        "</main>\n</body>\n</html>\n",
     ]
     return "\n".join(parts).encode()
 
@@ -99,7 +99,7 @@ def _drawn(counts: Sequence[int], full: float) -> str:
     said = ", ".join(f"{number(full * place / TENTHS)}+: {count}" for place, count in enumerate(counts))
     return (
         f'<div class="wide"><svg class="bars" viewBox="0 0 {wide} {tall}" style="max-width: {wide}px" '
-        f'role="img" aria-label="{said}">{bars}</svg></div>'
+        f'role="img" aria-label="Submissions by points: {said}">{bars}</svg></div>'
     )
 
 

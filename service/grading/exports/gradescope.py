@@ -87,7 +87,8 @@ def _output(row: Row, pictures: Sequence[Shown]) -> dict[str, str]:
         return {"output": row.message, "output_format": "text"}
     words = "<br>".join(html.escape(row.message).splitlines())
     figures = "".join(
-        f'<p>{html.escape(picture.label)}<br><img src="{picture.url}" alt="{html.escape(picture.label)}"></p>'
+        f'<p>{label}<br><img src="{picture.url}" alt="{html.escape(row.name)}: {label}"></p>'
         for picture in pictures
+        for label in [html.escape(picture.label)]
     )
     return {"output": f"<p>{words}</p>{figures}", "output_format": "html"}

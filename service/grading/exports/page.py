@@ -56,12 +56,13 @@ def _page(grade: Grade, rows: Sequence[Row], shown: Album, staff: Iterator[str] 
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>',
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
         f'<meta name="viewport" content="width=device-width">\n<style>{STYLE}</style>\n</head>\n<body>',
-        f"<h1>{title}</h1>{whose}<p><strong>{words(headline(grade))}</strong></p>",
+        f"<main>\n<h1>{title}</h1>{whose}<p><strong>{words(headline(grade))}</strong></p>",
         "<table><tr><th>Test</th><th class=points>Points</th><th>Result</th></tr>",
         *(_entry(row) for row in rows),
         "</table>",
         *staff,
         *(_section(row, shown.of(row), grade.inputs) for row in rows),
+        "</main>",
         f"<footer><p>{words(f'{grade.tool.name} {grade.tool.version}')}</p></footer>\n</body>\n</html>\n",
     ]
     return "\n".join(parts).encode()
@@ -108,7 +109,8 @@ def _drawn(picture: Shown, row: Row, width: int | None) -> str:
     )
     return (
         f'<svg viewBox="0 0 {wide} {high}" width="{wide}" height="{high}" role="img" '
-        f'aria-label="{words(picture.label)}"><image href="{picture.url}" width="{wide}" height="{high}"/>'
+        f'aria-label="{_name(row)}: {words(picture.label)}">'
+        f'<image href="{picture.url}" width="{wide}" height="{high}"/>'
         f"{outlines}</svg>"
     )
 

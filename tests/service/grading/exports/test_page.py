@@ -24,7 +24,7 @@ from tests.service.grading.exports.samples import (
 )
 
 ELEMENTS = re.compile(
-    "html|head|meta|title|style|body|h1|h2|p|strong|table|tr|th|td|section|ul|li|figure|svg|image|rect|"
+    "html|head|meta|title|style|body|main|h1|h2|p|strong|table|tr|th|td|section|ul|li|figure|svg|image|rect|"
     "figcaption|footer|code"
 )
 ATTRIBUTES = re.compile(
@@ -86,6 +86,15 @@ def test_page_loads_no_resources_and_forbids_them(tmp_path: Path, form: str) -> 
     assert not re.search(r"url\(|@import", content.decode())
     policy = next(value for _, name, value in found.attributes if name == "content" and "src" in value)
     assert policy.startswith("default-src 'none'; img-src data:;")
+
+
+@pytest.mark.parametrize("form", ["html", "html-staff"])
+def test_pictures_are_named_by_their_tests_in_the_main_part(tmp_path: Path, form: str) -> None:
+    tests = tried("first", name="Soft & far"), failed("second", name="Near")
+    found = page(form, drawn(tmp_path, result(*tests), 104, 24), tmp_path)
+    labels = [value for tag, name, value in found.attributes if (tag, name) == ("svg", "aria-label")]
+    assert [label.split(":")[0] for label in labels] == ["Soft & far", "Near"]
+    assert found.tags.count("main") == 1
 
 
 def test_staff_see_hidden_tests_signals_and_files(tmp_path: Path) -> None:
