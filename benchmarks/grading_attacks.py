@@ -55,7 +55,7 @@ def sheet(name: str, picture: Array, seed: int) -> Sheet:
     reference = reference_picture(TESTS[name].reference, Run(MANIFEST, folder, folder))
     error, samples = (reference.layers[layer].astype(np.float64) for layer in ("error", "samples"))
     noise = error * np.sqrt(samples[:, :, None] / 16)
-    return Sheet(picture, codes(marked(reference)), noise, np.random.default_rng(seed))
+    return Sheet(picture, codes(marked(reference).linear), noise, np.random.default_rng(seed))
 
 
 def _rounded(levels: Array) -> Array:

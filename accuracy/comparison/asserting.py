@@ -13,18 +13,19 @@ from PIL import Image
 
 from accuracy.comparison.comparing import Comparison, compare
 from accuracy.comparison.heat import difference, encoded, heat_map, seen
-from accuracy.comparison.inputs import Encoding, Picture, picture_of, read_picture
+from accuracy.comparison.inputs import Picture, picture_of, read_picture
 from accuracy.comparison.judging import Policy
+from accuracy.comparison.pixels import Encoding
 from accuracy.comparison.regions import named
 
 PictureLike = str | os.PathLike[str] | bytes | NDArray[Any] | Image.Image | Any
 """A file or its bytes, an array (H, W, 3), an image of Pillow, or what `renderer.render` returns."""
 
 PICTURES: Mapping[str, Callable[[Comparison], NDArray[np.uint8]]] = {
-    "actual": lambda found: seen(found.image.linear),
-    "reference": lambda found: seen(found.reference.linear),
-    "difference": lambda found: difference(found.image.linear, found.reference.linear),
-    "heat": lambda found: heat_map(found.image.linear, found.reference.linear),
+    "actual": lambda found: seen(found.image),
+    "reference": lambda found: seen(found.reference),
+    "difference": lambda found: difference(found.image, found.reference),
+    "heat": lambda found: heat_map(found.image, found.reference),
 }
 """Files of a difference, by name without their ending."""
 

@@ -6,9 +6,12 @@ left out of the mean and winsorised in the variance, so that a few fireflies do 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from accuracy.statistics import shared_out
 from renderer.math.arrays import Floats, Masks
@@ -49,6 +52,14 @@ class Bias:
     excess: Floats
     pixels: int = SIDE * SIDE
 
+    @classmethod
+    def joined(cls, parts: Sequence["Bias"]) -> "Bias":
+        """Bias of a picture by that of its bands."""
+        ratios, excess = (
+            np.concatenate([getattr(each, name) for each in parts]) for name in ("ratios", "excess")
+        )
+        return cls(ratios, excess, parts[0].pixels)
+
     @property
     def blocks(self) -> Masks:
         """Which blocks are biased."""
@@ -74,7 +85,7 @@ def starts(length: int) -> list[int]:
     return [*range(0, length - side, SIDE), length - side]
 
 
-def gathered(values: Floats) -> Floats:
+def gathered(values: NDArray[Any]) -> NDArray[Any]:
     """Pixels block by block, (H, W, ...) -> (rows, columns, pixels of a block, ...)."""
     height, width = values.shape[:2]
     high, wide = min(SIDE, height), min(SIDE, width)

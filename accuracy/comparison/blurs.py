@@ -12,6 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from accuracy.comparison import variances
+from accuracy.comparison.inputs import Picture
+from accuracy.comparison.pixels import bordered_bands
 from renderer.math.arrays import Floats
 
 SURE = 5.0
@@ -55,34 +58,45 @@ class Blur:
     effect: Floats
 
 
-def blur(image: Floats, reference: Floats, errors: Floats | None = None, least: float = LEAST) -> Blur | None:
-    """The blur of a linear picture (H, W, 3); None if edges are as sharp as the reference's.
+def blur(image: Picture, reference: Picture, least: float = LEAST) -> Blur | None:
+    """The blur of a picture; None if edges are as sharp as the reference's.
 
-    Parameters
-    ----------
-    errors
-        Standard errors of the reference, if they are known.
-    least
-        Multiple of the Laplacian from which on it counts.
+    `least` is the multiple of the Laplacian from which on it counts.
     """
-    if not _is_softer(image, reference, errors, least):
+    if not _is_softer(image, reference, least):
         return None
-    tried = (Blur(width, smoothed(reference, width) - reference) for width in WIDTHS)
-    return min(tried, key=lambda each: float(np.sum((image - reference - each.effect) ** 2)))
+    wanted = reference.linear
+    tried = (Blur(width, smoothed(wanted, width) - wanted) for width in WIDTHS)
+    return min(tried, key=lambda each: float(np.sum((image.linear - wanted - each.effect) ** 2)))
 
 
-def _is_softer(image: Floats, reference: Floats, errors: Floats | None, least: float) -> bool:
-    difference = image - reference
-    clean = errors is not None and np.sum(errors**2) < CLEAN * np.sum(difference**2)
-    laplacian = _laplacian(reference if clean else image)
-    products = difference[1:-1, 1:-1] * laplacian
-    if errors is not None and clean:
-        products -= MIDDLE * errors[1:-1, 1:-1] ** 2
-    squares = float(np.sum(laplacian * laplacian))
-    # The channels of a pixel come from the same samples: they are one witness.
-    products = products.sum(axis=2)
-    total, error = float(products.sum()), math.sqrt(float(np.sum(products * products)))
-    return total > SURE * error and total > least * squares
+def _is_softer(image: Picture, reference: Picture, least: float) -> bool:
+    clean = _is_clean(image, reference)
+    total = variance = squares = 0.0
+    for rows in bordered_bands(image.height, image.width):
+        one, other = image.part(rows), reference.part(rows)
+        laplacian = _laplacian((other if clean else one).linear)
+        products = (one.linear - other.linear)[1:-1, 1:-1] * laplacian
+        if clean:
+            products -= MIDDLE * other.layers["error"][1:-1, 1:-1].astype(np.float64) ** 2
+        squares += float(np.sum(laplacian * laplacian))
+        # The channels of a pixel come from the same samples: they are one witness.
+        products = products.sum(axis=2)
+        total, variance = total + float(products.sum()), variance + float(np.sum(products * products))
+    return total > SURE * math.sqrt(variance) and total > least * squares
+
+
+def _is_clean(image: Picture, reference: Picture) -> bool:
+    """Whether the noise of the reference is known to be small beside the difference."""
+    if not variances.known(reference):
+        return False
+    both = zip(image.bands(), reference.bands(), strict=True)
+    sums = [
+        (np.sum(b.layers["error"].astype(np.float64) ** 2), np.sum((a.linear - b.linear) ** 2))
+        for a, b in both
+    ]
+    noise, difference = np.sum(sums, axis=0)
+    return bool(noise < CLEAN * difference)
 
 
 def _laplacian(values: Floats) -> Floats:

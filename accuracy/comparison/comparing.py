@@ -14,9 +14,9 @@ from accuracy.comparison.decoding import refuse_other_size
 from accuracy.comparison.diagnosis import Cause, diagnose, filtered
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.judging import Judgement, Policy, judge
-from accuracy.comparison.metrics import GUARD, Metrics, flip, luma, metrics, ssim
-from accuracy.comparison.noise import Noise, allowed_variances, noise
-from accuracy.comparison.regions import Region, named, worst
+from accuracy.comparison.metrics import GUARD, Metrics, Similarity, Sums, flip, luma_of_seen
+from accuracy.comparison.noise import Noise, allowed_variances, excesses, judged
+from accuracy.comparison.regions import Region, named, squares_of, worst
 from accuracy.comparison.variances import Scores
 from renderer.math.arrays import Floats, Masks
 
@@ -121,52 +121,112 @@ def compare(
     """
     refuse_other_size(image.name, image.size, reference.size)
     policy = policy or Policy()
-    difference = image.linear - reference.linear
-    rounding = image.rounding + reference.rounding
-    equal = bool((np.abs(difference) <= rounding + GUARD).all())
-    allowed = rounding + policy.tolerance
-    most = _most(reference, policy, rounding)
-    biased = bias(difference, allowed, most)
-    noisy = None if most is None or policy.samples is None else noise(difference, most, policy.samples)
-    lumas = luma(image.linear), luma(reference.linear)
-    errors = reference.layers["error"].astype(np.float64) if variances.known(reference) else None
-    causes: tuple[Cause, ...] = ()
-    if not equal:
-        causes = diagnose(image.linear, reference.linear, lumas, allowed, policy.most_bias, errors)
-    both = variances.known(image) and variances.known(reference)
-    scores = variances.scores(image, reference, allowed) if both else None
+    found = _found(image, reference, policy)
+    causes = () if found.equal else diagnose(image, reference, policy.tolerance, policy.most_bias)
     judgement = judge(
-        equal=equal,
-        bias=biased,
-        scores=scores,
+        equal=found.equal,
+        bias=found.bias,
+        scores=found.scores,
         explained=bool(causes),
         policy=policy,
-        noise=noisy,
+        noise=found.noise,
     )
-    if judgement.test == "noise" and not causes and errors is not None:
-        causes = filtered(image.linear, reference.linear, errors)
+    if judgement.test == "noise" and not causes and variances.known(reference):
+        causes = filtered(image, reference)
     shapes = _shapes(shapes, reference, image)
+    regions: tuple[Region, ...] = ()
+    if not found.equal:
+        suspects = _suspects(judgement, found.bias, found.noise, found.scores)
+        regions = worst(_Difference(image, reference), found.squares, suspects, shapes)
     return Comparison(
         image=image,
         reference=reference,
         policy=policy,
-        metrics=metrics(image.linear, reference.linear, policy.limit),
-        ssim=ssim(*lumas),
+        metrics=found.metrics,
+        ssim=found.ssim,
         flip=flip(image.linear, reference.linear) if with_flip else None,
-        bias=biased,
-        noise=noisy,
+        bias=found.bias,
+        noise=found.noise,
         judgement=judgement,
         causes=causes,
-        regions=() if equal else worst(difference, _suspects(judgement, biased, noisy, scores), shapes),
+        regions=regions,
         names=_names(names, shapes),
     )
 
 
-def _most(reference: Picture, policy: Policy, rounding: Floats) -> Floats | None:
-    """The variance that noise may have in each pixel; None for any."""
-    if policy.samples is None:
-        return None
-    return allowed_variances(reference, policy.samples, rounding, policy.tolerance)
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """Statistics of all bands; `squares` are sums in blocks, (rows, columns)."""
+
+    equal: bool
+    metrics: Metrics
+    ssim: float | None
+    bias: Bias
+    noise: Noise | None
+    scores: Scores | None
+    squares: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class _Band:
+    """Statistics of a band, its blocks in `squares`, `noise` and `scores` as in those of the picture."""
+
+    equal: bool
+    sums: Sums
+    bias: Bias
+    squares: Floats
+    noise: tuple[Floats, Masks] | None
+    scores: Floats | None
+
+
+def _found(image: Picture, reference: Picture, policy: Policy) -> _Found:
+    scored = variances.known(image) and variances.known(reference)
+    samples = policy.samples if variances.known(reference) else None
+    similarity, parts = Similarity(), list[_Band]()
+    for one, other in zip(image.bands(), reference.bands(), strict=True):
+        similarity.add(luma_of_seen(one.pixels.seen), luma_of_seen(other.pixels.seen))
+        parts.append(_band(one, other, policy, samples, scored=scored))
+    noises, scores = (
+        [each for part in parts if (each := getattr(part, name)) is not None] for name in ("noise", "scores")
+    )
+    noise = None
+    if noises and samples is not None:
+        ratios, spots = (np.concatenate(each) for each in zip(*noises, strict=True))
+        noise = judged(ratios, spots, samples)
+    return _Found(
+        equal=all(part.equal for part in parts),
+        metrics=Sums.joined([part.sums for part in parts]).metrics(),
+        ssim=similarity.mean,
+        bias=Bias.joined([part.bias for part in parts]),
+        noise=noise,
+        scores=variances.scores(np.concatenate(scores)) if scores else None,
+        squares=np.concatenate([part.squares for part in parts]),
+    )
+
+
+def _band(image: Picture, reference: Picture, policy: Policy, samples: int | None, *, scored: bool) -> _Band:
+    difference, rounding = image.linear - reference.linear, image.rounding + reference.rounding
+    allowed = rounding + policy.tolerance
+    most = None if samples is None else allowed_variances(reference, samples, rounding, policy.tolerance)
+    return _Band(
+        equal=bool((np.abs(difference) <= rounding + GUARD).all()),
+        sums=Sums.of(difference, reference.linear, policy.limit),
+        bias=bias(difference, allowed, most),
+        squares=squares_of(difference),
+        noise=None if most is None else excesses(difference, most),
+        scores=variances.block_scores(image, reference, allowed) if scored else None,
+    )
+
+
+class _Difference:
+    """The difference of two pictures, of which rows are computed when they are asked for."""
+
+    def __init__(self, image: Picture, reference: Picture) -> None:
+        self._image, self._reference = image.pixels, reference.pixels
+        self.shape = image.pixels.shape
+
+    def __getitem__(self, rows: slice) -> Floats:
+        return np.asarray(self._image.part(rows).linear - self._reference.part(rows).linear)
 
 
 def _suspects(judgement: Judgement, biased: Bias, noisy: Noise | None, scores: Scores | None) -> Masks:

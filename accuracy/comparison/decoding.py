@@ -1,6 +1,7 @@
 """Numbers from the bytes of PNG, NPY and EXR files, without a guess about what they mean."""
 
 import io
+import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,7 +18,6 @@ from renderer.errors import ImageFileError, MissingExtraError
 from renderer.images import deep_pixels
 from renderer.images.deep_pixels import DeepPixels
 from renderer.images.exr_reading import read_exr, size_of_exr
-from renderer.math.arrays import Floats
 from schemas.limits import how_to_raise, limits_in_force
 
 PNG, NPY, EXR = b"\x89PNG\r\n\x1a\n", b"\x93NUMPY", b"\x76\x2f\x31\x01"
@@ -35,15 +35,15 @@ class Raw:
 
     Attributes
     ----------
-    values : (H, W, 3) float64
-        As stored; whole numbers divided by the largest.
+    values : (H, W, 3)
+        As stored: codes of 8 or 16 bits, or floating-point numbers.
     bits : int
         Of a channel, 32 or 64 for floating point.
     usual : {"srgb", "linear"} or None
         What numbers in a file of this kind usually mean; None where there is no custom.
     """
 
-    values: Floats
+    values: NDArray[Any]
     bits: int
     usual: Literal["srgb", "linear"] | None
     notes: tuple[str, ...] = ()
@@ -96,15 +96,39 @@ def size_of(content: bytes) -> Size | None:
             return size_of_exr(content)
         if content.startswith(NPY):
             return _size_of_npy(io.BytesIO(content))
-    except (*_DAMAGE, ImageFileError):
+    except (*DAMAGE, ImageFileError):
         return None
     return None
 
 
 def _size_of_npy(file: io.BytesIO) -> Size | None:
-    header = {1: npy.read_array_header_1_0, 2: npy.read_array_header_2_0}.get(npy.read_magic(file)[0])
-    shape = () if header is None else header(file)[0]
+    shape = _header_of_npy(file)[0]
     return (shape[1], shape[0]) if len(shape) > 1 else None
+
+
+def _header_of_npy(file: io.BytesIO) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Shape, whether columns come first, and type."""
+    version = npy.read_magic(file)
+    if version not in {(1, 0), (2, 0)}:
+        raise ValueError(version)
+    return (npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0)(file)
+
+
+def array_of(content: bytes) -> NDArray[Any]:
+    """The array of an NPY file, without a copy of its numbers.
+
+    Raises
+    ------
+    ValueError
+        Or another of `DAMAGE`: the file is damaged, or holds objects.
+    """
+    file = io.BytesIO(content)
+    shape, by_columns, kind = _header_of_npy(file)
+    if kind.hasobject:
+        raise ValueError(kind)
+    count = math.prod(shape)
+    numbers = np.frombuffer(content, kind, count, file.tell()) if count else np.empty(0, kind)
+    return numbers.reshape(shape, order="F" if by_columns else "C")
 
 
 def _png(content: bytes, name: str) -> Raw:
@@ -138,15 +162,15 @@ def _deep(pixels: DeepPixels, name: str) -> Raw:
     return _whole(pixels.codes, name, "srgb")
 
 
-_DAMAGE = (ValueError, EOFError, OSError, TypeError, KeyError, SyntaxError, RecursionError, TokenError)
+DAMAGE = (ValueError, EOFError, OSError, TypeError, KeyError, SyntaxError, RecursionError, TokenError)
 """Exceptions of NumPy for invalid files."""
 
 
 def _npy(content: bytes, name: str) -> Raw:
     try:
-        array = np.load(io.BytesIO(content), allow_pickle=False)
-    # A few bytes may claim any size, and the header is read as Python is.
-    except (*_DAMAGE, MemoryError) as error:
+        array = array_of(content)
+    # The header is read as Python is.
+    except (*DAMAGE, MemoryError) as error:
         raise NotComparableError(f"{name} is a damaged NPY file, or holds objects.") from error
     if array.dtype in (np.uint8, np.uint16):
         return _whole(array, name, None)
@@ -155,7 +179,7 @@ def _npy(content: bytes, name: str) -> Raw:
             f"{name} holds {array.dtype}. A picture holds float32, or uint8 with an encoding."
         )
     colors, notes = _three(array, 1.0, name)
-    return Raw(colors.astype(np.float64), max(32, 8 * array.dtype.itemsize), "linear", notes)
+    return Raw(colors, max(32, 8 * array.dtype.itemsize), "linear", notes)
 
 
 def _exr(content: bytes, name: str) -> Raw:
@@ -173,13 +197,13 @@ def _exr(content: bytes, name: str) -> Raw:
         notes = (*notes, OPAQUE)
     if found.grey:
         notes = (*notes, GREY)
-    return Raw(found.image.astype(np.float64), 32, "linear", notes, found.layers)
+    return Raw(found.image, 32, "linear", notes, found.layers)
 
 
 def _whole(array: NDArray[Any], name: str, usual: Literal["srgb"] | None) -> Raw:
     largest = np.iinfo(array.dtype).max
     colors, notes = _three(array, largest, name)
-    return Raw(colors / largest, 8 * array.dtype.itemsize, usual, notes)
+    return Raw(colors, 8 * array.dtype.itemsize, usual, notes)
 
 
 def _three(array: NDArray[Any], opaque: float, name: str) -> tuple[NDArray[Any], tuple[str, ...]]:
@@ -195,7 +219,7 @@ def _three(array: NDArray[Any], opaque: float, name: str) -> tuple[NDArray[Any],
             raise NotComparableError(_transparent(name))
         array, notes = array[:, :, :-1], (OPAQUE,)
     if array.shape[2] == 1:
-        array, notes = array.repeat(3, axis=2), (*notes, GREY)
+        array, notes = np.broadcast_to(array, (*array.shape[:2], 3)), (*notes, GREY)
     return array, notes
 
 

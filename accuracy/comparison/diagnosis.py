@@ -1,13 +1,17 @@
 """Why two pictures differ: likely mistakes, each undone alone to see what that leaves of the difference."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from accuracy.comparison.blocks import bias, gathered
+from accuracy.comparison.blocks import Bias, bias, gathered
 from accuracy.comparison.blurs import LEAST_FILTER, blur
+from accuracy.comparison.inputs import Picture
+from accuracy.comparison.metrics import luma_of_seen
 from accuracy.comparison.mistakes import Mistake, candidates
+from accuracy.comparison.pixels import bands, bordered_bands
 from renderer.math.arrays import Floats, Masks
 
 HALF = 0.5
@@ -24,6 +28,10 @@ SURE = 4.0
 
 SKIPPED = 4
 """Step between the rows that are compared first."""
+
+INNER = slice(1, -1)
+GLANCED = slice(1, -1, SKIPPED), INNER
+"""These rows of a band that has one above and one below, without its first and last column."""
 
 MOST = 3
 """Causes reported. Those after the first are much the same picture undone in another way."""
@@ -91,38 +99,27 @@ class Cause:
     rmse_after: float
 
 
-def diagnose(
-    image: Floats,
-    reference: Floats,
-    lumas: tuple[Floats, Floats],
-    allowed: Floats,
-    most_bias: float,
-    errors: Floats | None = None,
-) -> tuple[Cause, ...]:
-    """Mistakes that explain the difference of two linear pictures (H, W, 3), the best explanation first.
+def diagnose(image: Picture, reference: Picture, tolerance: float, most_bias: float) -> tuple[Cause, ...]:
+    """Mistakes that explain the difference of two pictures of a size, the best explanation first.
 
     Parameters
     ----------
-    lumas
-        Brightness of both as seen, (H, W) each.
-    allowed
-        As `blocks.bias` takes it.
+    tolerance
+        Mean difference of a block, linear, that is no reason beside rounding.
     most_bias
         Share of biased blocks with which two pictures still agree.
-    errors
-        Standard errors of the reference, (H, W, 3), if they are known.
 
     Returns
     -------
     tuple of Cause
         Empty where no single mistake explains it, or there is nothing to explain.
     """
-    if min(image.shape[:2]) < 3:
+    if min(image.size) < 3:
         return ()
-    trial = _Trial(image, reference, allowed, most_bias)
-    found = [cause for mistake in candidates(image, reference) if (cause := trial.of(mistake)) is not None]
+    trial = _Trial(image, reference, tolerance, most_bias)
+    found = [cause for mistake in trial.nearer() if (cause := trial.of(mistake)) is not None]
     if not found:
-        found = trial.edges(*lumas) or trial.blurs(errors)
+        found = trial.edges() or trial.blurs()
     found.sort(key=lambda cause: cause.rmse_after)
     return tuple(cause for cause in found[:MOST] if cause.rmse_after <= ALIKE * found[0].rmse_after)
 
@@ -130,120 +127,177 @@ def diagnose(
 class _Trial:
     """One picture and its reference, with what does not change from mistake to mistake."""
 
-    def __init__(self, image: Floats, reference: Floats, allowed: Floats, most_bias: float) -> None:
+    def __init__(self, image: Picture, reference: Picture, tolerance: float, most_bias: float) -> None:
         self._image, self._reference = image, reference
-        self._allowed, self._most_bias = allowed, most_bias
-        self._inner = np.ascontiguousarray(reference[1:-1, 1:-1])
-        self._before, self._glance = self._square(image), self._square(image, SKIPPED)
+        self._tolerance, self._most_bias = tolerance, most_bias
+        self._before = 0.0
+
+    def nearer(self) -> list[Mistake]:
+        """Mistakes without which a part of the rows is no farther from the reference."""
+        tried = list(candidates(self._image, self._reference))
+        glances = np.zeros(len(tried) + 1)
+        for rows in self._bordered():
+            image = self._image.pixels.part(rows).linear
+            wanted = self._reference.pixels.part(rows).linear[1:-1, 1:-1]
+            self._before += _square(image[1:-1, 1:-1] - wanted)
+            seen = [image[GLANCED], *(self._glance(each, rows, image) for each in tried)]
+            glances += [_square(undone - wanted[::SKIPPED]) for undone in seen]
+        self._before /= self._values
+        if self._before == 0:
+            return []
+        return [each for each, left in zip(tried, glances[1:], strict=True) if left <= glances[0]]
+
+    def _glance(self, mistake: Mistake, rows: slice, image: Floats) -> Floats:
+        if mistake.turns:
+            turned = self._image.pixels.turned(mistake.undo)
+            return turned.part(slice(rows.start + 1, rows.stop - 1, SKIPPED), INNER).linear
+        return mistake.undo(image)[GLANCED] if mistake.moves else mistake.undo(image[GLANCED])
 
     def of(self, mistake: Mistake) -> Cause | None:
         """The cause that a mistake is, if it is one."""
-        if self._before == 0:
-            return None
-        undone = mistake.undo(self._image)
-        # Most mistakes were not made, and a part of the rows shows it.
-        if self._square(undone, SKIPPED) > self._glance:
-            return None
-        after = self._square(undone)
+        undo, control = self._undone(mistake), mistake.control
+        after = self._left(undo)
         if after > (1 - GAIN) * self._before:
             return None
-        compared = mistake.control(self._image) if mistake.control else self._image
-        fair = self._square(compared)
+        compared = self._undone(replace(mistake, undo=control, turns=False) if control else None)
+        fair = self._left(compared) if control else self._before
         clear = after < HALF**2 * self._before and after < FAIR**2 * fair
-        if not clear and not self._gains(undone, compared):
+        if not clear and not self._gains(undo, compared):
             return None
         return Cause(mistake.cause, mistake.hint, math.sqrt(self._before), math.sqrt(after))
 
-    def edges(self, seen: Floats, wanted: Floats) -> list[Cause]:
+    def edges(self) -> list[Cause]:
         """Missing anti-aliasing, which no change of the picture undoes."""
-        left = jagged_left_over(self._image, self._reference, seen, wanted)
+        left = jagged_left_over(self._image, self._reference)
         if left is None or left > HALF**2 * self._before:
             return []
         return [Cause(JAGGED, JAGGED_HINT, math.sqrt(self._before), math.sqrt(left))]
 
-    def blurs(self, errors: Floats | None) -> list[Cause]:
+    def blurs(self) -> list[Cause]:
         """A blur, which is reproduced with the reference."""
-        found = blur(self._image, self._reference, errors)
+        found = blur(self._image, self._reference)
         if found is None:
             return []
-        undone = self._image - found.effect
-        after = self._square(undone)
-        if after >= HALF**2 * self._before and not self._gains(undone, self._image):
+
+        def undo(rows: slice) -> Floats:
+            return np.asarray(self._image.pixels.part(rows).linear - found.effect[rows])
+
+        after = self._left(undo)
+        if after >= HALF**2 * self._before and not self._gains(undo, self._undone(None)):
             return []
         hint = BLURRED_HINT.format(found.width)
         return [Cause(BLURRED, hint, math.sqrt(self._before), math.sqrt(after))]
 
-    def _square(self, picture: Floats, step: int = 1) -> float:
-        """Mean squared difference from the reference, of every so many rows."""
-        # The outermost pixels have no neighbour to be moved in from.
-        difference = picture[1:-1:step, 1:-1] - self._inner[::step]
-        # In place and without BLAS, whose threads cost more than they bring where half a processor is given.
-        return float(np.multiply(difference, difference, out=difference).mean())
+    @property
+    def _values(self) -> int:
+        """Values without those of the outermost pixels, which have no neighbour to be moved in from."""
+        return 3 * (self._image.height - 2) * (self._image.width - 2)
 
-    def _gains(self, undone: Floats, compared: Floats) -> bool:
+    def _bordered(self) -> Iterator[slice]:
+        return bordered_bands(self._image.height, self._image.width)
+
+    def _undone(self, mistake: Mistake | None) -> Callable[[slice], Floats]:
+        """Rows of the picture without a mistake."""
+        pixels = self._image.pixels
+        if mistake is None:
+            return lambda rows: pixels.part(rows).linear
+        if mistake.turns:
+            pixels = pixels.turned(mistake.undo)
+            return lambda rows: pixels.part(rows).linear
+
+        def undo(rows: slice) -> Floats:
+            # Rows beside a band may be moved into it.
+            above = min(rows.start, 1)
+            around = slice(rows.start - above, rows.stop + 1)
+            return mistake.undo(pixels.part(around).linear)[above : above + rows.stop - rows.start]
+
+        return undo
+
+    def _left(self, undo: Callable[[slice], Floats]) -> float:
+        """Mean squared difference from the reference, without the outermost pixels."""
+        differences = (undo(rows) - self._reference.pixels.part(rows).linear for rows in self._bordered())
+        return math.fsum(_square(difference[1:-1, 1:-1]) for difference in differences) / self._values
+
+    def _gains(self, undone: Callable[[slice], Floats], compared: Callable[[slice], Floats]) -> bool:
         """Whether undoing helps in many blocks beyond doubt, and the pictures then agree."""
-        gain = (compared - self._reference) ** 2 - (undone - self._reference) ** 2
-        blocks = gathered(gain[1:-1, 1:-1].mean(axis=2)).mean(axis=2).ravel()
+        gained = []
+        for rows in self._bordered():
+            wanted = self._reference.pixels.part(rows).linear
+            gain = (compared(rows) - wanted) ** 2 - (undone(rows) - wanted) ** 2
+            gained.append(gathered(gain[1:-1, 1:-1].mean(axis=2)).mean(axis=2).ravel())
+        blocks = np.concatenate(gained)
         spread = float(blocks.std()) / math.sqrt(blocks.size)
         mean = float(blocks.mean())
-        # A slope moved by a pixel looks like a bias so small that it is allowed.
-        least = max(GAIN * self._before, float(np.mean(self._allowed)) ** 2, SURE * spread)
-        if mean < least:
+        if mean < max(GAIN * self._before, SURE * spread):
             return False
-        return bias(undone - self._reference, self._allowed).share <= self._most_bias
+        height, width = self._image.height, self._image.width
+        parts = [self._bias(slice(*rows), undone) for rows in bands(height, width)]
+        # A slope moved by a pixel looks like a bias so small that it is allowed.
+        if mean < (math.fsum(allowed for _, allowed in parts) / (3 * height * width)) ** 2:
+            return False
+        return Bias.joined([biased for biased, _ in parts]).share <= self._most_bias
+
+    def _bias(self, rows: slice, undone: Callable[[slice], Floats]) -> tuple[Bias, float]:
+        """The bias of a band, and the sum of what is allowed in it."""
+        image, reference = self._image.pixels.part(rows), self._reference.pixels.part(rows)
+        allowed = image.rounding + reference.rounding + self._tolerance
+        return bias(undone(rows) - reference.linear, allowed), float(allowed.sum())
 
 
-def filtered(image: Floats, reference: Floats, errors: Floats) -> tuple[Cause, ...]:
+def filtered(image: Picture, reference: Picture) -> tuple[Cause, ...]:
     """The filter of a noisy picture whose pixels are no means over their squares; empty where they may be."""
-    found = blur(image, reference, errors, LEAST_FILTER)
+    found = blur(image, reference, LEAST_FILTER)
     if found is None:
         return ()
-    before, after = (
-        float(np.mean(left * left)) for left in (image - reference, image - reference - found.effect)
-    )
-    return (Cause(FILTERED, FILTERED_HINT, math.sqrt(before), math.sqrt(after)),)
+    apart = image.linear - reference.linear
+    before, after = (math.sqrt(float(np.mean(left * left))) for left in (apart, apart - found.effect))
+    return (Cause(FILTERED, FILTERED_HINT, before, after),)
 
 
-def jagged_left_over(image: Floats, reference: Floats, seen: Floats, wanted: Floats) -> float | None:
+def _square(difference: Floats) -> float:
+    """Sum of squares."""
+    # Without BLAS, whose threads cost more than they bring where half a processor is given.
+    return float((difference * difference).sum())
+
+
+def jagged_left_over(image: Picture, reference: Picture) -> float | None:
     """Mean square that remains if pixels may show what any neighbour of theirs shows; None for soft edges.
 
     A picture without anti-aliasing is then right everywhere.
-
-    Parameters
-    ----------
-    image, reference : (H, W, 3)
-        Linear.
-    seen, wanted : (H, W)
-        Brightness of both as seen, 0 to 1.
     """
-    soft = soft_edges(wanted)
-    if soft is None:
+    soft = count = 0
+    errors = one_sided = beyond = 0.0
+    for inner, one, other in _around(image, reference):
+        seen, wanted = luma_of_seen(one.pixels.seen), luma_of_seen(other.pixels.seen)
+        low, high = neighbourhood(wanted)
+        edges: Masks = (high - low > EDGE)[inner]
+        both = edges & _between(wanted, low, high)[inner]
+        count += int(np.count_nonzero(both))
+        soft += int(np.count_nonzero(edges & _between(seen, *neighbourhood(seen))[inner]))
+        errors += float(np.sum((seen - wanted)[inner][both] ** 2))
+        one_sided += float(np.sum(((wanted - low) * (high - wanted))[inner][both]))
+        beyond += _square((one.linear - np.clip(one.linear, *neighbourhood(other.linear)))[inner])
+    if count < LEAST or soft >= FEW * count or errors < ONE_SIDED * one_sided:
         return None
-    low, high = neighbourhood(seen)
-    if np.count_nonzero(soft[0] & _between(seen, low, high)) >= FEW * soft[1]:
-        return None
-    low, high = neighbourhood(wanted)
-    both = soft[0] & _between(wanted, low, high)
-    one_sided = (wanted - low) * (high - wanted)
-    if np.sum((seen - wanted)[both] ** 2) < ONE_SIDED * np.sum(one_sided[both]):
-        return None
-    least, most = neighbourhood(reference)
-    beyond = image - np.clip(image, least, most)
-    return float(np.mean(beyond * beyond))
+    return beyond / (3 * image.width * image.height)
 
 
-def soft_edges(wanted: Floats) -> tuple[Masks, int] | None:
-    """Mask of edge pixels, and the number of them that show both sides; None if too few to judge.
+def has_soft_edges(picture: Picture) -> bool:
+    """Whether enough pixels show both sides of an edge to judge anti-aliasing by them."""
+    count = 0
+    for inner, _, part in _around(picture, picture):
+        seen = luma_of_seen(part.pixels.seen)
+        low, high = neighbourhood(seen)
+        count += int(np.count_nonzero(((high - low > EDGE) & _between(seen, low, high))[inner]))
+    return count >= LEAST
 
-    Parameters
-    ----------
-    wanted : (H, W)
-        Brightness of a picture as seen, 0 to 1.
-    """
-    low, high = neighbourhood(wanted)
-    edges: Masks = high - low > EDGE
-    count = int(np.count_nonzero(edges & _between(wanted, low, high)))
-    return None if count < LEAST else (edges, count)
+
+def _around(image: Picture, reference: Picture) -> Iterator[tuple[slice, Picture, Picture]]:
+    """Bands of two pictures with a row above and below where there is one, and which rows are their own."""
+    for first, last in bands(image.height, image.width):
+        above = min(first, 1)
+        rows = slice(first - above, last + 1)
+        yield slice(above, above + last - first), image.part(rows), reference.part(rows)
 
 
 def neighbourhood(values: Floats) -> tuple[Floats, Floats]:

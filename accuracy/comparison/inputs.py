@@ -1,30 +1,30 @@
 """Pictures to be compared, from files, bytes or arrays: what is in them, and how it was read."""
 
 import hashlib
-import io
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
-from zipfile import BadZipFile
+from typing import Any, BinaryIO
+from zipfile import BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.comparison.decoding import NotComparableError, Raw, Size, decode
-from renderer.images.colors import linear_from_srgb
+from accuracy.comparison.decoding import DAMAGE, NotComparableError, Size, array_of, decode
+from accuracy.comparison.pixels import Encoding, Pixels, bands
 from renderer.math.arrays import Floats
+from schemas.limits import how_to_raise, limits_in_force
 
-Encoding = Literal["srgb", "linear"]
 SIDECARS = ("error", "samples", "shape")
 """Layers that explain a difference; `penumbra render` saves them beside the picture."""
 
-PACKED = ".npz"
-"""Files with a picture, ``image``, and its layers."""
+PACKED, IMAGE = ".npz", "image"
+"""Files with a picture of this name, and its layers."""
 
-FLOAT_ROUNDING = 2.0**-22
-"""Two spacings of float32: by so much a picture may differ between kinds of machines."""
+PIXEL_BYTES, HEADER_BYTES = 32, 1 << 12
+"""Most bytes of a pixel in an array of such a file, four numbers of 64 bits, and of its header."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,10 +34,7 @@ class Picture:
     Attributes
     ----------
     name : str
-    linear : (H, W, 3) float64
-        Linear RGB, clipped to 0..1 as a display shows it.
-    rounding : (H, W, 3) float64
-        By how much the file's numbers may have been rounded, linear.
+    pixels : Pixels
     encoding : {"srgb", "linear"}
         How the file's numbers were read.
     stated : bool
@@ -55,8 +52,7 @@ class Picture:
     """
 
     name: str
-    linear: Floats
-    rounding: Floats
+    pixels: Pixels
     encoding: Encoding
     stated: bool
     bits: int
@@ -64,6 +60,11 @@ class Picture:
     clipped: int
     notes: tuple[str, ...] = ()
     layers: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+    @classmethod
+    def of_values(cls, linear: Floats, rounding: Floats | None = None) -> "Picture":
+        """A picture of linear values (H, W, 3) float64 that are in no file."""
+        return cls("", Pixels(linear, "linear", rounding), "linear", True, 64, "", 0)
 
     @property
     def size(self) -> Size:
@@ -73,12 +74,35 @@ class Picture:
     @property
     def height(self) -> int:
         """Pixels."""
-        return self.linear.shape[0]
+        return self.pixels.shape[0]
 
     @property
     def width(self) -> int:
         """Pixels."""
-        return self.linear.shape[1]
+        return self.pixels.shape[1]
+
+    @property
+    def linear(self) -> Floats:
+        """Linear RGB (H, W, 3), clipped to 0..1 as a display shows it."""
+        return self.pixels.linear
+
+    @property
+    def rounding(self) -> Floats:
+        """By how much the file's numbers may have been rounded, linear, (H, W, 3)."""
+        return self.pixels.rounding
+
+    def with_values(self, linear: Floats, rounding: Floats) -> "Picture":
+        """The picture with other linear values and roundings, (H, W, 3) float64."""
+        return replace(self, pixels=Pixels(linear, "linear", rounding))
+
+    def part(self, *places: slice) -> "Picture":
+        """Some rows and columns, with their layers."""
+        layers = {name: layer[places] for name, layer in self.layers.items()}
+        return replace(self, pixels=self.pixels.part(*places), layers=layers)
+
+    def bands(self) -> Iterator["Picture"]:
+        """The picture in bands of rows that have its blocks."""
+        return (self.part(slice(*rows)) for rows in bands(self.height, self.width))
 
 
 def read_picture(path: str | os.PathLike[str], encoding: Encoding | None = None) -> Picture:
@@ -93,19 +117,23 @@ def read_picture(path: str | os.PathLike[str], encoding: Encoding | None = None)
     """
     file = Path(path)
     try:
-        content = file.read_bytes()
+        packed = dict[str, NDArray[Any]]()
+        if file.suffix.lower() == PACKED:
+            with file.open("rb") as archive:
+                content, packed = unpacked(archive, file.name)
+        else:
+            content = file.read_bytes()
         beside = {name: file.with_name(f"{file.name}.{name}.npy") for name in SIDECARS}
-        layers = {name: np.load(there) for name, there in beside.items() if there.exists()}
+        layers = packed | {name: np.load(there) for name, there in beside.items() if there.exists()}
+    except NotComparableError:
+        raise
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise NotComparableError(f"{path}: cannot be read ({reason}).") from error
-    if file.suffix.lower() == PACKED:
-        content, packed = unpacked(content, file.name)
-        layers = packed | layers
     return picture_of(content, file.name, encoding, layers)
 
 
-def unpacked(content: bytes, name: str) -> tuple[bytes, dict[str, NDArray[Any]]]:
+def unpacked(archive: BinaryIO, name: str) -> tuple[bytes, dict[str, NDArray[Any]]]:
     """The array ``image`` of an .npz file as an .npy file, and its other arrays.
 
     Raises
@@ -114,15 +142,28 @@ def unpacked(content: bytes, name: str) -> tuple[bytes, dict[str, NDArray[Any]]]
         If it is damaged, or has no such array.
     """
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as kept:
-            arrays = {part: kept[part] for part in kept.files}
-    except (OSError, ValueError, EOFError, BadZipFile) as error:
+        with ZipFile(archive) as kept:
+            files = {layer: f"{layer}.npy" for layer in (IMAGE, *SIDECARS)}
+            found = {layer: kept.getinfo(file) for layer, file in files.items() if file in kept.namelist()}
+            _refuse_large(found.values(), name)
+            parts = {layer: kept.read(file) for layer, file in found.items()}
+        layers = {layer: array_of(part) for layer, part in parts.items() if layer != IMAGE}
+    except NotComparableError:
+        raise
+    except (*DAMAGE, BadZipFile, NotImplementedError, RuntimeError, zlib.error) as error:
         raise NotComparableError(f"{name} is a damaged NPZ file.") from error
-    if "image" not in arrays:
-        raise NotComparableError(f"{name} has no array 'image'. Save the picture under this name.")
-    pixels = io.BytesIO()
-    np.save(pixels, arrays.pop("image"))
-    return pixels.getvalue(), arrays
+    if IMAGE not in parts:
+        raise NotComparableError(f"{name} has no array '{IMAGE}'. Save the picture under this name.")
+    return parts[IMAGE], layers
+
+
+def _refuse_large(parts: Iterable[ZipInfo], name: str) -> None:
+    """Refuse arrays for which no picture is small enough, before they are unpacked."""
+    most = limits_in_force().max_image_pixels
+    if any(part.file_size > PIXEL_BYTES * most + HEADER_BYTES for part in parts):
+        raise NotComparableError(
+            f"{name} has more than {most} pixels. Compare parts of it. {how_to_raise('max_image_pixels')}"
+        )
 
 
 def picture_of(
@@ -159,53 +200,32 @@ def picture_of(
         raise NotComparableError(
             f"{name} holds whole numbers, whose encoding is unknown. State the encoding, srgb or linear."
         )
-    values = _finite(raw, name)
-    clipped = int(np.count_nonzero(((values < 0) | (values > 1)).any(axis=2)))
-    linear, rounding = _decoded(np.clip(values, 0.0, 1.0), raw, used)
     return Picture(
         name=name,
-        linear=linear,
-        rounding=rounding,
+        pixels=Pixels(raw.values, used),
         encoding=used,
         stated=encoding is not None,
         bits=raw.bits,
         sha256=hashlib.sha256(content).hexdigest(),
-        clipped=clipped,
+        clipped=_clipped(raw.values, name),
         notes=raw.notes,
-        layers=_fitting({**raw.layers, **(layers or {})}, linear.shape, name),
+        layers=_fitting({**raw.layers, **(layers or {})}, raw.values.shape, name),
     )
 
 
-def _finite(raw: Raw, name: str) -> Floats:
-    if raw.bits < 32:
-        return raw.values
-    bad = ~np.isfinite(raw.values).all(axis=2)
+def _clipped(values: NDArray[Any], name: str) -> int:
+    """Pixels with a channel below 0 or above 1, all of them finite."""
+    if values.dtype.kind != "f":
+        return 0
+    bad = ~np.isfinite(values).all(axis=2)
     if bad.any():
         y, x = (int(index[0]) for index in np.nonzero(bad))
         raise NotComparableError(
             f"{name}: the pixel in column {x}, row {y} is NaN or infinite ({np.count_nonzero(bad)} such "
             "pixels). A picture with such pixels cannot be compared."
         )
-    return raw.values
-
-
-def _decoded(values: Floats, raw: Raw, encoding: Encoding) -> tuple[Floats, Floats]:
-    """Linear values, and how far rounding may have moved each of them."""
-    if raw.bits < 32:
-        return _from_codes(values, raw.bits, encoding)
-    linear = linear_from_srgb(values).astype(np.float64) if encoding == "srgb" else values
-    return linear, FLOAT_ROUNDING * linear
-
-
-def _from_codes(values: Floats, bits: int, encoding: Encoding) -> tuple[Floats, Floats]:
-    # A table has as many entries as there are codes, a picture many more pixels.
-    largest = 2**bits - 1
-    codes = np.arange(largest + 1) / largest
-    above = codes + 0.5 / largest
-    if encoding == "srgb":
-        codes, above = (linear_from_srgb(table).astype(np.float64) for table in (codes, above))
-    places = np.rint(values * largest).astype(np.intp)
-    return codes.take(places), (above - codes).take(places)
+    parts = (values[first:last] for first, last in bands(*values.shape[:2]))
+    return sum(int(np.count_nonzero(((part < 0) | (part > 1)).any(axis=2))) for part in parts)
 
 
 def _fitting(

@@ -4,7 +4,8 @@ All are of linear values clipped to 0..1, as the error of target quality is, and
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -70,24 +71,57 @@ def metrics(image: Floats, reference: Floats, limit: float) -> Metrics:
     -----
     Sums are pairwise in float64: relative error below 64 eps for any picture that is accepted.
     """
-    difference = image - reference
-    squares = difference * difference
-    mse = float(squares.mean())
-    apart = np.abs(difference)
-    over = (apart > limit + GUARD).any(axis=2)
-    return Metrics(
-        mse=mse,
-        rmse=math.sqrt(mse),
-        psnr=-10 * math.log10(mse) if mse > 0 else math.inf,
-        relmse=float((squares / (reference * reference + RELATIVE_FLOOR)).mean()),
-        max_abs=float(apart.max()),
-        frac_over=float(np.count_nonzero(over)) / over.size,
-    )
+    return Sums.of(image - reference, reference, limit).metrics()
+
+
+@dataclass(frozen=True, slots=True)
+class Sums:
+    """Sums over pixels and channels of a band, from which the metrics of the whole picture follow."""
+
+    pixels: int
+    squares: float
+    relative: float
+    largest: float
+    over: int
+
+    @classmethod
+    def of(cls, difference: Floats, reference: Floats, limit: float) -> "Sums":
+        """Sums of a difference (H, W, 3) from a reference."""
+        squares, apart = difference * difference, np.abs(difference)
+        return cls(
+            pixels=apart.shape[0] * apart.shape[1],
+            squares=float(squares.sum()),
+            relative=float((squares / (reference * reference + RELATIVE_FLOOR)).sum()),
+            largest=float(apart.max()),
+            over=int(np.count_nonzero((apart > limit + GUARD).any(axis=2))),
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence["Sums"]) -> "Sums":
+        """Sums over all bands."""
+        pixels, squares, relative, largest, over = zip(*map(astuple, parts), strict=True)
+        return cls(sum(pixels), math.fsum(squares), math.fsum(relative), max(largest), sum(over))
+
+    def metrics(self) -> Metrics:
+        """The metrics of these pixels."""
+        mse = self.squares / (3 * self.pixels)
+        return Metrics(
+            mse=mse,
+            rmse=math.sqrt(mse),
+            psnr=-10 * math.log10(mse) if mse > 0 else math.inf,
+            relmse=self.relative / (3 * self.pixels),
+            max_abs=self.largest,
+            frac_over=self.over / self.pixels,
+        )
 
 
 def luma(linear: Floats) -> Floats:
     """Brightness as seen of a linear picture (H, W, 3) with values 0..1: (H, W), 0 to 1."""
-    seen = srgb_from_linear(linear)
+    return luma_of_seen(srgb_from_linear(linear))
+
+
+def luma_of_seen(seen: Floats) -> Floats:
+    """Brightness (H, W) of values as a display shows them, (H, W, 3)."""
     return seen[:, :, 0] * LUMA[0] + seen[:, :, 1] * LUMA[1] + seen[:, :, 2] * LUMA[2]
 
 
@@ -97,8 +131,37 @@ def ssim(image: Floats, reference: Floats) -> float | None:
     Variances are those of the window's population. Only windows that lie whole in the picture count: their
     centres keep 5 pixels from each border. None for pictures with fewer than 11 pixels along a side.
     """
-    if min(image.shape) < SIDE:
-        return None
+    found = Similarity()
+    found.add(image, reference)
+    return found.mean
+
+
+class Similarity:
+    """Mean structural similarity of two pictures that come in bands, from the top."""
+
+    def __init__(self) -> None:
+        self._above: tuple[Floats, ...] = ()
+        self._sum, self._windows = 0.0, 0
+
+    def add(self, image: Floats, reference: Floats) -> None:
+        """Take the next rows (H, W) of both pictures, values 0..1."""
+        rows: tuple[Floats, ...] = image, reference
+        if self._above:
+            rows = tuple(np.concatenate(both) for both in zip(self._above, rows, strict=True))
+        if min(rows[0].shape) >= SIDE:
+            similar = _similarities(*rows)
+            self._sum, self._windows = self._sum + float(similar.sum()), self._windows + similar.size
+        # Windows reach over the border of bands.
+        self._above = tuple(values[-SIDE + 1 :] for values in rows)
+
+    @property
+    def mean(self) -> float | None:
+        """As `ssim` states it."""
+        return self._sum / self._windows if self._windows else None
+
+
+def _similarities(image: Floats, reference: Floats) -> Floats:
+    """Structural similarity of each window, (H, W) -> (H - 10, W - 10)."""
     mean_a, mean_b = _windowed(image), _windowed(reference)
     squares, product = mean_a * mean_a + mean_b * mean_b, mean_a * mean_b
     # The formula has the variances in their sum alone.
@@ -107,7 +170,7 @@ def ssim(image: Floats, reference: Floats) -> float | None:
     c1, c2 = STABILITY
     above = (2 * product + c1) * (2 * covariance + c2)
     below = (squares + c1) * (variances + c2)
-    return float((above / below).mean())
+    return np.asarray(above / below)
 
 
 def window() -> Floats:

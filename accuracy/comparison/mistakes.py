@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from accuracy.comparison.inputs import Picture
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.math.arrays import Floats
 
@@ -35,38 +36,47 @@ class Mistake:
         Linear picture (H, W, 3) with values 0..1 to such a picture.
     control : callable or None
         What is fair to compare with; None for the picture as it is.
+    turns : bool
+        Whether undoing only puts pixels in other places, in an array of any type.
+    moves : bool
+        Whether undoing reads the neighbours of a pixel.
     """
 
     cause: str
     hint: str
     undo: Undo
     control: Undo | None = None
+    turns: bool = False
+    moves: bool = False
 
 
-def candidates(image: Floats, reference: Floats) -> Iterator[Mistake]:
+def candidates(image: Picture, reference: Picture) -> Iterator[Mistake]:
     """Mistakes that can be tried on a picture of this shape."""
     yield from ENCODINGS
     yield from CHANNELS
     yield from TURNED
-    if image.shape[0] == image.shape[1]:
+    if image.width == image.height:
         yield TRANSPOSED
     yield from SHIFTS
     yield from _exposure(image, reference)
 
 
-def exposure_of(image: Floats, reference: Floats) -> float | None:
+def exposure_of(image: Picture, reference: Picture) -> float | None:
     """Factor by which a picture is too bright; None where it is not, or where too much is white to tell.
 
     By the ratio of means: unlike a least squares fit, noise does not draw it below 1.
     """
-    whole = (image < 1).all(axis=2) & (reference < 1).all(axis=2)
-    seen, wanted = float(image[whole].sum()), float(reference[whole].sum())
-    if 2 * np.count_nonzero(whole) < whole.size or min(seen, wanted) == 0:
+    count, seen, wanted = 0, 0.0, 0.0
+    for one, other in zip(image.bands(), reference.bands(), strict=True):
+        whole = (one.linear < 1).all(axis=2) & (other.linear < 1).all(axis=2)
+        count += int(np.count_nonzero(whole))
+        seen, wanted = seen + float(one.linear[whole].sum()), wanted + float(other.linear[whole].sum())
+    if 2 * count < image.width * image.height or min(seen, wanted) == 0:
         return None
     return None if abs(wanted / seen - 1) < LEAST_EXPOSURE else seen / wanted
 
 
-def _exposure(image: Floats, reference: Floats) -> Iterator[Mistake]:
+def _exposure(image: Picture, reference: Picture) -> Iterator[Mistake]:
     scale = exposure_of(image, reference)
     if scale is not None:
         yield Mistake(EXPOSURE, exposure_hint(scale), lambda picture: np.clip(picture / scale, 0, 1))
@@ -156,16 +166,19 @@ TURNED = (
         "The picture is upside down. Row 0 is the top one: look at the sign of y where rays are made, and at "
         "the order in which rows are written.",
         lambda picture: picture[::-1],
+        turns=True,
     ),
     Mistake(
         "flipped_horizontally",
         "Left and right are swapped. Look at the cross product that gives the camera's right vector.",
         lambda picture: picture[:, ::-1],
+        turns=True,
     ),
     Mistake(
         "turned_half",
         "The picture is turned by 180 degrees: both its rows and its columns are written backwards.",
         lambda picture: picture[::-1, ::-1],
+        turns=True,
     ),
 )
 
@@ -173,6 +186,7 @@ TRANSPOSED = Mistake(
     "transposed",
     "Rows and columns are swapped. The first index of an image array is the row.",
     lambda picture: picture.transpose(1, 0, 2),
+    turns=True,
 )
 
 
@@ -215,6 +229,7 @@ def _shift(x: int, y: int, step: str, undo: Undo, control: Undo | None) -> Mista
         "width n ends at n, not at n - 1.",
         undo,
         control,
+        moves=True,
     )
 
 

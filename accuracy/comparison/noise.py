@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from accuracy.comparison import variances
 from accuracy.comparison.blocks import SIDE, TRIMMED, gathered
 from accuracy.comparison.inputs import Picture
 from renderer.math.arrays import Floats, Integers, Masks
@@ -63,16 +62,14 @@ class Noise:
         return float(np.count_nonzero(self.blocks)) / self.ratios.size
 
 
-def sample_variances(reference: Picture) -> Floats | None:
-    """Variance of one sample in each pixel, (H, W, 3), linear; None where the reference does not state it."""
-    if not variances.known(reference):
-        return None
+def sample_variances(reference: Picture) -> Floats:
+    """Variance of one sample in each pixel, (H, W, 3), linear, of a reference whose errors are `known`."""
     errors = reference.layers["error"].astype(np.float64)
     return np.asarray(errors * errors * reference.layers["samples"].astype(np.float64)[:, :, None])
 
 
-def allowed_variances(reference: Picture, samples: int, rounding: Floats, tolerance: float) -> Floats | None:
-    """Largest variance of a difference from a reference, (H, W, 3), linear; None where that is not stated.
+def allowed_variances(reference: Picture, samples: int, rounding: Floats, tolerance: float) -> Floats:
+    """Largest variance of a difference from a reference whose errors are `known`, (H, W, 3), linear.
 
     Parameters
     ----------
@@ -85,23 +82,29 @@ def allowed_variances(reference: Picture, samples: int, rounding: Floats, tolera
         noise of every pixel.
     """
     single = sample_variances(reference)
-    if single is None:
-        return None
     own = reference.layers["error"].astype(np.float64) ** 2
     return np.asarray(single / samples + own + rounding * rounding / 3 + tolerance * tolerance)
 
 
 def noise(difference: Floats, allowed: Floats, samples: int) -> Noise:
     """Try all blocks of a difference (H, W, 3) against the variance that is allowed in each pixel."""
+    return judged(*excesses(difference, allowed), samples)
+
+
+def judged(ratios: Floats, spots: Masks, samples: int) -> Noise:
+    """The noise of a picture by the `excesses` of all its blocks and pixels."""
+    return Noise(ratios, gathered(_alone(spots)).sum(axis=2, dtype=np.int64), samples)
+
+
+def excesses(difference: Floats, allowed: Floats) -> tuple[Floats, Masks]:
+    """`Noise.ratios` of the blocks of a difference (H, W, 3), and which pixels (H, W) are spots."""
     blocks, weights = gathered(difference), 1 / gathered(allowed)
     pixels = blocks.shape[2]
     cut = int(TRIMMED * pixels)
     scaled = np.sqrt(weights) * (blocks - _means(blocks, weights, cut))
     trimmed = np.sort(scaled * scaled, axis=2)[:, :, : pixels - 2 * cut].mean(axis=2)
     trimmed[unlikeness(scaled, difference.shape) < GRAINY] = 0
-    off = np.asarray((difference * difference > SPOT**2 * allowed).any(axis=2))
-    spots = gathered(_alone(off).astype(np.float64)).sum(axis=2).astype(np.int64)
-    return Noise(trimmed.max(axis=2), spots, samples)
+    return trimmed.max(axis=2), np.asarray((difference * difference > SPOT**2 * allowed).any(axis=2))
 
 
 def unlikeness(blocks: Floats, shape: tuple[int, ...]) -> Floats:
@@ -125,7 +128,7 @@ def unlikeness(blocks: Floats, shape: tuple[int, ...]) -> Floats:
 def _alone(chosen: Masks) -> Masks:
     """Those of some pixels (H, W) without another of them among their eight neighbours."""
     height, width = chosen.shape
-    padded = np.pad(chosen, 1).astype(np.int64)
+    padded = np.pad(chosen, 1).astype(np.int8)
     around = sum(padded[y : y + height, x : x + width] for y in range(3) for x in range(3))
     return np.asarray(chosen & (around == 1))
 

@@ -1,16 +1,18 @@
 """Regions where two pictures differ most: adjacent blocks, with the shapes seen there."""
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from accuracy.comparison.blocks import SIDE, gathered, starts
+from accuracy.comparison.pixels import bands
 from renderer.interaction import MISS
-from renderer.math.arrays import Floats, Integers, Masks
+from renderer.math.arrays import Floats, Masks
 
 SHARE = 0.75
 """Regions consist of the worst blocks that together hold this share of their squared difference."""
@@ -50,24 +52,36 @@ class Region:
     shape: int | None
 
 
-def worst(difference: Floats, suspects: Masks, shapes: NDArray[Any] | None) -> tuple[Region, ...]:
+class Rows(Protocol):
+    """An array (H, W, 3), or what gives its rows when they are asked for."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the whole."""
+
+    def __getitem__(self, rows: slice, /) -> Floats: ...
+
+
+def worst(
+    difference: Rows, errors: Floats, suspects: Masks, shapes: NDArray[Any] | None
+) -> tuple[Region, ...]:
     """The worst regions of a difference (H, W, 3), linear, worst first; empty where there is none.
 
     Parameters
     ----------
+    errors : (rows, columns) float64
+        Sums of its squares in blocks.
     suspects : (rows, columns) bool
         Blocks that noise does not explain; only these count, or all where there is none.
     shapes : (H, W) int or None
         The layer ``shape`` of the scene.
     """
-    squares = (difference * difference).sum(axis=2)
-    errors = gathered(squares).sum(axis=2)
     total = float(errors.sum())
     if total == 0:
         return ()
     suspicious = errors * suspects if (errors[suspects] > 0).any() else errors
     groups = sorted(_touching(_chosen(suspicious)), key=lambda group: -_sum(errors, group))[:MOST]
-    return tuple(_region(difference, squares, shapes, group, total) for group in groups)
+    return tuple(_region(difference, shapes, group, total) for group in groups)
 
 
 def named(shape: int | None, names: Sequence[str]) -> str | None:
@@ -103,39 +117,48 @@ def _sum(errors: Floats, group: list[tuple[int, int]]) -> float:
     return float(sum(errors[block] for block in group))
 
 
+def squares_of(difference: Floats) -> Floats:
+    """Sums of the squares of a difference (H, W, 3) in blocks, (rows, columns)."""
+    return np.asarray(gathered((difference * difference).sum(axis=2)).sum(axis=2))
+
+
 def _region(
-    difference: Floats,
-    squares: Floats,
-    shapes: NDArray[Any] | None,
-    group: list[tuple[int, int]],
-    total: float,
+    difference: Rows, shapes: NDArray[Any] | None, group: list[tuple[int, int]], total: float
 ) -> Region:
-    rows, columns = _pixels(squares.shape, group)
-    own = squares[rows, columns]
-    y0, x0 = int(rows.min()), int(columns.min())
-    error = float(own.sum())
+    inside = _pixels(difference.shape[:2], group)
+    rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
+    error, brightness, on = 0.0, 0.0, Counter[int]()
+    for first, last in bands(*inside.shape):
+        chosen = inside[first:last]
+        if chosen.any():
+            apart = difference[first:last][chosen]
+            squares = (apart * apart).sum(axis=1)
+            error, brightness = error + float(squares.sum()), brightness + float(apart.sum())
+            if shapes is not None:
+                on.update(_sums(shapes[first:last][chosen], squares))
+    count = int(np.count_nonzero(inside))
     return Region(
-        x0=x0,
-        y0=y0,
-        x1=int(columns.max()) + 1,
-        y1=int(rows.max()) + 1,
+        x0=int(columns[0]),
+        y0=int(rows[0]),
+        x1=int(columns[-1]) + 1,
+        y1=int(rows[-1]) + 1,
         share=min(error / total, 1.0),
-        rmse=math.sqrt(error / (3 * own.size)),
-        brightness=float(difference[rows, columns].mean()),
-        shape=None if shapes is None else _most(shapes[rows, columns], own),
+        rmse=math.sqrt(error / (3 * count)),
+        brightness=brightness / (3 * count),
+        shape=None if shapes is None else min(on, key=lambda shape: (-on[shape], shape)),
     )
 
 
-def _pixels(shape: tuple[int, ...], group: list[tuple[int, int]]) -> tuple[Integers, Integers]:
-    """Rows and columns of all pixels in the blocks of a group, each once."""
+def _pixels(shape: tuple[int, ...], group: list[tuple[int, int]]) -> Masks:
+    """The pixels (H, W) in the blocks of a group."""
     inside = np.zeros(shape, dtype=bool)
     tops, lefts = starts(shape[0]), starts(shape[1])
     for row, column in group:
         inside[tops[row] : tops[row] + SIDE, lefts[column] : lefts[column] + SIDE] = True
-    rows, columns = np.nonzero(inside)
-    return rows, columns
+    return inside
 
 
-def _most(shapes: NDArray[Any], weights: Floats) -> int:
+def _sums(shapes: NDArray[Any], weights: Floats) -> dict[int, Any]:
+    """Sums of the weights on each shape, (N,) both."""
     found, places = np.unique(shapes, return_inverse=True)
-    return int(found[np.argmax(np.bincount(places, weights))])
+    return dict(zip(found.tolist(), np.bincount(places, weights).tolist(), strict=True))

@@ -50,8 +50,8 @@ def known(picture: Picture) -> bool:
     )
 
 
-def scores(image: Picture, reference: Picture, allowed: Floats) -> Scores:
-    """Try all blocks of two pictures of which the errors are `known`.
+def block_scores(image: Picture, reference: Picture, allowed: Floats) -> Floats:
+    """|z| of each block and channel, (rows, columns, 3), of two pictures of which the errors are `known`.
 
     A mean difference no larger than the mean of `allowed` (H, W, 3) counts as none.
 
@@ -67,7 +67,11 @@ def scores(image: Picture, reference: Picture, allowed: Floats) -> Scores:
         weights += gathered(squares * squares / freedom).sum(axis=2)
     pixels = gathered(image.linear[:, :, 0]).shape[2]
     excess = np.maximum(np.abs(means) - gathered(allowed).mean(axis=2), 0.0)
-    z = _rare(excess, np.sqrt(variances) / pixels, variances, weights)
+    return _rare(excess, np.sqrt(variances) / pixels, variances, weights)
+
+
+def scores(z: Floats) -> Scores:
+    """Scores by the |z| of all blocks and channels, (rows, columns, 3)."""
     bound = normal_limit(shared_out(LEVEL, z.size))
     return Scores(z.max(axis=2) / bound, float(z.max()), bound)
 

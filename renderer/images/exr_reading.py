@@ -146,8 +146,7 @@ def read_exr(content: bytes, max_pixels: int | None = None) -> ExrPicture:
     _check_size(parts, source.part, most)
     planes = _planes_of(content, source, len(parts))
     place = _Placing(source.part.data, source.part.display)
-    colors = [place(planes[name], 0.0) for name in source.channels]
-    image = np.stack(colors, axis=-1, dtype=np.float32, casting="same_kind")
+    image = _joined(planes, source.channels, place)
     alpha = planes.get(source.prefix + "A")
     complete = [layer for layer in LAYERS.values() if all(name in planes for name in channels_of(layer))]
     return ExrPicture(
@@ -157,6 +156,18 @@ def read_exr(content: bytes, max_pixels: int | None = None) -> ExrPicture:
         grey=len(set(source.colors)) == 1,
         notes=(*_chosen(source, len(parts)), *place.notes),
     )
+
+
+def _joined(planes: dict[str, NDArray[Any]], names: Sequence[str], place: "_Placing") -> NDArray[np.float32]:
+    """The colours (H, W, 3), taken out of the planes: each is forgotten before the next is copied."""
+    first = place(planes[names[0]], 0.0)
+    image = np.empty((len(names), *first.shape), np.float32)
+    del first
+    for number, name in enumerate(names):
+        image[number] = place(planes[name], 0.0)
+        if name not in names[number + 1 :]:
+            del planes[name]
+    return np.moveaxis(image, 0, -1)
 
 
 def _parts(content: bytes) -> list[_Part]:
@@ -179,7 +190,7 @@ def _window(box: Any) -> Window:
     return left, top, right + 1, bottom + 1
 
 
-def _planes_of(content: bytes, source: _Source, count: int) -> Planes:
+def _planes_of(content: bytes, source: _Source, count: int) -> dict[str, NDArray[Any]]:
     """The pixels of each channel of the picture's part."""
     try:
         file = require_exr().File(io.BytesIO(content), separate_channels=True, num_threads=0)

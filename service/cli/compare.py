@@ -135,10 +135,9 @@ def _shown(name: str, reference: Picture) -> tuple[NDArray[Any], list[str]]:
 def _save(found: Comparison, heat_map: Path | None, side_by_side: Path | None) -> None:
     from accuracy.comparison import heat
 
-    pictures = found.image.linear, found.reference.linear
     for target, draw in ((heat_map, heat.heat_map), (side_by_side, heat.side_by_side)):
         if target is not None:
-            save(target, heat.encoded(draw(*pictures)))
+            save(target, heat.encoded(draw(found.image, found.reference)))
 
 
 def lines(document: dict[str, Any]) -> Iterator[str]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from accuracy.comparison import Comparison, Picture, Policy, compare, variances
 from accuracy.comparison.metrics import metrics
+from accuracy.comparison.pixels import AT_ONCE
 from schemas.grading.acceptance import Acceptance, Error, Metric, Verdict
 from service.grading.errors import BrokenTestError
 from service.grading.outcomes import Outcome
@@ -109,16 +110,18 @@ def noiseless(picture: Picture) -> Picture:
 def _numbers(found: Comparison, selection: Selection) -> Mapping[str, float | None]:
     """All metrics of the selected pixels; `ssim` and `flip` cover the rectangle around them."""
     numbers: dict[str, float | None] = found.document()["metrics"]
-    counted = [selection.counted(picture.linear) for picture in (found.image, found.reference)]
     if selection.pixels is not None:
-        own = metrics(counted[0], counted[1], found.policy.limit)
+        pictures = [selection.counted(picture.linear) for picture in (found.image, found.reference)]
+        own = metrics(pictures[0], pictures[1], found.policy.limit)
         numbers |= {name: getattr(own, name) for name in ("mse", "rmse", "relmse", "max_abs", "frac_over")}
         numbers["psnr"] = own.psnr if math.isfinite(own.psnr) else None
         numbers[BIAS] = found.bias.share / selection.blocks
     noise = found.reference.layers.get("error")
     if noise is not None and np.isfinite(noise).all():
-        squares = selection.counted(noise.astype(np.float64)) ** 2
-        numbers["reference_noise"] = math.sqrt(float(squares.mean()))
+        counted = selection.counted(noise).ravel()
+        parts = np.array_split(counted, counted.size // AT_ONCE + 1)
+        squares = math.fsum(float(np.square(part, dtype=np.float64).sum()) for part in parts)
+        numbers["reference_noise"] = math.sqrt(squares / counted.size)
     return numbers
 
 

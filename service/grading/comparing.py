@@ -41,9 +41,9 @@ def image(test: ImageTest, run: Run) -> Iterator[Outcome]:
     # A submission that lacks the picture is no fault of the reference.
     run.submission.path(file.file)
     reference = wanted(test.reference, run)
-    content, picture = read_picture(run.submission, file.file, file.encoding, reference.picture.size)
+    stored, picture = read_picture(run.submission, file.file, file.encoding, reference.picture.size)
     # Noise layers of the submission would influence its own verdict.
-    yield from _graded(test, run, noiseless(picture), reference, content)
+    yield from _graded(test, run, noiseless(picture), reference, stored)
 
 
 def scene(test: SceneTest, run: Run) -> Iterator[Outcome]:
@@ -95,7 +95,7 @@ class _Found:
     @property
     def judged(self) -> Comparison:
         """The judged part if it has the size of the whole picture, else the whole."""
-        sizes = [found.image.linear.shape for found in (self.part, self.whole)]
+        sizes = [found.image.size for found in (self.part, self.whole)]
         return self.part if sizes[0] == sizes[1] else self.whole
 
     def charged(self, mistakes: Sequence[ProgramMistake]) -> tuple[Cause, ...]:
@@ -105,14 +105,13 @@ class _Found:
 
 
 def _graded(
-    test: ImageTest | SceneTest, run: Run, picture: Picture, reference: Wanted, content: bytes | None
+    test: ImageTest | SceneTest, run: Run, picture: Picture, reference: Wanted, stored: int | None
 ) -> Iterator[Outcome]:
-    """What a picture earns; `content` is its file, None if it was rendered here."""
+    """Points of a picture; `stored` are the bytes of its file, None if it was rendered here."""
     mask = None if test.mask is None else read_picture(run.references, test.mask, "linear")[1]
     selection = select(reference.picture, test.region, mask)
     found = _compared(test, run, picture, reference, selection)
     charged = found.charged(run.mistakes.charged(test.id))
-    held_to = None if reference.file is None else len(reference.file)
     outcome = replace(
         _earned(test.accept, found),
         verdict=found.part.judgement.verdict,
@@ -120,11 +119,11 @@ def _graded(
         worst_regions=_regions(found, [*reference.names, *found.part.names]),
         pictures=_drawn(found.submitted) if run.pictures else {},
         inputs=(
-            of_picture(test.id, "submission", picture, None if content is None else len(content)),
-            of_picture(test.id, "reference", reference.picture, held_to),
+            of_picture(test.id, "submission", picture, stored),
+            of_picture(test.id, "reference", reference.picture, reference.stored),
         ),
-        signals=() if content is None else signals(content, reference.file, found.submitted, test=test.id),
-        fingerprint=None if content is None else _fingerprint(found, reference),
+        signals=() if stored is None else signals(found.submitted, test=test.id),
+        fingerprint=None if stored is None else _fingerprint(found, reference),
     )
     pardon = sentences.joined(_judged_without(test, run), found.pardon.sentence)
     undone = () if charged else found.causes
@@ -188,7 +187,7 @@ def _compared(
         if undone or pardon.cause:
             undo = partial(_undone, repair, pardon)
             left = evidence(picture, judged, whole.reference, undo, submitted.policy.tolerance)
-        enough = left is None or left.is_enough(selection.mask(reference.picture.linear.shape))
+        enough = left is None or left.is_enough(selection.mask(reference.picture))
         if left is not None and enough:
             selection = selection.among(left.left)
         part = whole
@@ -230,5 +229,5 @@ def _regions(found: _Found, names: Sequence[str]) -> tuple[ComparisonRegion, ...
 
 
 def _drawn(found: Comparison) -> dict[str, bytes]:
-    image, reference = found.image.linear, marked(found.reference)
+    image, reference = found.image, marked(found.reference)
     return {LABEL: encoded(side_by_side(image, reference)), DIFFERENCE: encoded(heat_map(image, reference))}

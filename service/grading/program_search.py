@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from accuracy.comparison import Policy
+from accuracy.comparison import Picture, Policy
 from renderer.errors import MissingExtraError
 from schemas.grading.acceptance import Verdict
 from schemas.grading.manifests import ImageTest
@@ -26,9 +26,10 @@ def search(run: Run) -> ProgramMistakes:
     Pictures that are missing or cannot be compared are left out.
     """
     kinds = {kind for charge in run.manifest.charged_once for kind in charge.mistakes}
-    seen = dict(_pairs(run))
-    if not seen or agree([pair for _, pair in seen.values()]):
+    # Pictures that agree need not be in memory together.
+    if all(agree(*pictures, _tolerance(test)) for test, pictures in _pictures(run)):
         return NONE
+    seen = {test.id: (test, _pair(test, *pictures)) for test, pictures in _pictures(run)}
     if "ambient" in kinds:
         seen = {test_id: (test, _with_ambient(test, pair, run)) for test_id, (test, pair) in seen.items()}
     program, found = shared([pair for _, pair in seen.values()], kinds)
@@ -38,26 +39,28 @@ def search(run: Run) -> ProgramMistakes:
     )
 
 
-def _pairs(run: Run) -> Iterator[tuple[str, tuple[ImageTest, Pair]]]:
+def _pictures(run: Run) -> Iterator[tuple[ImageTest, tuple[Picture, Picture]]]:
+    """Tests with their pictures and references, those left out that cannot be compared."""
     for test in run.manifest.tests:
         if isinstance(test, ImageTest):
+            asked = test.submitted
             try:
-                pair = _pair(test, run)
+                reference = reference_picture(test.reference, run)
+                _, picture = read_picture(run.submission, asked.file, asked.encoding, reference.size)
             except (GradingError, MissingExtraError):
                 # The test itself reports it.
                 continue
-            if pair is not None:
-                yield test.id, (test, pair)
+            if min(reference.size) >= LEAST_SIDE:
+                yield test, (picture, reference)
 
 
-def _pair(test: ImageTest, run: Run) -> Pair | None:
-    """The picture of a test and its reference; None if they cannot be compared."""
-    reference = reference_picture(test.reference, run)
-    if min(reference.size) < LEAST_SIDE:
-        return None
-    _, picture = read_picture(run.submission, test.submitted.file, test.submitted.encoding, reference.size)
-    tolerance = test.accept.tolerance if isinstance(test.accept, Verdict) else Policy().tolerance
-    return Pair(picture.linear, reference.linear, picture.rounding + reference.rounding + tolerance)
+def _pair(test: ImageTest, picture: Picture, reference: Picture) -> Pair:
+    allowed = picture.rounding + reference.rounding + _tolerance(test)
+    return Pair(picture.linear, reference.linear, allowed)
+
+
+def _tolerance(test: ImageTest) -> float:
+    return test.accept.tolerance if isinstance(test.accept, Verdict) else Policy().tolerance
 
 
 def _with_ambient(test: ImageTest, pair: Pair, run: Run) -> Pair:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from accuracy.comparison import Picture, picture_of
+from accuracy.comparison.inputs import unpacked
 from schemas.grading.manifests import ImageTest, Manifest, ReferenceScene, SceneTest
 from service.grading.errors import BrokenTestError
 from service.grading.rendering import Ordered, Rendered, rendered
@@ -36,8 +37,9 @@ class Prepared:
 
     def picture(self, name: str) -> Picture:
         """The picture, ready for comparison."""
-        kept = _load(self.file)
-        return picture_of(kept.content(), name, "linear", kept.layers)
+        with self.file.open("rb") as archive:
+            content, layers = unpacked(archive, name)
+        return picture_of(content, name, "linear", layers)
 
 
 def wanted(manifest: Manifest) -> Iterator[tuple[str, ReferenceScene]]:
@@ -97,9 +99,3 @@ def _save(file: Path, made: Rendered) -> None:
         whole.write(content.getvalue())
     # Two runs may save the same reference; renaming leaves a complete file.
     Path(whole.name).replace(file)
-
-
-def _load(file: Path) -> Rendered:
-    with np.load(file, allow_pickle=False) as kept:
-        layers = {name: kept[name] for name in kept.files if name not in {IMAGE, SECONDS}}
-        return Rendered(kept[IMAGE], layers, float(kept[SECONDS]))

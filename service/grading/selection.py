@@ -43,18 +43,20 @@ class Selection:
         inside = pixels[y0:y1, x0:x1]
         return replace(self, pixels=inside if self.pixels is None else self.pixels & inside)
 
-    def mask(self, shape: tuple[int, ...]) -> Masks:
+    def mask(self, picture: Picture) -> Masks:
         """The selected pixels of the whole picture, (H, W)."""
         x0, y0, x1, y1 = self.region
-        chosen = np.zeros(shape[:2], dtype=bool)
+        chosen = np.zeros((picture.height, picture.width), dtype=bool)
         chosen[y0:y1, x0:x1] = True if self.pixels is None else self.pixels
         return chosen
 
     def pair(self, image: Picture, reference: Picture) -> tuple[Picture, Picture]:
         """Both pictures cropped; pixels that do not count are copied from the reference."""
-        image, reference = self._cut(image), self._cut(reference)
+        x0, y0, x1, y1 = self.region
+        image, reference = (each.part(slice(y0, y1), slice(x0, x1)) for each in (image, reference))
         if self.pixels is not None:
-            image = replace(image, linear=_where(self.pixels, image.linear, reference.linear))
+            chosen = np.where(self.pixels[:, :, None], image.linear, reference.linear)
+            image = image.with_values(chosen, image.rounding)
         return image, reference
 
     def counted(self, values: Floats) -> Floats:
@@ -66,16 +68,6 @@ class Selection:
         x, y = self.region[:2]
         places = {"x0": region.x0 + x, "x1": region.x1 + x, "y0": region.y0 + y, "y1": region.y1 + y}
         return region.model_copy(update=places)
-
-    def _cut(self, picture: Picture) -> Picture:
-        x0, y0, x1, y1 = self.region
-        rows, columns = slice(y0, y1), slice(x0, x1)
-        return replace(
-            picture,
-            linear=np.ascontiguousarray(picture.linear[rows, columns]),
-            rounding=np.ascontiguousarray(picture.rounding[rows, columns]),
-            layers={name: layer[rows, columns] for name, layer in picture.layers.items()},
-        )
 
 
 def select(reference: Picture, region: Region | None, mask: Picture | None) -> Selection:
@@ -92,7 +84,7 @@ def select(reference: Picture, region: Region | None, mask: Picture | None) -> S
         raise BrokenTestError(f"{size}; the region {list(region)} reaches beyond.")
     if mask is None:
         return Selection(region, None)
-    if mask.linear.shape != reference.linear.shape:
+    if mask.size != reference.size:
         raise BrokenTestError(f"{size}; the mask {mask.name} has {mask.width} x {mask.height}.")
     chosen = np.zeros((reference.height, reference.width), dtype=bool)
     inside = slice(region[1], region[3]), slice(region[0], region[2])
@@ -102,7 +94,3 @@ def select(reference: Picture, region: Region | None, mask: Picture | None) -> S
         raise BrokenTestError(f"The mask {mask.name} is black everywhere in the region.")
     smallest = int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
     return Selection(smallest, chosen[smallest[1] : smallest[3], smallest[0] : smallest[2]])
-
-
-def _where(chosen: Masks, values: Floats, others: Floats) -> Floats:
-    return np.where(chosen[:, :, None], values, others)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -26,14 +27,14 @@ class Wanted:
     Attributes
     ----------
     picture : Picture
-    file : bytes or None
-        Content of the picture file; None if it was rendered here.
+    stored : int or None
+        Bytes of the picture file; None if it was rendered here.
     scene : LoadedScene or None
         The scene it shows, if known.
     """
 
     picture: Picture
-    file: bytes | None
+    stored: int | None
     scene: LoadedScene | None
 
     @property
@@ -53,9 +54,9 @@ def wanted(reference: Reference, run: Run) -> Wanted:
     scene = reference_scene(reference, run)
     if not isinstance(reference, ReferencePicture):
         return Wanted(reference_picture(reference, run), None, scene)
-    content, picture = read_picture(run.references, reference.file, reference.encoding)
+    stored, picture = read_picture(run.references, reference.file, reference.encoding)
     if scene is None:
-        return Wanted(picture, content, None)
+        return Wanted(picture, stored, None)
     camera = scene.document.camera
     if (camera.width, camera.height) != (picture.width, picture.height):
         raise BrokenTestError(
@@ -63,7 +64,7 @@ def wanted(reference: Reference, run: Run) -> Wanted:
             f"{picture.width} x {picture.height}. Give the scene that it was rendered from."
         )
     shapes = {"shape": shapes_shown(scene)}
-    return Wanted(replace(picture, layers={**picture.layers, **shapes}), content, scene)
+    return Wanted(replace(picture, layers={**picture.layers, **shapes}), stored, scene)
 
 
 def reference_picture(reference: Reference, run: Run) -> Picture:
@@ -93,22 +94,23 @@ def reference_scene(reference: Reference, run: Run) -> LoadedScene | None:
 
 def read_picture(
     folder: Folder, name: str, encoding: Encoding, size: Size | None = None
-) -> tuple[bytes, Picture]:
-    """A file and the picture in it, which must have a size if one is given.
+) -> tuple[int, Picture]:
+    """The bytes of a file and the picture in it, which must have a size if one is given.
 
     Raises
     ------
     GradingError
         The file is not a usable picture; the class depends on the folder.
     """
-    content = pixels = folder.read(name)
+    content = folder.read(name)
+    stored = len(content)
     layers = folder.layers(name) if folder.role == "reference" else {}
     try:
         # Submissions may not be packed: they could expand to any size.
         if folder.role == "reference" and name.lower().endswith(PACKED):
-            pixels, packed = unpacked(content, name)
+            content, packed = unpacked(io.BytesIO(content), name)
             layers = packed | layers
-        return content, picture_of(pixels, name, encoding, layers, size)
+        return stored, picture_of(content, name, encoding, layers, size)
     except ImageFileError as error:
         raise folder.fault(str(error)) from error
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import renderer
 from accuracy.comparison import Comparison, NotComparableError, Picture, Policy, compare, heat, picture_of
 from accuracy.comparison.decoding import Size, size_of
-from accuracy.comparison.inputs import Encoding
+from accuracy.comparison.pixels import Encoding
 from accuracy.comparison.shown import names_of, shapes_shown
 from schemas.api.comparisons import ComparisonAnswer, ComparisonPictures, ComparisonRequest
 from schemas.api.jobs import JobRequest
@@ -95,7 +95,7 @@ def _compared(
 ) -> Comparison:
     asked = task.request
     policy = Policy(tolerance=asked.tolerance, most_bias=asked.max_bias, limit=asked.limit)
-    if task.reference.job is None or image.linear.shape != reference.linear.shape:
+    if task.reference.job is None or image.size != reference.size:
         return compare(image, reference, policy=policy, with_flip=asked.flip)
     spec = JobRequest.model_validate(
         json.loads(store.get_spec(task.reference.render, task.reference.spec_sha256))
@@ -115,8 +115,9 @@ def _answer(found: Comparison, asked: ComparisonRequest) -> ComparisonAnswer:
     answer = ComparisonAnswer.model_validate(found.document())
     if not asked.pictures:
         return answer
-    pictures = found.image.linear, found.reference.linear
-    drawn = (heat.heat_map(*pictures), heat.side_by_side(*pictures))
-    heat_map, side_by_side = (base64.b64encode(heat.encoded(codes)).decode("ascii") for codes in drawn)
+    heat_map, side_by_side = (
+        base64.b64encode(heat.encoded(draw(found.image, found.reference))).decode("ascii")
+        for draw in (heat.heat_map, heat.side_by_side)
+    )
     images = ComparisonPictures(heat_map=heat_map, side_by_side=side_by_side)
     return answer.model_copy(update={"images": images})

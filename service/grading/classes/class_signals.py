@@ -165,7 +165,8 @@ def _innocent(test: ImageTest, run: Run) -> list[Fingerprint]:
     shown = [smoothed(reference.picture.linear, width) for width in FILTERS]
     if reference.scene is not None:
         shown += [_by_pattern(reference.scene, *each) for each in FIXED]
-    return [fingerprint(replace(reference.picture, linear=each), reference.picture) for each in shown]
+    picture = reference.picture
+    return [fingerprint(picture.with_values(each, picture.rounding), picture) for each in shown]
 
 
 def _by_pattern(scene: LoadedScene, pattern: str, samples: int) -> Floats:

@@ -73,18 +73,30 @@ def closeness(image: Picture, reference: Picture) -> Closeness | None:
     """
     if not variances.known(reference):
         return None
-    errors = reference.layers["error"].astype(np.float64)
     # One channel: those of a pixel come from the same samples and are no further witnesses.
-    channel = int(np.argmax((errors * errors).sum(axis=(0, 1))))
+    errors = (band.layers["error"].astype(np.float64) for band in reference.bands())
+    channel = int(np.argmax(sum((error * error).sum(axis=(0, 1)) for error in errors)))
+    both = zip(image.bands(), reference.bands(), strict=True)
+    counts = [_counts(*band, channel) for band in both]
+    return Closeness(*map(sum, zip(*counts, strict=True)))
+
+
+def _counts(image: Picture, reference: Picture, channel: int) -> tuple[int, int]:
+    """Pixels of a band that count, and those of them that are near."""
     error, value, shown, rounding = (
-        _blocks(part[:, :, channel])
-        for part in (errors, reference.linear, image.linear, image.rounding + reference.rounding)
+        _blocks(part[:, :, channel].astype(np.float64))
+        for part in (
+            reference.layers["error"],
+            reference.linear,
+            image.linear,
+            image.rounding + reference.rounding,
+        )
     )
     usable = (error > 0) & (rounding <= NEAR * error) & (value + CLIPPED * error < 1)
     usable &= _as_stated(value, error)[:, :, None, None]
     usable &= _blocks(reference.layers["samples"]) >= FEWEST
     near = usable & (np.abs(shown - value) <= NEAR * error)
-    return Closeness(int(np.count_nonzero(usable)), int(np.count_nonzero(near)))
+    return int(np.count_nonzero(usable)), int(np.count_nonzero(near))
 
 
 def _blocks(values: Floats) -> Floats:

@@ -122,13 +122,17 @@ class Noise:
 
 def fingerprint(image: Picture, reference: Picture) -> Fingerprint:
     """The fingerprint of a picture; both have the same size."""
+    both = zip(image.bands(), reference.bands(), strict=True)
+    detail, rounding = zip(*(_detail(*band) for band in both), strict=True)
+    return Fingerprint(np.concatenate(detail), np.concatenate(rounding))
+
+
+def _detail(image: Picture, reference: Picture) -> tuple[NDArray[np.float16], NDArray[np.float16]]:
     one, two, three, four = _quarters((image.linear - reference.linear).mean(axis=2))
     # Rounding errs by up to half a step, all channels of a grey pixel alike.
     variance = sum(half * half for half in _quarters(image.rounding.mean(axis=2))) / 3
-    return Fingerprint(
-        detail=((one - two - three + four) / 2).astype(np.float16),
-        rounding=(np.sqrt(variance) / 2).astype(np.float16),
-    )
+    detail, rounding = (one - two - three + four) / 2, np.sqrt(variance) / 2
+    return detail.astype(np.float16), rounding.astype(np.float16)
 
 
 def noise_of(prints: Sequence[Fingerprint]) -> Noise | None:

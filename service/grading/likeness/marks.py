@@ -9,12 +9,13 @@ exp(-z^2 / 2).
 
 import hashlib
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from accuracy.comparison import Picture
 from accuracy.comparison.heat import seen
-from renderer.images.colors import linear_from_srgb, srgb_from_linear
+from accuracy.comparison.pixels import Pixels
 from renderer.math.arrays import Floats
 
 SIDE = 4
@@ -27,24 +28,32 @@ LEVEL = 1e-6
 """Probability of a false alarm, at most."""
 
 
-def marked(reference: Picture) -> Floats:
-    """A reference as results show it, linear (H, W, 3)."""
-    signs = np.kron(_signs(reference), np.ones((SIDE, SIDE)))[: reference.height, : reference.width]
-    codes = np.clip(seen(reference.linear) + signs[:, :, None], 0, 255)
-    return linear_from_srgb(codes / 255).astype(np.float64)
+def marked(reference: Picture) -> Picture:
+    """A reference as results show it."""
+    whole = np.kron(_signs(reference) > 0, np.ones((SIDE, SIDE), dtype=bool))
+    brighter, codes = whole[: reference.height, : reference.width, None], seen(reference)
+    np.add(codes, 1, out=codes, where=brighter & (codes < 255))
+    np.subtract(codes, 1, out=codes, where=~brighter & (codes > 0))
+    return replace(reference, pixels=Pixels(codes, "srgb"))
 
 
 def is_marked(image: Picture, reference: Picture) -> bool:
     """Whether a picture was made from the marked reference; both have the same size."""
-    apart = 255 * (srgb_from_linear(image.linear) - srgb_from_linear(reference.linear)).mean(axis=2)
-    rows, columns = (size // SIDE for size in apart.shape)
-    blocks = apart[: rows * SIDE, : columns * SIDE].reshape(rows, SIDE, columns, SIDE).mean(axis=(1, 3))
+    both = zip(image.bands(), reference.bands(), strict=True)
+    blocks = np.concatenate([_apart(*band) for band in both])
     # Another exposure or encoding moves neighbours alike.
     around = np.pad(blocks, 1, mode="edge")
     blocks = blocks - (around[:-2, 1:-1] + around[2:, 1:-1] + around[1:-1, :-2] + around[1:-1, 2:]) / 4
     counted = np.clip(blocks, -LOUDEST, LOUDEST)
-    surprise = np.sum(counted * _signs(reference)[:rows, :columns])
+    surprise = np.sum(counted * _signs(reference)[: blocks.shape[0], : blocks.shape[1]])
     return bool(surprise > math.sqrt(-2 * math.log(LEVEL) * np.sum(counted * counted)))
+
+
+def _apart(image: Picture, reference: Picture) -> Floats:
+    """Differences of whole blocks, codes."""
+    apart = 255 * (image.pixels.seen - reference.pixels.seen).mean(axis=2)
+    rows, columns = (size // SIDE for size in apart.shape)
+    return apart[: rows * SIDE, : columns * SIDE].reshape(rows, SIDE, columns, SIDE).mean(axis=(1, 3))
 
 
 def _signs(reference: Picture) -> Floats:

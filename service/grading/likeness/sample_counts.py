@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from accuracy.comparison import variances
 from accuracy.comparison.blocks import SIDE, gathered
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.noise import GRAINY, sample_variances, unlikeness
@@ -21,6 +22,9 @@ MOST_SAMPLES = 1024
 
 SURE = 5.0
 """Standard errors by which the slope must lie below that of `MOST_SAMPLES`: one in 3 million by chance."""
+
+MOST_PIXELS = 1 << 19
+"""Pixels of a picture that are looked at, about: with more the slope is no less certain to be 0."""
 
 LEAST_PIXELS = 200
 """Pixels noisier than rounding, below which nothing is said."""
@@ -64,14 +68,19 @@ class SampleCount:
 
 def sample_count(image: Picture, reference: Picture) -> SampleCount | None:
     """The samples that a picture's noise looks like; None where too little noise is known or visible."""
-    variances = sample_variances(reference)
-    if variances is None:
+    if not variances.known(reference):
         return None
     # One channel: those of a pixel come from the same samples and are no further witnesses.
-    channel = int(np.argmax(variances.sum(axis=(0, 1))))
-    rounding = (image.rounding + reference.rounding)[:, :, channel].ravel()
-    single = variances[:, :, channel].ravel()
-    difference = (image.linear - reference.linear)[:, :, channel].ravel()
+    channel = int(np.argmax(sum(sample_variances(band).sum(axis=(0, 1)) for band in reference.bands())))
+    # Of large pictures some rows are enough.
+    kept = slice(None, None, math.ceil(image.width * image.height / MOST_PIXELS))
+    shown, value = (
+        each.pixels.part(kept, slice(None), slice(channel, channel + 1)) for each in (image, reference)
+    )
+    error = reference.layers["error"][kept, :, channel].astype(np.float64)
+    single = (error * error * reference.layers["samples"][kept]).ravel()
+    rounding = (shown.rounding + value.rounding).ravel()
+    difference = (shown.linear - value.linear).ravel()
     if np.count_nonzero(single > (ABOVE_ROUNDING * rounding) ** 2) < LEAST_PIXELS:
         return None
     return _slope(single, difference * difference, rounding * rounding)
@@ -122,12 +131,19 @@ def grain(image: Picture, reference: Picture, tolerance: float) -> Grain | None:
     tolerance
         Noise whose deviation is below a quarter of it does not count.
     """
-    variances = sample_variances(reference)
-    if variances is None or min(image.width, image.height) < SIDE:
+    if not variances.known(reference) or min(image.width, image.height) < SIDE:
         return None
+    both = zip(image.bands(), reference.bands(), strict=True)
+    counts = [_grain(*band, tolerance) for band in both]
+    return Grain(*map(sum, zip(*counts, strict=True)))
+
+
+def _grain(image: Picture, reference: Picture, tolerance: float) -> tuple[int, int]:
+    """Blocks of a band in which no sample varies, and those of them with noise."""
+    single = sample_variances(reference)
     quiet = np.maximum(gathered(image.rounding + reference.rounding).max(axis=2), tolerance / 4)
-    still = (gathered(variances).max(axis=2) <= quiet * quiet).all(axis=2)
+    still = (gathered(single).max(axis=2) <= quiet * quiet).all(axis=2)
     difference = gathered(image.linear - reference.linear)
     loud = difference.var(axis=2) > (LOUD * quiet) ** 2
     grainy = still & (loud & (unlikeness(difference, image.linear.shape) >= GRAINY)).any(axis=2)
-    return Grain(int(np.count_nonzero(still)), int(np.count_nonzero(grainy)))
+    return int(np.count_nonzero(still)), int(np.count_nonzero(grainy))

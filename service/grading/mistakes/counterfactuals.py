@@ -196,11 +196,11 @@ def _likely(trial: _Trial, budget: Budget) -> list[Alteration]:
 
 
 def _undone(found: Comparison, factor: int) -> Iterator[_Explanation]:
-    image, reference = found.image.linear, found.reference.linear
+    image, reference = found.image, found.reference
     mistakes = {mistake.cause: mistake for mistake in candidates(image, reference)}
     for cause in found.causes:
         mistake = mistakes.get(cause.cause)
-        left = None if mistake is None else reduced(mistake.undo(image) - reference, factor)
+        left = None if mistake is None else reduced(mistake.undo(image.linear) - reference.linear, factor)
         yield _Explanation(cause, left)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import renderer
-from accuracy.comparison import Comparison, Picture
+from accuracy.comparison import Comparison, Picture, variances
 from accuracy.comparison.blurs import LEAST_FILTER, blur
 from accuracy.comparison.diagnosis import BLURRED, FILTERED, JAGGED, neighbourhood
 from accuracy.comparison.mistakes import EXPOSURE, Undo, candidates, exposure_of
@@ -88,7 +88,7 @@ class Repair:
         """A picture without the mistakes, and what to compare it with."""
         # Undoing a mistake changes the noise.
         linear, rounding = self.linear(picture.linear), _rounding(picture, self.program)
-        right = replace(noiseless(picture), linear=linear, rounding=rounding)
+        right = noiseless(picture).with_values(linear, rounding)
         expected = self.reference.picture
         return right, expected if self.moved is None else _with_noise_around(expected)
 
@@ -135,7 +135,7 @@ class Pardon:
         linear = self.undo(picture.linear)
         rounding = np.abs(self.undo(np.minimum(picture.linear + picture.rounding, 1)) - linear)
         # Undoing a mistake changes the noise.
-        return replace(noiseless(picture), linear=linear, rounding=np.maximum(rounding, picture.rounding))
+        return noiseless(picture).with_values(linear, np.maximum(rounding, picture.rounding))
 
 
 def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
@@ -144,11 +144,13 @@ def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
     # A filter is accepted wherever a stronger blur is.
     forgiven = (*forgiven, FILTERED) if BLURRED in forgiven else forgiven
     cause = next((cause.cause for cause in found.causes if cause.cause in forgiven), "")
-    image, reference = found.image.linear, found.reference.linear
+    if not cause:
+        return Pardon("", _unchanged)
+    image, reference = found.image, found.reference
     if cause == FILTERED:
         return Pardon(cause, _sharpened(found))
     if cause in {JAGGED, BLURRED}:
-        return Pardon(cause, partial(without_jags, reference=reference))
+        return Pardon(cause, partial(without_jags, reference=reference.linear))
     if cause == EXPOSURE and not is_undone(exposure_of(image, reference) or 1.0):
         return Pardon("", _unchanged)
     undo = next((each.undo for each in candidates(image, reference) if each.cause == cause), _unchanged)
@@ -157,10 +159,7 @@ def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
 
 def _sharpened(found: Comparison) -> Undo:
     """A function that takes a filter away, as it would change the reference."""
-    wanted = found.reference
-    filtered = blur(
-        found.image.linear, wanted.linear, wanted.layers["error"].astype(np.float64), LEAST_FILTER
-    )
+    filtered = blur(found.image, found.reference, LEAST_FILTER)
     return lambda values: values if filtered is None else np.clip(values - filtered.effect, 0, 1)
 
 
@@ -170,9 +169,9 @@ def _unchanged(values: Floats) -> Floats:
 
 def _with_noise_around(reference: Picture) -> Picture:
     """A reference with the noise of the noisiest neighbour: an offset puts noise up to a pixel elsewhere."""
-    single = sample_variances(reference)
-    if single is None:
+    if not variances.known(reference):
         return reference
+    single = sample_variances(reference)
     samples = reference.layers["samples"].astype(np.float64)[:, :, None]
     error = np.sqrt(neighbourhood(single)[1] / samples)
     return replace(reference, layers={**reference.layers, "error": error})

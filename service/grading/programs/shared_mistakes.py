@@ -14,17 +14,17 @@ from itertools import product
 
 import numpy as np
 
-from accuracy.comparison.blocks import bias, gathered
+from accuracy.comparison.blocks import Bias, bias, gathered
 from accuracy.comparison.diagnosis import (
     HALF,
     JAGGED,
     JAGGED_HINT,
     SURE,
     diagnose,
+    has_soft_edges,
     jagged_left_over,
-    soft_edges,
 )
-from accuracy.comparison.metrics import luma
+from accuracy.comparison.inputs import Picture
 from accuracy.comparison.mistakes import (
     CHANNELS,
     ENCODINGS,
@@ -102,9 +102,18 @@ class Shared:
     shows: tuple[bool, ...]
 
 
-def agree(pairs: Sequence[Pair]) -> bool:
-    """Whether all pictures agree with their references but for noise, so that there is nothing to find."""
-    return all(_agrees(pair, Program(), MOST_BIAS) and not _diagnosed(pair) for pair in pairs)
+def agree(image: Picture, reference: Picture, tolerance: float) -> bool:
+    """Whether a picture agrees with its reference but for noise, so that there is nothing to find in it.
+
+    One that is known to be wrong, such as one without anti-aliasing, does not agree.
+    """
+    found = Bias.joined(
+        [
+            bias(one.linear - other.linear, one.rounding + other.rounding + tolerance)
+            for one, other in zip(image.bands(), reference.bands(), strict=True)
+        ]
+    )
+    return found.share <= MOST_BIAS and not diagnose(image, reference, tolerance, MOST_BIAS)
 
 
 def shared(pairs: Sequence[Pair], kinds: Collection[str]) -> tuple[Program, tuple[Shared, ...]]:
@@ -142,12 +151,6 @@ def _agrees(pair: Pair, program: Program, most_bias: float) -> bool:
     """Whether a picture is what the program makes but for noise."""
     difference = program.facing(pair.image) - program.predicted(pair)
     return bias(difference, pair.allowed).share <= most_bias
-
-
-def _diagnosed(pair: Pair) -> bool:
-    """Whether a picture that agrees is known to be wrong, such as one without anti-aliasing."""
-    lumas = luma(pair.image), luma(pair.reference)
-    return bool(diagnose(pair.image, pair.reference, lumas, pair.allowed, MOST_BIAS))
 
 
 class _Search:
@@ -321,9 +324,11 @@ def _convincing(errors: Sequence[float]) -> bool:
 
 def _jagged(program: Program, pair: Pair) -> bool | None:
     """Whether a picture lacks anti-aliasing; None where that cannot be seen."""
-    image = program.undone(pair.image, pair.reference, pair.ambient)
-    lumas = luma(image), luma(pair.reference)
-    if soft_edges(lumas[1]) is None:
+    image, reference = (
+        program.undone(pair.image, pair.reference, pair.ambient),
+        Picture.of_values(pair.reference),
+    )
+    if not has_soft_edges(reference):
         return None
-    left = jagged_left_over(image, pair.reference, *lumas)
+    left = jagged_left_over(Picture.of_values(image), reference)
     return left is not None and left <= HALF**2 * _square(image - pair.reference)

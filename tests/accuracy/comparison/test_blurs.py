@@ -1,12 +1,16 @@
 """Blurs are found by their effect on edges, and noise is not taken for one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from accuracy.comparison import Picture
 from accuracy.comparison.asserting import compared
 from accuracy.comparison.blurs import blur, smoothed
 
 SIDE = 64
+picture = Picture.of_values
 
 
 def discs(finer: int = 8) -> np.ndarray:
@@ -40,7 +44,7 @@ def test_blur_is_named_with_its_width(width: float, points: int) -> None:
     found = compared(image, discs())
     assert found.judgement.verdict == "mismatch"
     assert found.causes[0].cause == "blurred"
-    named = blur(image, discs())
+    named = blur(picture(image), picture(discs()))
     assert named is not None
     assert named.width == pytest.approx(width, rel=0.26)
 
@@ -49,12 +53,12 @@ def test_blur_is_named_with_its_width(width: float, points: int) -> None:
 def test_noise_is_no_blur(samples: int) -> None:
     """Each has a probability of 3e-7, also where the reference is the noisier one."""
     for seed in range(5):
-        image, reference = noisy(seed, samples), noisy(100 + seed, 4)
-        assert blur(image, reference) is None
-        assert blur(image, discs()) is None
-        assert blur(discs(), reference) is None
-        assert blur(image, reference, errors(4)) is None
-        assert blur(discs(), reference, errors(4)) is None
+        image, reference = picture(noisy(seed, samples)), picture(noisy(100 + seed, 4))
+        stated = replace(reference, layers={"error": errors(4), "samples": np.full((SIDE, SIDE), 4)})
+        assert blur(image, picture(discs())) is None
+        for each in (reference, stated):
+            assert blur(image, each) is None
+            assert blur(picture(discs()), each) is None
 
 
 def test_filter_of_renderers_is_no_blur() -> None:
@@ -62,4 +66,4 @@ def test_filter_of_renderers_is_no_blur() -> None:
     weights = np.array([1, 22, 1]) / 24
     rows = sum(w * np.roll(discs(), step, 0) for w, step in zip(weights, (-1, 0, 1), strict=True))
     tent = sum(w * np.roll(rows, step, 1) for w, step in zip(weights, (-1, 0, 1), strict=True))
-    assert blur(tent, discs()) is None
+    assert blur(picture(tent), picture(discs())) is None

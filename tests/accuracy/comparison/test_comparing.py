@@ -26,11 +26,11 @@ def noisy(mean: np.ndarray, random: np.random.Generator, samples: int = 16) -> P
     pixels = np.clip(drawn.mean(axis=0), 0, 1)
     error = drawn.std(axis=0, ddof=1) / np.sqrt(samples)
     layers: dict[str, Any] = {"error": error, "samples": np.full(mean.shape[:2], samples)}
-    return Picture("noisy", pixels, np.zeros_like(pixels), "linear", True, 64, "", 0, layers=layers)
+    return replace(Picture.of_values(pixels, np.zeros_like(pixels)), layers=layers)
 
 
 def without_errors(picture: Picture) -> Picture:
-    return Picture("plain", picture.linear, picture.rounding, "linear", True, 64, "", 0)
+    return replace(picture, layers={})
 
 
 def pair(image: np.ndarray, seed: int) -> Comparison:

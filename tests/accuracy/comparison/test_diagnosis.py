@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from accuracy.comparison import Picture
 from accuracy.comparison.diagnosis import diagnose
-from accuracy.comparison.metrics import luma
 from accuracy.comparison.mistakes import moved
 
 
 def causes(image: np.ndarray, reference: np.ndarray) -> list[str]:
-    found = diagnose(image, reference, (luma(image), luma(reference)), np.full_like(image, 1e-6), 0.02)
+    found = diagnose(Picture.of_values(image), Picture.of_values(reference), 1e-6, 0.02)
     return [cause.cause for cause in found]
 
 

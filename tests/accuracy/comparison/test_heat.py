@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from accuracy.comparison import heat
+from accuracy.comparison import Picture, heat
 from renderer.images.colors import linear_from_srgb
 
 
-def linear(code: float) -> np.ndarray:
-    return np.full((3, 5, 3), linear_from_srgb(np.array(code)), np.float64)
+def linear(code: float) -> Picture:
+    return Picture.of_values(np.full((3, 5, 3), linear_from_srgb(np.array(code)), np.float64))
 
 
 @pytest.mark.parametrize(

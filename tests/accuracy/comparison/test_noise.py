@@ -40,18 +40,14 @@ def drawn(seed: int, samples: float, mean: float = 0.5) -> Picture:
 
 def test_variance_of_a_sample_is_from_error_and_samples() -> None:
     single = sample_variances(reference())
-    assert single is not None
     assert single.ravel().tolist() == pytest.approx([SINGLE] * single.size, rel=64 * EPS)
-    assert sample_variances(drawn(1, 4)) is None
 
 
 def test_allowed_variance_adds_all_sources() -> None:
     rounding = np.full((SIDE, SIDE, 3), 0.03)
     allowed = allowed_variances(reference(), 4, rounding, 0.01)
-    assert allowed is not None
     expected = SINGLE / 4 + SINGLE / MANY + 0.03**2 / 3 + 0.01**2
     assert allowed.ravel().tolist() == pytest.approx([expected] * allowed.size, rel=64 * EPS)
-    assert allowed_variances(drawn(1, 4), 4, rounding, 0.01) is None
 
 
 @pytest.mark.parametrize("samples", [1, 1.5])

@@ -66,7 +66,7 @@ def test_reference_computed_from_maps_of_differences_is_marked(reference: Pictur
     found = np.full((HEIGHT, WIDTH), np.nan)
     for code in (0, 60, 120, 180):
         flat = np.full(grey.linear.shape, linear_from_srgb(np.array(code / 255)))
-        heat = heat_map(flat, marked(grey)).sum(axis=2)
+        heat = heat_map(Picture.of_values(flat), marked(grey)).sum(axis=2)
         place = np.interp(heat, STOPS.sum(axis=1), np.linspace(0, 1, len(STOPS)))
         # What lies below this code is known already.
         found = np.where(np.isnan(found) & (place < 0.98), code + 255 * HOTTEST * place, found)
@@ -86,7 +86,7 @@ def test_reference_computed_from_maps_of_differences_is_marked(reference: Pictur
     ids=["as it is", "brighter", "noisy", "a third replaced"],
 )
 def test_altered_copy_is_marked(reference: Picture, alter: Any) -> None:
-    assert is_marked(seen(alter(codes_of(marked(reference)))), reference)
+    assert is_marked(seen(alter(codes_of(marked(reference).linear))), reference)
 
 
 def test_pictures_of_other_programs_have_no_mark(reference: Picture) -> None:

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from accuracy.comparison import Picture
 from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from service.grading.programs.program import KINDS, UNDO, Pair, Program, encoded
@@ -83,7 +84,8 @@ def pairs(
 
 
 def causes(found: list[Pair]) -> set[str]:
-    assert not agree(found)
+    pictures = [(Picture.of_values(pair.image), Picture.of_values(pair.reference)) for pair in found]
+    assert not all(agree(*both, TOLERANCE) for both in pictures)
     return {mistake.cause for mistake in shared(found, KINDS)[1]}
 
 
