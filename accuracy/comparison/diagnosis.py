@@ -8,6 +8,7 @@ import numpy as np
 
 from accuracy.comparison.blocks import Bias, bias, gathered
 from accuracy.comparison.blurs import LEAST_FILTER, blur
+from accuracy.comparison.compression import compressed, compression
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.metrics import luma_of_seen
 from accuracy.comparison.mistakes import Mistake, candidates
@@ -59,6 +60,12 @@ FILTERED = "pixel_filter"
 FILTERED_HINT = (
     "Each pixel shows more than its own square, as with a tent or a Gaussian as pixel filter. Take the mean "
     "of samples over the pixel's own square."
+)
+
+LOSSY = "lossy_compression"
+
+LOSSY_HINT = (
+    "The picture was stored with lossy compression (JPEG) before it became this file. Store it as PNG."
 )
 
 EDGE = 0.2
@@ -244,14 +251,19 @@ class _Trial:
         return bias(undone(rows) - reference.linear, allowed), float(allowed.sum())
 
 
-def filtered(image: Picture, reference: Picture) -> tuple[Cause, ...]:
-    """The filter of a noisy picture whose pixels are no means over their squares; empty where they may be."""
-    found = blur(image, reference, LEAST_FILTER)
-    if found is None:
+def stored_or_filtered(image: Picture, reference: Picture) -> tuple[Cause, ...]:
+    """Compression or the pixel filter that explains the noise of a picture; empty where neither shows."""
+    seen, wanted = image.linear, reference.linear
+    setting = compression(seen)
+    found = blur(image, reference, LEAST_FILTER) if setting is None else None
+    if setting is not None:
+        cause, hint, expected = LOSSY, LOSSY_HINT, compressed(wanted, setting)
+    elif found is not None:
+        cause, hint, expected = FILTERED, FILTERED_HINT, wanted + found.effect
+    else:
         return ()
-    apart = image.linear - reference.linear
-    before, after = (math.sqrt(float(np.mean(left * left))) for left in (apart, apart - found.effect))
-    return (Cause(FILTERED, FILTERED_HINT, before, after),)
+    before, after = (math.sqrt(float(np.mean((seen - each) ** 2))) for each in (wanted, expected))
+    return (Cause(cause, hint, before, after),)
 
 
 def _square(difference: Floats) -> float:

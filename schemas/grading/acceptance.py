@@ -36,6 +36,7 @@ PICTURE_MISTAKES = (
     "gamma_missing",
     "gamma_twice",
     *(f"half_pixel_{place}" for place in _PLACES),
+    "lossy_compression",
     *(f"one_pixel_{place}" for place in _PLACES),
     "pixel_filter",
     "tone_mapped_aces",

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 import renderer
 from accuracy.comparison import Comparison, Picture, variances
 from accuracy.comparison.blurs import LEAST_FILTER, blur
-from accuracy.comparison.diagnosis import BLURRED, FILTERED, JAGGED, neighbourhood
+from accuracy.comparison.compression import compressed, compression
+from accuracy.comparison.diagnosis import BLURRED, FILTERED, JAGGED, LOSSY, neighbourhood
 from accuracy.comparison.mistakes import EXPOSURE, Undo, candidates, exposure_of
 from accuracy.comparison.noise import sample_variances
 from renderer.cameras import Pinhole
@@ -126,7 +127,7 @@ class Pardon:
 
     def reference(self, picture: Picture) -> Picture:
         """A reference that allows for the noise that a blur or filter brings from the pixels around."""
-        return _with_noise_around(picture) if self.cause in {BLURRED, FILTERED} else picture
+        return _with_noise_around(picture) if self.cause in {BLURRED, FILTERED, LOSSY} else picture
 
     def picture(self, picture: Picture) -> Picture:
         """A picture without the mistake."""
@@ -141,14 +142,17 @@ class Pardon:
 def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
     """The first mistake in the diagnosis of a whole picture that its test forgives."""
     forgiven = accept.forgiven if isinstance(accept, Verdict) else ()
-    # A filter is accepted wherever a stronger blur is.
-    forgiven = (*forgiven, FILTERED) if BLURRED in forgiven else forgiven
+    # What changes no more than a blur is accepted wherever a blur is.
+    forgiven = (*forgiven, FILTERED, LOSSY) if BLURRED in forgiven else forgiven
     cause = next((cause.cause for cause in found.causes if cause.cause in forgiven), "")
     if not cause:
         return Pardon("", _unchanged)
     image, reference = found.image, found.reference
     if cause == FILTERED:
         return Pardon(cause, _sharpened(found))
+    if cause == LOSSY and (setting := compression(image.linear)) is not None:
+        effect = compressed(reference.linear, setting) - reference.linear
+        return Pardon(cause, lambda values: np.clip(values - effect, 0, 1))
     if cause in {JAGGED, BLURRED}:
         return Pardon(cause, partial(without_jags, reference=reference.linear))
     if cause == EXPOSURE and not is_undone(exposure_of(image, reference) or 1.0):

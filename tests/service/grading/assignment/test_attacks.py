@@ -1,5 +1,6 @@
 """Noise, blurs, filters and copies in the ready assignment: what they earn, and signals for staff."""
 
+import io
 from collections.abc import Callable
 from pathlib import Path
 
@@ -77,6 +78,29 @@ def test_pixel_filter_costs_points_where_antialiasing_is_graded(name: str, tmp_p
     *_, outcome = findings(TESTS[name], run_of(tmp_path, tmp_path))
     assert outcome.share == (0 if name == "antialiasing" else 1)
     assert "pixel_filter" in outcome.message
+
+
+def as_jpeg(picture: np.ndarray) -> np.ndarray:
+    file = io.BytesIO()
+    Image.fromarray(encoded(picture)).save(file, "JPEG", quality=95)
+    return np.asarray(Image.open(file))
+
+
+@pytest.mark.parametrize(("mistake", "share"), [("", 1), ("no_ambient", 0)])
+def test_jpeg_hides_no_mistake_and_costs_nothing_by_itself(
+    mistake: str, share: float, tmp_path: Path
+) -> None:
+    picture = drawn("phong_matte", mistake)
+    outcome = graded("phong_matte", as_jpeg(picture), tmp_path)
+    assert outcome.share == share
+    assert mistake or "lossy_compression" in outcome.message
+
+
+def test_jpeg_is_named_where_its_noise_costs_points(tmp_path: Path) -> None:
+    Image.fromarray(as_jpeg(drawn("antialiasing"))).save(tmp_path / "antialiasing.png")
+    *_, outcome = findings(TESTS["antialiasing"], run_of(tmp_path, tmp_path))
+    assert outcome.share == 0
+    assert [cause.cause for cause in outcome.diagnosis] == ["lossy_compression"]
 
 
 @pytest.mark.parametrize("deviation", [0, 1, 2, 4])
