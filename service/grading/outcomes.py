@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from accuracy.comparison import Picture
-from renderer.images.colors import srgb_from_linear
 from renderer.math.arrays import Floats
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.grading.grades import GradeInput, GradeVerdict, Signal
@@ -90,9 +89,8 @@ def of_file(
 
 def _pixels(picture: Picture) -> Iterator[bytes]:
     yield f"{picture.width} x {picture.height}".encode()
-    # Row by row: a large picture is not copied.
-    for row in picture.linear:
-        yield np.floor(65535 * srgb_from_linear(row) + 0.5).astype("<u2").tobytes()
+    for band in picture.bands():
+        yield np.floor(65535 * band.pixels.seen + 0.5).astype("<u2").tobytes()
 
 
 def _values(arrays: Mapping[str, Floats]) -> Iterator[bytes]:
