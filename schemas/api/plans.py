@@ -8,6 +8,7 @@ from pydantic import Field
 
 from schemas.api.jobs import JobState, ReachedError
 from schemas.base import Closed, Message
+from schemas.errors import Problem
 from schemas.quality import Quality
 from schemas.scene import Scene
 
@@ -55,6 +56,11 @@ class PlanDocument(Message):
     )
     left_out: tuple[LeftOut, ...] = Field(description="What does not run, and why.")
     cost: PlanCost = Field(description="The predicted cost.")
+    warnings: tuple[Problem, ...] = Field(
+        default=(),
+        description="Parts of the request that are valid, but probably not intended; none in the plan of a "
+        "job, which has them itself.",
+    )
 
 
 class Interval(Message):

@@ -73,6 +73,20 @@ def test_mistake_is_marked_at_its_line(page: Page) -> None:
 
 
 @pytest.mark.slow
+def test_warning_is_shown_at_its_line_and_with_the_job(page: Page) -> None:
+    opened(page)
+    dark = small("basic", lights=[])
+    write(page, dark)
+    expect(page.locator("#scene-problems")).to_contain_text("valid, with 1 warning", timeout=TIMEOUT)
+    go_to_problem(page, line_of(dark, '"lights"'))
+    text = page.locator(".problems li span").last.inner_text()
+    opened(page)
+    render_button(page).click()
+    finished(page)
+    expect(page.get_by_role("list", name="Warnings")).to_contain_text(text)
+
+
+@pytest.mark.slow
 def test_click_selects_a_mistake(page: Page) -> None:
     opened(page)
     text = small("basic").replace('"material": "cobalt"', '"material": "cobald"')

@@ -64,6 +64,9 @@ interface JobDocument {
   cost: { cpu_seconds: number; predicted_cpu_seconds: number; rays: Record<string, number> };
   error: PredictedNumber | null;
   failure: { message: string } | null;
+  /** What is valid, but probably not intended. */
+  warnings: ProblemEntry[];
+  numerics: Record<"non_finite" | "clamped" | "degenerate_dropped" | "retried", number> | null;
   /** What cannot be read of its record. */
   damage: string | null;
   links: {
@@ -200,6 +203,7 @@ interface PlanStage {
 /** The answer of `POST /v1/plans`, as far as the page reads it. */
 interface PlanDocument {
   stages: PlanStage[];
+  warnings: ProblemEntry[];
   pilot_samples: PlanStage[];
   left_out: { effect: string; reason: string; pointers: string[] }[];
 }

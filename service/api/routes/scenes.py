@@ -45,7 +45,8 @@ NO_WORKER = problem(429, "Too many of your calls are in progress.", "busy") | pr
 )
 async def plan(request: Request, here: Here, user: CurrentUser, body: JsonBody) -> PlanDocument:
     """Explain what would run for a request, which parts of it require each stage, and the predicted cost."""
-    return (await while_connected(request, admit(here, user, body))).description
+    admitted = await while_connected(request, admit(here, user, body))
+    return admitted.description.model_copy(update={"warnings": admitted.warnings})
 
 
 @router.post(

@@ -11,6 +11,7 @@ import { Drawer } from "./job/drawer.js";
 import * as plan from "./job/plan.js";
 import * as progress from "./job/progress.js";
 import { nameOf } from "./job/state.js";
+import * as warnings from "./job/warnings.js";
 import * as picture from "./picture/panel.js";
 
 export const title = "Job";
@@ -19,7 +20,7 @@ export const title = "Job";
 
 // In the order of the drawer. What they hear ends with the watch; `mount` returns what else is to be ended.
 /** @type {{mount: (places: Places, watch: Watch) => () => void}[]} */
-const PARTS = [progress, actions, picture, convergence, plan];
+const PARTS = [progress, warnings, actions, picture, convergence, plan];
 
 /** @type {[string, string][]} */
 const TABS = [

@@ -243,7 +243,7 @@ export function mount(root, { query }) {
     } catch (error) {
       if (signal.aborted) return;
       const failure = error instanceof Error ? error : new Error(String(error));
-      problems.show({ problems: [], more: 0, failure, plan: null });
+      problems.show({ problems: [], more: 0, warnings: [], failure, plan: null });
       if (!(error instanceof Unreachable)) return;
       await pause(RETRY_MS, signal);
       if (!signal.aborted) await begin();

@@ -10,12 +10,13 @@ export function makeProblems(id, onPoint) {
   const summary = h("p", { className: "problems-summary", id, role: "status", "aria-live": "polite" });
   const list = h("ul", { className: "problems" });
 
-  /** @param {Pick<Checked, "problems" | "more" | "failure" | "plan">} found */
-  function show({ problems, more, failure, plan }) {
-    list.replaceChildren(...problems.map((problem) => h("li", {}, entry(problem))));
+  /** @param {Pick<Checked, "problems" | "more" | "warnings" | "failure" | "plan">} found */
+  function show({ problems, more, warnings, failure, plan }) {
+    list.replaceChildren(...[...problems, ...warnings].map((problem) => h("li", {}, entry(problem))));
     if (more) list.append(h("li", { className: "soft" }, `and ${more} more`));
-    summary.className = failure || problems.length ? "problems-summary bad" : "problems-summary good";
-    summary.textContent = failure ? failure.message : sentence(problems, more, plan);
+    const bad = failure || problems.length;
+    summary.className = `problems-summary ${bad ? "bad" : warnings.length ? "warned" : "good"}`;
+    summary.textContent = failure ? failure.message : sentence(problems, more, warnings, plan);
   }
 
   /** @param {ProblemEntry} problem */
@@ -46,9 +47,13 @@ function hint({ suggestion, detail }) {
   return suggestion && !detail.includes(suggestion) ? ` Did you mean ${suggestion}?` : null;
 }
 
-/** @param {ProblemEntry[]} problems @param {number} more @param {PlanDocument | null} plan */
-function sentence(problems, more, plan) {
+/** @param {ProblemEntry[]} problems @param {number} more @param {ProblemEntry[]} warnings @param {PlanDocument | null} plan */
+function sentence(problems, more, warnings, plan) {
   const count = problems.length + more;
   if (count) return `${plural(count, "problem")} found.`;
-  return plan ? `The scene is valid: ${plural(plan.stages.length, "stage")} will run.` : "";
+  if (!plan) return "";
+  const stages = `${plural(plan.stages.length, "stage")} will run`;
+  return warnings.length
+    ? `The scene is valid, with ${plural(warnings.length, "warning")}: ${stages}.`
+    : `The scene is valid: ${stages}.`;
 }

@@ -17,6 +17,7 @@ const RETRY_MS = 2000;
  * @property {string} text
  * @property {ProblemEntry[]} problems
  * @property {number} more - Problems that are not listed.
+ * @property {ProblemEntry[]} warnings
  * @property {Map<string, string[]> | null} names
  * @property {Map<string, string>} lacking
  * @property {PlanDocument | null} plan
@@ -69,6 +70,7 @@ async function tried(text, files, quality, signal) {
     text,
     problems: [],
     more: 0,
+    warnings: [],
     names: null,
     lacking: new Map(),
     plan: null,
@@ -81,7 +83,9 @@ async function tried(text, files, quality, signal) {
   }
   try {
     Object.assign(found, await withUploads(text, files));
-    found.plan = await post("/v1/plans", requestText(found.text, { quality }), { signal });
+    const plan = await post("/v1/plans", requestText(found.text, { quality }), { signal });
+    found.plan = plan;
+    found.warnings = placed(text, plan.warnings.map(problemInScene), found);
   } catch (error) {
     if (error instanceof Problem && error.errors.length) {
       found.problems = placed(text, error.errors.map(problemInScene), found);
