@@ -84,10 +84,16 @@ async function show({ focus }) {
   const current = ++visit;
   shown = location.pathname + location.search;
   const { load, params, styles } = found(location.pathname);
-  const [view] = await Promise.all([load(), ...styles.map(styled)]);
+  /** @type {View | null} */
+  const view = await Promise.all([load(), ...styles.map(styled)]).then(
+    ([loaded]) => loaded,
+    () => null,
+  );
   if (current !== visit) return;
   unmount();
+  unmount = () => {};
   main.replaceChildren();
+  if (!view) return refuse();
   document.title = `${view.title ?? "Penumbra"} · Penumbra`;
   const query = new URLSearchParams(location.search);
   unmount = view.mount(main, /** @type {ViewParams} */ ({ ...params, query }));
@@ -105,6 +111,17 @@ async function show({ focus }) {
     scrollTo(0, 0);
     announce(view.title ?? "");
   }
+}
+
+/** Offer to load the page again: a browser does not ask twice for a module, and a new version has other addresses. */
+function refuse() {
+  document.title = "Penumbra";
+  const again = () => location.reload();
+  main.append(
+    h("h1", {}, "This view could not be loaded"),
+    h("p", { className: "lead", role: "alert" }, "The service does not answer, or has been updated."),
+    h("button", { type: "button", className: "primary", onclick: again }, "Load the page again"),
+  );
 }
 
 document.addEventListener("click", (event) => {

@@ -1,6 +1,7 @@
 // Authentication: the page asks for a key once, and exchanges it for a cookie that scripts cannot read.
 
 import { h } from "./dom.js";
+import { navigate } from "./navigation.js";
 import { forgetWork } from "./storage.js";
 
 const PATH = "/v1/session";
@@ -11,6 +12,10 @@ ENDED.onmessage = left;
 /** @type {Promise<boolean> | null} */
 let asking = null;
 let sessions = 0;
+// "Not now" holds until the user asks to sign in.
+let declined = false;
+// Letters that a header can carry: fetch refuses others as if the service were away.
+const SENDABLE = /^[\x21-\x7e]+$/;
 
 /** How many sessions have begun on this page. A request sent before the last one may still be refused. */
 export function begunSessions() {
@@ -25,8 +30,20 @@ export function begunSessions() {
  */
 export async function admitted(before) {
   if (sessions > before) return true;
+  if (declined) return false;
   asking ??= ask().finally(() => (asking = null));
   return asking;
+}
+
+/** A button that asks for a key again, and opens the view again with it. */
+export function signInButton() {
+  async function signIn() {
+    declined = false;
+    if (!(await admitted(sessions))) return;
+    await showSession(/** @type {HTMLElement} */ (document.getElementById("session")));
+    navigate(location.pathname + location.search, { replace: true });
+  }
+  return h("button", { type: "button", className: "primary", onclick: signIn }, "Sign in");
 }
 
 /** @returns {Promise<boolean>} */
@@ -75,7 +92,8 @@ function ask() {
 
     function ended() {
       dialog.remove();
-      resolve(dialog.returnValue === "yes");
+      declined = dialog.returnValue !== "yes";
+      resolve(!declined);
     }
 
     document.body.append(dialog);
@@ -85,6 +103,7 @@ function ask() {
 
 /** Begin a session. @param {string} key @returns {Promise<string>} An error message, or an empty string. */
 async function begun(key) {
+  if (!SENDABLE.test(key)) return "This is no key: keys have letters, digits, - and _ alone.";
   try {
     const response = await fetch(PATH, {
       method: "POST",
@@ -95,7 +114,8 @@ async function begun(key) {
       sessions += 1;
       return "";
     }
-    return (await response.json()).detail;
+    const { code, detail } = await response.json();
+    return code === "unauthenticated" ? "This key is not valid: it may have been revoked." : detail;
   } catch {
     return "The service does not answer.";
   }
@@ -110,7 +130,11 @@ async function begun(key) {
 export async function showSession(place) {
   const before = sessions;
   const response = await fetch(PATH, { credentials: "same-origin" });
-  if (response.status === 401) return (await admitted(before)) && showSession(place);
+  if (response.status === 401) {
+    if (await admitted(before)) return showSession(place);
+    place.replaceChildren(signInButton());
+    return false;
+  }
   const who = response.ok ? await response.json() : null;
   const service = /** @type {HTMLElement} */ (document.querySelector('nav a[href="/service"]'));
   service.hidden = who?.role !== "admin";

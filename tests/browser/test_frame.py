@@ -50,6 +50,16 @@ def test_views_change_without_a_load(page: Page) -> None:
 
 
 @pytest.mark.slow
+def test_view_that_cannot_be_loaded(page: Page) -> None:
+    page.route("**/views/jobs.js", lambda route: route.abort("internetdisconnected"))
+    page.get_by_role("link", name="Jobs").click()
+    expect(page.get_by_role("alert")).to_contain_text("does not answer, or has been updated")
+    page.unroute_all()
+    page.get_by_role("button", name="Load the page again").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
+
+
+@pytest.mark.slow
 def test_unknown_address(
     client: httpx2.Client,
 ) -> None:

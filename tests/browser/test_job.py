@@ -52,7 +52,13 @@ def test_job_is_rendered_again(open_page: Open, job: str, text: str) -> None:
 def test_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> None:
     job = endless(client, "stopped on its page")
     page = open_page(f"/jobs/{job}")
+    expect(page.locator(".job-progress .state")).to_have_text("▶ running", timeout=TIMEOUT)
     page.get_by_role("button", name="Cancel").click()
+    question = page.get_by_role("dialog", name="stopped on its page")
+    question.get_by_role("button", name="Keep it").click()
+    assert client.get(f"/v1/jobs/{job}").json()["state"] == "running"
+    page.get_by_role("button", name="Cancel").click()
+    question.get_by_role("button", name="Cancel it").click()
     expect(page.locator(".job-progress .state")).to_have_text("■ cancelled", timeout=TIMEOUT)
     expect(page.get_by_role("button", name="Cancel")).to_have_count(0)
 

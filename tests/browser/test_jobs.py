@@ -60,7 +60,9 @@ def test_jobs_by_label(open_page: Open, client: httpx2.Client) -> None:
 def test_job_is_cancelled_from_the_list(open_page: Open, client: httpx2.Client) -> None:
     job = endless(client, "too long")
     page = open_page("/jobs")
+    expect(row(page, "too long")).to_contain_text("running", timeout=TIMEOUT)
     page.get_by_role("button", name="Cancel too long").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel it").click()
     expect(row(page, "too long")).to_contain_text("cancelled", timeout=TIMEOUT)
     assert client.get(f"/v1/jobs/{job}").json()["state"] == "cancelled"
 

@@ -100,6 +100,32 @@ def test_wrong_key(open_page: Open, key: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("wrong", ["pnm_nobody", "pnm_\u00e4", "two words"])
+def test_wrong_key_is_told_in_words_about_keys(open_page: Open, key: str, wrong: str) -> None:
+    page = open_page("/jobs")
+    give(page, wrong)
+    alert = page.get_by_role("dialog").get_by_role("alert")
+    expect(alert).to_contain_text("key", timeout=TIMEOUT)
+    expect(alert).not_to_contain_text("Bearer")
+    give(page, key)
+    expect(page.get_by_role("dialog")).to_have_count(0)
+
+
+@pytest.mark.slow
+def test_not_now_is_final_until_asked(open_page: Open, key: str) -> None:
+    page = open_page("/jobs")
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_role("button", name="Not now").click()
+    page.get_by_role("link", name="Start").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Render a scene")
+    page.wait_for_timeout(1000)
+    expect(dialog).to_have_count(0)
+    page.locator("#session").get_by_role("button", name="Sign in").click()
+    give(page, key)
+    opened(page)
+
+
+@pytest.mark.slow
 def test_key_after_leaving(open_page: Open, key: str) -> None:
     page = open_page("/jobs")
     give(page, key)

@@ -2,7 +2,7 @@
 
 import { Problem, get, jobPath, messageOf } from "../api.js";
 import { h, pause } from "../dom.js";
-import { navigate } from "../navigation.js";
+import { signInButton } from "../session.js";
 import { Watch } from "../watch.js";
 import * as actions from "./job/actions.js";
 import { makeBar } from "./job/bar.js";
@@ -51,14 +51,8 @@ function refuse(root, error) {
   root.replaceChildren(
     h("h1", {}, "This job cannot be shown"),
     h("p", { className: "lead" }, messageOf(error)),
-    refused ? signIn() : "",
+    refused ? signInButton() : "",
   );
-}
-
-/** Opens this page again; the first request asks for a key. */
-function signIn() {
-  const again = () => navigate(location.pathname + location.search, { replace: true });
-  return h("button", { type: "button", className: "primary", onclick: again }, "Sign in");
 }
 
 /**
@@ -109,6 +103,8 @@ function makeNotice(watch) {
   };
   watch.on("connection", (live) => report(live ? "" : "The service does not answer. Trying again …"));
   watch.on("gone", () => report("This job was deleted."));
-  watch.on("locked", (error) => report(`${error.message} The page no longer follows this job. `, signIn()));
+  watch.on("locked", (error) =>
+    report(`${error.message} The page no longer follows this job. `, signInButton()),
+  );
   return notice;
 }

@@ -1,10 +1,11 @@
 // All jobs, newest first, with filters, actions, and a choice of two to compare.
 
-import { get, jobPath, messageOf, post, request } from "../api.js";
+import { get, jobPath, messageOf, request } from "../api.js";
 import { confirmed } from "../dialog.js";
 import { announce, debounced, h, pause } from "../dom.js";
 import { plural } from "../format.js";
 import { navigate } from "../navigation.js";
+import { cancel } from "./job/cancel.js";
 import { NAMES, nameOf, stateName } from "./job/state.js";
 import { skeleton } from "../elements.js";
 import { labelsOf, makeRow } from "./jobs/row.js";
@@ -62,7 +63,7 @@ export function mount(root, { query }) {
 
   /** @type {import("./jobs/row.js").Acts} */
   const acts = {
-    onCancel: (job) => attempt(() => post(job.links.cancel, {})),
+    onCancel: (job) => attempt(() => cancel(job)),
     onDelete: remove,
     onPick: picked,
     onLabel: (name) => ((label.value = name), change("label", name)),

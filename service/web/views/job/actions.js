@@ -5,6 +5,7 @@ import { confirmed } from "../../dialog.js";
 import { h } from "../../dom.js";
 import { navigate } from "../../navigation.js";
 import { makePopover } from "../picture/popover.js";
+import { cancel } from "./cancel.js";
 import { nameOf } from "./state.js";
 
 /** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
@@ -26,7 +27,7 @@ export function mount({ drawer }, watch) {
   const button = (/** @type {string} */ label, /** @type {() => Promise<unknown>} */ action) =>
     h("button", { type: "button", onclick: act(action) }, label);
   const hold = button("Pause", () => post(watch.job.paused ? job.links.resume : job.links.pause, {}));
-  const cancel = button("Cancel", () => post(job.links.cancel, {}));
+  const stop = button("Cancel", () => cancel(watch.job));
   const remove = button("Delete", removed);
   const again = h("a", { className: "button", href: `/?job=${watch.id}` }, "Change and render again");
   const files = makePopover("Download", "downloads", h("ul", { className: "files" }, downloads(job)));
@@ -39,7 +40,7 @@ export function mount({ drawer }, watch) {
 
   function show() {
     const { state, paused } = watch.job;
-    cancel.hidden = hold.hidden = watch.final;
+    stop.hidden = hold.hidden = watch.final;
     hold.textContent = paused ? "Resume" : "Pause";
     // Only a finished job keeps its picture.
     files.button.hidden = watch.final && state !== "succeeded";
@@ -47,7 +48,7 @@ export function mount({ drawer }, watch) {
   }
   watch.on("job", show);
   show();
-  drawer.panels.render.querySelector(".hero")?.append(h("div", { className: "row hero-acts" }, hold, cancel));
+  drawer.panels.render.querySelector(".hero")?.append(h("div", { className: "row hero-acts" }, hold, stop));
   drawer.panels.render.append(
     h("div", { className: "row acts" }, again, files.button, remove),
     files.panel,
@@ -56,8 +57,13 @@ export function mount({ drawer }, watch) {
   return () => {};
 }
 
+// Letters that file systems or shells take for something else.
+const NOT_IN_NAMES = /[\\/:*?"<>|\p{Cc}]+/gu;
+
 /** @param {JobDocument} job */
-function downloads({ links }) {
+function downloads(job) {
+  const { links } = job;
+  const name = nameOf(job).replaceAll(NOT_IN_NAMES, "-");
   /** @type {[string, string, string][]} */
   const files = [
     ["PNG", links.image_png, "as displayed"],
@@ -66,11 +72,11 @@ function downloads({ links }) {
   ];
   return files
     .filter(([, path]) => path)
-    .map(([name, path, what]) =>
+    .map(([kind, path, what]) =>
       h(
         "li",
         {},
-        h("a", { href: path, download: "" }, name),
+        h("a", { href: path, download: `${name}.${kind.toLowerCase()}` }, kind),
         h("span", { className: "soft small" }, ` ${what}`),
       ),
     );
