@@ -10,7 +10,7 @@ import * as convergence from "./job/convergence.js";
 import { Drawer } from "./job/drawer.js";
 import * as plan from "./job/plan.js";
 import * as progress from "./job/progress.js";
-import { nameOf } from "./job/state.js";
+import { tabTitle } from "./job/state.js";
 import * as warnings from "./job/warnings.js";
 import * as picture from "./picture/panel.js";
 
@@ -81,7 +81,9 @@ async function found(root, id, signal) {
 async function open(root, id, signal, unmounts) {
   const watch = new Watch(await found(root, id, signal));
   unmounts.push(() => watch.stop());
-  document.title = `${nameOf(watch.job)} · Penumbra`;
+  const entitle = () => (document.title = tabTitle(watch.job));
+  watch.on("job", entitle);
+  entitle();
   document.body.classList.add("viewing");
   unmounts.push(() => document.body.classList.remove("viewing"));
   const drawer = new Drawer(TABS);

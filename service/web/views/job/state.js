@@ -1,6 +1,7 @@
 // The states of a job as words and signs, so that no meaning depends on colour alone.
 
 import { h } from "../../dom.js";
+import { percent } from "../../format.js";
 
 /** @typedef {JobState | "paused"} Standing */
 
@@ -34,6 +35,12 @@ export const stateName = (state) => STATES[state]?.[1] ?? state;
 export function stateMark(state) {
   const [sign, name] = STATES[state] ?? ["?", state];
   return h("span", { className: `state ${state}` }, h("span", { "aria-hidden": "true" }, sign), ` ${name}`);
+}
+
+/** The title of a tab: what the job does, then its name. @param {JobDocument} job */
+export function tabTitle(job) {
+  const share = standing(job) === "running" ? `${percent(job.progress.share)} ` : "";
+  return `${STATES[standing(job)]?.[0] ?? "?"} ${share}${nameOf(job)} · Penumbra`;
 }
 
 /** @param {JobDocument} job */
