@@ -6,12 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from accuracy.comparison.averages import averaged_encoded
 from accuracy.comparison.blocks import Bias, bias, gathered
 from accuracy.comparison.blurs import LEAST_FILTER, blur
 from accuracy.comparison.compression import compressed, compression
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.metrics import luma_of_seen
 from accuracy.comparison.mistakes import Mistake, candidates
+from accuracy.comparison.neighbours import neighbourhood
 from accuracy.comparison.pixels import bands, bordered_bands
 from renderer.math.arrays import Floats, Masks
 
@@ -66,6 +68,13 @@ LOSSY = "lossy_compression"
 
 LOSSY_HINT = (
     "The picture was stored with lossy compression (JPEG) before it became this file. Store it as PNG."
+)
+
+AVERAGED = "averaged_after_encoding"
+
+AVERAGED_HINT = (
+    "Pixels are darker where their samples differ: samples were encoded before their mean was taken. Take "
+    "the mean of linear values, then encode it."
 )
 
 EDGE = 0.2
@@ -186,14 +195,19 @@ class _Trial:
         if found is None:
             return []
 
-        def undo(rows: slice) -> Floats:
-            return np.asarray(self._image.pixels.part(rows).linear - found.effect[rows])
+        return self.of_effect(BLURRED, BLURRED_HINT.format(found.width), found.effect)
 
-        after = self._left(undo)
-        if after >= HALF**2 * self._before and not self._gains(undo, self._undone(None)):
+    def of_effect(self, cause: str, hint: str, effect: Floats) -> list[Cause]:
+        """A mistake that adds an effect (H, W, 3) to the reference, if it explains the picture."""
+
+        def undo(rows: slice) -> Floats:
+            return np.asarray(self._image.pixels.part(rows).linear - effect[rows])
+
+        as_it_is = self._undone(None)
+        before, after = self._left(as_it_is), self._left(undo)
+        if after >= HALF**2 * before and not self._gains(undo, as_it_is):
             return []
-        hint = BLURRED_HINT.format(found.width)
-        return [Cause(BLURRED, hint, math.sqrt(self._before), math.sqrt(after))]
+        return [Cause(cause, hint, math.sqrt(before), math.sqrt(after))]
 
     @property
     def _values(self) -> int:
@@ -249,6 +263,15 @@ class _Trial:
         image, reference = self._image.pixels.part(rows), self._reference.pixels.part(rows)
         allowed = image.rounding + reference.rounding + self._tolerance
         return bias(undone(rows) - reference.linear, allowed), float(allowed.sum())
+
+
+def averaged(image: Picture, reference: Picture, tolerance: float, most_bias: float) -> tuple[Cause, ...]:
+    """The mean of encoded samples, of a reference whose errors are known, if it explains a picture."""
+    if min(image.size) < 3:
+        return ()
+    effect = averaged_encoded(reference) - reference.linear
+    found = _Trial(image, reference, tolerance, most_bias).of_effect(AVERAGED, AVERAGED_HINT, effect)
+    return tuple(found)
 
 
 def stored_or_filtered(image: Picture, reference: Picture) -> tuple[Cause, ...]:
@@ -310,21 +333,6 @@ def _around(image: Picture, reference: Picture) -> Iterator[tuple[slice, Picture
         above = min(first, 1)
         rows = slice(first - above, last + 1)
         yield slice(above, above + last - first), image.part(rows), reference.part(rows)
-
-
-def neighbourhood(values: Floats) -> tuple[Floats, Floats]:
-    """Least and largest of each pixel and its eight neighbours, (H, W, ...) -> two of the same shape."""
-    return _extreme(values, np.minimum), _extreme(values, np.maximum)
-
-
-def _extreme(values: Floats, chosen: np.ufunc) -> Floats:
-    tall = values.copy()
-    chosen(tall[1:], values[:-1], out=tall[1:])
-    chosen(tall[:-1], values[1:], out=tall[:-1])
-    wide = tall.copy()
-    chosen(wide[:, 1:], tall[:, :-1], out=wide[:, 1:])
-    chosen(wide[:, :-1], tall[:, 1:], out=wide[:, :-1])
-    return wide
 
 
 def _between(values: Floats, low: Floats, high: Floats) -> Masks:

@@ -23,6 +23,7 @@ _PLACES = ("left_up", "left", "left_down", "up", "down", "right_up", "right", "r
 
 PICTURE_MISTAKES = (
     "antialiasing_missing",
+    "averaged_after_encoding",
     "blurred",
     "channels_bgr",
     "channels_brg",

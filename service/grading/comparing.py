@@ -90,11 +90,19 @@ class _Found:
     @property
     def causes(self) -> tuple[Cause, ...]:
         """Probable mistakes; the whole picture gives better evidence than a part of it."""
-        return self.part.causes if self.pardon.cause else self.whole.causes or self.part.causes
+        return self.part.causes if self.is_forgiven else self.whole.causes or self.part.causes
+
+    @property
+    def is_forgiven(self) -> bool:
+        """Whether a mistake is forgiven that does not explain what costs points."""
+        too_noisy = not self.part.passed and self.part.judgement.test == "noise"
+        return bool(self.pardon.cause) and not (too_noisy and self.pardon.is_noisy)
 
     @property
     def judged(self) -> Comparison:
         """The judged part if it has the size of the whole picture, else the whole."""
+        if self.pardon.cause and not self.is_forgiven:
+            return self.whole
         sizes = [found.image.size for found in (self.part, self.whole)]
         return self.part if sizes[0] == sizes[1] else self.whole
 
@@ -125,7 +133,9 @@ def _graded(
         signals=() if stored is None else signals(found.submitted, test=test.id),
         fingerprint=None if stored is None else _fingerprint(found, reference),
     )
-    pardon = sentences.joined(_judged_without(test, run), found.pardon.sentence)
+    pardon = _judged_without(test, run)
+    if found.is_forgiven:
+        pardon = sentences.joined(pardon, found.pardon.sentence)
     undone = () if charged else found.causes
     if outcome.share == 1.0 or reference.scene is None:
         yield _explained(outcome, pardon, charged, undone)

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.comparison import Comparison, Picture, variances
+from accuracy.comparison.averages import averaged_encoded
 from accuracy.comparison.blurs import LEAST_FILTER, blur
 from accuracy.comparison.compression import compressed, compression
-from accuracy.comparison.diagnosis import BLURRED, FILTERED, JAGGED, LOSSY, neighbourhood
+from accuracy.comparison.diagnosis import AVERAGED, BLURRED, FILTERED, JAGGED, LOSSY
 from accuracy.comparison.mistakes import EXPOSURE, Undo, candidates, exposure_of
+from accuracy.comparison.neighbours import neighbourhood
 from accuracy.comparison.noise import sample_variances
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats
@@ -33,6 +35,9 @@ SAMPLES = 64
 
 LIGHT_POINTS = 4
 """Points of a light for each of them."""
+
+PREDICTED = (AVERAGED, FILTERED, LOSSY)
+"""Mistakes that change the picture by what they would change in the reference."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,9 +130,14 @@ class Pardon:
             return ""
         return f"It is judged as if {self.cause} were fixed; that mistake costs no points here."
 
+    @property
+    def is_noisy(self) -> bool:
+        """Whether it puts noise into the pixels around."""
+        return self.cause in {BLURRED, FILTERED, LOSSY}
+
     def reference(self, picture: Picture) -> Picture:
-        """A reference that allows for the noise that a blur or filter brings from the pixels around."""
-        return _with_noise_around(picture) if self.cause in {BLURRED, FILTERED, LOSSY} else picture
+        """A reference that allows for the noise that the mistake brings from the pixels around."""
+        return _with_noise_around(picture) if self.is_noisy else picture
 
     def picture(self, picture: Picture) -> Picture:
         """A picture without the mistake."""
@@ -143,15 +153,13 @@ def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
     """The first mistake in the diagnosis of a whole picture that its test forgives."""
     forgiven = accept.forgiven if isinstance(accept, Verdict) else ()
     # What changes no more than a blur is accepted wherever a blur is.
-    forgiven = (*forgiven, FILTERED, LOSSY) if BLURRED in forgiven else forgiven
+    forgiven = (*forgiven, *PREDICTED) if BLURRED in forgiven else forgiven
     cause = next((cause.cause for cause in found.causes if cause.cause in forgiven), "")
     if not cause:
         return Pardon("", _unchanged)
     image, reference = found.image, found.reference
-    if cause == FILTERED:
-        return Pardon(cause, _sharpened(found))
-    if cause == LOSSY and (setting := compression(image.linear)) is not None:
-        effect = compressed(reference.linear, setting) - reference.linear
+    if cause in PREDICTED:
+        effect = _effect(cause, image, reference)
         return Pardon(cause, lambda values: np.clip(values - effect, 0, 1))
     if cause in {JAGGED, BLURRED}:
         return Pardon(cause, partial(without_jags, reference=reference.linear))
@@ -161,10 +169,15 @@ def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
     return Pardon(cause, undo)
 
 
-def _sharpened(found: Comparison) -> Undo:
-    """A function that takes a filter away, as it would change the reference."""
-    filtered = blur(found.image, found.reference, LEAST_FILTER)
-    return lambda values: values if filtered is None else np.clip(values - filtered.effect, 0, 1)
+def _effect(cause: str, image: Picture, reference: Picture) -> Floats | float:
+    """What one of the mistakes `PREDICTED` adds to the reference, (H, W, 3)."""
+    if cause == AVERAGED:
+        return averaged_encoded(reference) - reference.linear
+    if cause == LOSSY:
+        setting = compression(image.linear)
+        return 0.0 if setting is None else compressed(reference.linear, setting) - reference.linear
+    found = blur(image, reference, LEAST_FILTER)
+    return 0.0 if found is None else found.effect
 
 
 def _unchanged(values: Floats) -> Floats:

@@ -12,7 +12,7 @@ from accuracy.comparison.blurs import smoothed
 from scenes.make_assignment_parts import FOLDER
 from service.grading.outcomes import Outcome
 from tests.service.grading.assignment.test_assignment import TESTS, findings, run_of
-from tests.service.grading.assignment.tracer import Tracer, encoded, read
+from tests.service.grading.assignment.tracer import Array, Tracer, encoded, read
 
 Added = Callable[[np.ndarray, np.random.Generator], np.ndarray]
 
@@ -49,6 +49,13 @@ def graded(name: str, codes: np.ndarray, folder: Path) -> Outcome:
     return next(iter(findings(TESTS[name], run_of(folder, folder))))
 
 
+def explained(name: str, codes: np.ndarray, folder: Path) -> Outcome:
+    """Points of a picture, with their cause."""
+    Image.fromarray(codes).save(folder / f"{name}.png")
+    *_, outcome = findings(TESTS[name], run_of(folder, folder))
+    return outcome
+
+
 def codes_of(outcome: Outcome) -> set[str]:
     return {signal.code for signal in outcome.signals}
 
@@ -74,15 +81,14 @@ def test_blur_is_no_antialiasing(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["shadow_hard", "antialiasing"])
 def test_pixel_filter_costs_points_where_antialiasing_is_graded(name: str, tmp_path: Path) -> None:
     picture = Tracer(read(FOLDER, name), FOLDER).picture(4, "tent")
-    Image.fromarray(encoded(picture)).save(tmp_path / f"{name}.png")
-    *_, outcome = findings(TESTS[name], run_of(tmp_path, tmp_path))
+    outcome = explained(name, encoded(picture), tmp_path)
     assert outcome.share == (0 if name == "antialiasing" else 1)
     assert "pixel_filter" in outcome.message
 
 
-def as_jpeg(picture: np.ndarray) -> np.ndarray:
+def as_jpeg(picture: np.ndarray, quality: int = 95) -> np.ndarray:
     file = io.BytesIO()
-    Image.fromarray(encoded(picture)).save(file, "JPEG", quality=95)
+    Image.fromarray(encoded(picture)).save(file, "JPEG", quality=quality)
     return np.asarray(Image.open(file))
 
 
@@ -96,11 +102,44 @@ def test_jpeg_hides_no_mistake_and_costs_nothing_by_itself(
     assert mistake or "lossy_compression" in outcome.message
 
 
+@pytest.mark.slow
 def test_jpeg_is_named_where_its_noise_costs_points(tmp_path: Path) -> None:
-    Image.fromarray(as_jpeg(drawn("antialiasing"))).save(tmp_path / "antialiasing.png")
-    *_, outcome = findings(TESTS["antialiasing"], run_of(tmp_path, tmp_path))
+    outcome = explained("antialiasing", as_jpeg(drawn("antialiasing")), tmp_path)
     assert outcome.share == 0
     assert [cause.cause for cause in outcome.diagnosis] == ["lossy_compression"]
+
+
+def test_too_noisy_jpeg_is_not_said_to_cost_nothing(tmp_path: Path) -> None:
+    outcome = graded("shadow_hard", as_jpeg(drawn("shadow_hard"), 50), tmp_path)
+    assert outcome.share == 0
+    assert "costs no points" not in outcome.message
+
+
+class Encoding(Tracer):
+    """A tracer that takes the mean of encoded samples."""
+
+    def colors(self, origins: Array, directions: Array) -> Array:
+        return np.clip(super().colors(origins, directions), 0, 1) ** (1 / 2.4)
+
+    def picture(self, samples: int = 16, pattern: str = "random") -> Array:
+        return super().picture(samples, pattern) ** 2.4
+
+
+@pytest.mark.parametrize(
+    ("name", "mistake", "share"),
+    [
+        ("shadow_soft", "", 1),
+        ("shadow_soft", "no_ambient", 0),
+        pytest.param("antialiasing", "", 0, marks=pytest.mark.slow),
+    ],
+)
+def test_averages_of_encoded_samples_cost_points_where_antialiasing_is_graded(
+    name: str, mistake: str, share: float, tmp_path: Path
+) -> None:
+    picture = Encoding(read(FOLDER, name), FOLDER, frozenset([mistake])).picture()
+    outcome = (graded if mistake else explained)(name, encoded(picture), tmp_path)
+    assert outcome.share == share
+    assert mistake or "averaged_after_encoding" in outcome.message
 
 
 @pytest.mark.parametrize("deviation", [0, 1, 2, 4])
