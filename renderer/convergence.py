@@ -16,7 +16,7 @@ import numpy.typing as npt
 from renderer.math.arrays import Floats
 from renderer.math.intervals import NORMAL, Interval, student
 
-FEWEST = 3
+MIN_FIT_POINTS = 3
 """Points that a fit needs: a line goes through any two, and nothing would show how good it is."""
 
 CLOCKS = ("seconds", "cpu_seconds")
@@ -104,9 +104,10 @@ def power_law(times: npt.ArrayLike, errors: npt.ArrayLike, highs: npt.ArrayLike 
     """
     times, errors = np.asarray(times, dtype=np.float64), np.asarray(errors, dtype=np.float64)
     usable = np.isfinite(times) & (times > 0) & np.isfinite(errors) & (errors > 0)
-    if np.count_nonzero(usable) < FEWEST:
+    count = np.count_nonzero(usable)
+    if count < MIN_FIT_POINTS:
         raise NothingToFitError(
-            f"A fit needs {FEWEST} passes with an error above 0, and there are {np.count_nonzero(usable)}."
+            f"A fit needs {MIN_FIT_POINTS} passes with an error above 0, and there are {count}."
         )
     x, y = np.log(times[usable]), np.log(errors[usable])
     deviations = _deviations(errors, highs)[usable]

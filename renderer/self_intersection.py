@@ -14,7 +14,8 @@ the path decides instead::
 1. *The surface that a ray leaves.* A flat one is not hit again, and shades none of its own points: its
    distance is 0. A convex one is hit again, and shades, only from inside; its normal decides that.
 2. *Another surface within the bound* is touched. The path came from `o` and did not pass it, so x stands on
-   the side of o: `NEARER` bounds away, next to nothing, so that a ray which hits it there goes nowhere.
+   the side of o: `TOUCHING_DISTANCE` bounds away, next to nothing, so that a ray which hits it there has
+   length zero.
 3. *If o is within its bound too*, nothing distinguishes the sides: the distance is 0 and the surface is not
    hit.
 4. *Beyond the bound* the computed sign holds.
@@ -32,13 +33,13 @@ import numpy as np
 from renderer.math.arrays import Floats, Integers, Masks, magnitude
 from renderer.math.streams import Keys
 
-NEARER = 2.0**-20
+TOUCHING_DISTANCE = 2.0**-20
 """Assumed distance of a point from a plane that it touches, over the bound on its rounding error.
 
 A segment at an angle of 1e-6 to the plane passes it no farther than that rounding from the point.
 """
 
-NEAR = 2.0**-40
+ZERO_LENGTH = 2.0**-40
 """A ray shorter than this share of its origin's magnitudes ends where it began.
 
 Hundreds of roundings, so that the origin of a longer one is on a definite side of all planes at its end.
@@ -86,7 +87,7 @@ class OriginSurfaces:
         In a corner of mirrors a ray may end where it began but for rounding, `ways` (3, M) from there: its
         origin is then on no side of the walls that join there, and the ray before decides.
         """
-        near = magnitude(ways) <= NEAR * self.sizes[index]
+        near = magnitude(ways) <= ZERO_LENGTH * self.sizes[index]
         return np.where(near, self.previous_origins_at(index), origins)
 
     def part(self, index: Integers) -> "OriginSurfaces":
@@ -138,4 +139,4 @@ def settled(distances: Floats, bounds: Floats, sides: Floats, own: Masks) -> Flo
         Where the point lies on the very surface.
     """
     touching = np.abs(distances) <= bounds
-    return np.where(own, 0.0, np.where(touching, sides * (NEARER * bounds), distances))
+    return np.where(own, 0.0, np.where(touching, sides * (TOUCHING_DISTANCE * bounds), distances))

@@ -44,7 +44,7 @@ class ProblemDocument(BaseModel):
 BUILT_IN: frozenset[str] = frozenset(get_args(ErrorType))
 """The error types that pydantic has words for."""
 
-SHOWN = 50
+MAX_LISTED = 50
 """Most problems that are listed; the rest is counted."""
 
 
@@ -67,7 +67,7 @@ class SceneError(ValueError):
     """
 
     def __init__(self, problems: Sequence[Problem], more: int = 0) -> None:
-        self.errors: tuple[Problem, ...] = tuple(problems[:SHOWN])
+        self.errors: tuple[Problem, ...] = tuple(problems[:MAX_LISTED])
         self.more: int = more + len(problems) - len(self.errors)
         super().__init__(self.errors, self.more)
 

@@ -25,7 +25,7 @@ from schemas.tiles import Pass, Tile
 MEASURED = (1, 4, 16)
 """Samples of which a pilot measures the error: the first ones of each set, and all."""
 
-USUAL, UNUSUAL = 1.25, 0.5
+ERROR_EXPONENT, EXPONENT_DEVIATION = 1.25, 0.5
 """Power of the number of samples that squared errors fall by, and its standard deviation over patterns and
 pictures: 1 where samples are independent, 3/2 where they are well spread over edges."""
 
@@ -56,7 +56,7 @@ class Accuracy:
         """The error at any count: that of the nearest measured one, moved along the usual law."""
         nearest = min(self.known, key=lambda known: abs(log(known / count)))
         apart = log(count / nearest)
-        moved = factor(UNUSUAL / 2 * abs(apart)).scaled(exp(-USUAL / 2 * apart))
+        moved = factor(EXPONENT_DEVIATION / 2 * abs(apart)).scaled(exp(-ERROR_EXPONENT / 2 * apart))
         return self.known[nearest].times(moved)
 
 

@@ -26,7 +26,7 @@ ERRORS = (4 / 255, 2 / 255, 1 / 255)
 FINEST = 1e-6
 """Smallest error that target quality takes."""
 
-MOST = 4096
+MAX_SAMPLES = 4096
 """Camera samples beyond which no count is offered: where they do not suffice, the pattern is the wrong
 one."""
 
@@ -50,7 +50,9 @@ class Ladder:
         if self.pattern == "center":
             return self.counts
         squares = self.pattern in SQUARE_PATTERNS
-        return [side**2 for side in range(1, isqrt(MOST) + 1)] if squares else range(1, MOST + 1)
+        return (
+            [side**2 for side in range(1, isqrt(MAX_SAMPLES) + 1)] if squares else range(1, MAX_SAMPLES + 1)
+        )
 
     def quality(self, count: int) -> FixedQuality:
         """A rung, as a job request has it."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 FORMAT = 1
 """Of the document; grows when a member changes its meaning."""
 
-FEWEST = 3
+MIN_RUNS = 3
 """Runs whose spread gives an interval. With two, Student's t is 12.7, too wide to be of use."""
 
 ABOUT = 1.2
@@ -88,7 +88,7 @@ def error_of(runs: Sequence[Mapping[str, Any]]) -> Interval:
     """
     values = [run["mse"] for run in runs]
     middle = statistics.fmean(values)
-    if len(runs) < FEWEST:
+    if len(runs) < MIN_RUNS:
         half = NORMAL * math.sqrt(sum(run["by_pixels"] ** 2 for run in runs)) / len(runs)
     else:
         half = math.hypot(half_width(values), NORMAL * runs[0]["by_reference"])

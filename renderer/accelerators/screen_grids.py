@@ -28,7 +28,7 @@ LOOSE = 2.0**-20
 ACROSS = 3
 """Cells that a triangle touches along an axis, at most: cells are at least half as wide as it is."""
 
-FEWEST = 1 / 32
+MIN_GRID_SHARE = 1 / 32
 """A grid of fewer triangles than this share of all is joined with the next coarser one: each costs a ray a
 look-up. With larger shares, as an eighth, rays have more triangles to try and take longer."""
 
@@ -41,7 +41,7 @@ SMALLEST = -16
 BLOCK = 65536
 """Triangles projected at once: the memory that this needs does not grow with the mesh."""
 
-FEW = 256
+EXTRA_TRIANGLES = 256
 """Triangles added to a grid's own when its number of cells is bounded: small grids may be fine."""
 
 CELLS = 16
@@ -219,7 +219,7 @@ def _grids(low: Floats, high: Floats) -> Iterator[Grid]:
     chosen = np.arange(0)
     for power in np.unique(powers).tolist():
         chosen = np.concatenate((chosen, np.flatnonzero(powers == power)))
-        if chosen.size >= FEWEST * powers.size or power == powers.max():
+        if chosen.size >= MIN_GRID_SHARE * powers.size or power == powers.max():
             yield _grid(chosen, low[:, chosen], high[:, chosen], 2.0 ** (power - 1))
             chosen = chosen[:0]
 
@@ -227,7 +227,7 @@ def _grids(low: Floats, high: Floats) -> Iterator[Grid]:
 def _grid(chosen: Integers, low: Floats, high: Floats, cell: float) -> Grid:
     """One grid of triangles `chosen` (k,) with bounds (2, k)."""
     extent = (high.max(axis=1) - low.min(axis=1)).max()
-    while (extent / cell + 1) ** 2 > CELLS * (chosen.size + FEW):
+    while (extent / cell + 1) ** 2 > CELLS * (chosen.size + EXTRA_TRIANGLES):
         cell *= 2
     begins, ends = (np.floor(side / cell).astype(np.int64) for side in (low, high))
     corner = begins.min(axis=1, keepdims=True)

@@ -16,8 +16,8 @@ from renderer.accelerators.discs import Discs, discs_of
 from renderer.shapes import Family
 from renderer.shapes.triangles import Triangles
 
-FEW = 32
-"""Most triangles that are intersected one by one: culling by block costs less than a tree for these."""
+MAX_UNTREED_TRIANGLES = 32
+"""Most triangles of a family without a tree: culling by block costs less for these."""
 
 KEPT = 4
 """Families whose trees a process keeps, the last ones used."""
@@ -80,7 +80,7 @@ class Kept(Generic[Value]):
 
 def in_tree(family: Family) -> TypeGuard[Triangles]:
     """Whether a family is intersected through a tree."""
-    return isinstance(family, Triangles) and family.numbers.size > FEW
+    return isinstance(family, Triangles) and family.numbers.size > MAX_UNTREED_TRIANGLES
 
 
 def build(family: Triangles) -> Tree:

@@ -19,7 +19,7 @@ from schemas.materials import PhongMaterial, Surface
 SHARP = 128.0
 """Above this exponent a rounding of float32 in the cosine shows; highlights are then formed in float64."""
 
-FAINTEST = 2.0**-40
+MIN_POWER = 2.0**-40
 """Powers of cosines below this show in no picture. Zeros and results near the smallest number take
 `np.power` off its vector path, which is several times as fast."""
 
@@ -41,9 +41,9 @@ class Phong:
     shininess: Floats
 
     def faintest(self) -> Floats:
-        """Cosines (K,) whose power is `FAINTEST`; that of the exponent 0 is the smallest normal number."""
+        """Cosines (K,) whose power is `MIN_POWER`; that of the exponent 0 is the smallest normal number."""
         tiny = float(np.finfo(np.float32).tiny)
-        return np.maximum(FAINTEST ** (1 / np.maximum(self.shininess, tiny)), tiny)
+        return np.maximum(MIN_POWER ** (1 / np.maximum(self.shininess, tiny)), tiny)
 
 
 def build(materials: Sequence[Surface]) -> Phong:

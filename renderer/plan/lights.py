@@ -17,7 +17,7 @@ from renderer.plan.request import Request
 from renderer.plan.scattering import transparent
 from renderer.plan.stages import Lighting, LightStage
 from renderer.shapes import Family
-from renderer.shapes.family import MARGIN
+from renderer.shapes.family import HULL_MARGIN
 
 
 def emitter_of(request: Request, number: int) -> Emitter:
@@ -47,14 +47,14 @@ def emitters(request: Request) -> list[Emitter]:
 def _unseen(emitter: Emitter, families: Iterable[Family]) -> bool:
     """Whether a light shines to one side or into a cone, and all shapes lie behind its plane.
 
-    Shapes that reach up to the plane within `MARGIN` are left to the rule for points (`facing`), which finds
-    them unlit: rounding may put a point beyond its shape.
+    Shapes that reach up to the plane within `HULL_MARGIN` are left to the rule for points (`facing`), which
+    finds them unlit: rounding may put a point beyond its shape.
     """
     if emitter.least_cosine is None:
         return False
     height = dot(emitter.centre, emitter.normal)
     return all(
-        bool(np.all(family.reach(emitter.normal) + MARGIN * (family.sizes + emitter.size) < height))
+        bool(np.all(family.reach(emitter.normal) + HULL_MARGIN * (family.sizes + emitter.size) < height))
         for family in families
     )
 

@@ -19,7 +19,7 @@ from schemas.pointers import escaped
 def stages(request: Request) -> tuple[ScatteringStage, ...]:
     """Stages that send rays from points; none where no visible material needs them."""
     found: list[ScatteringStage] = []
-    faintest = faintest_weight(request)
+    faintest = least_throughput(request)
     depths = np.array([material.max_depth for material in request.materials], dtype=np.int64)
     if _asked(request, "mirror", "mirror rays", "what mirrors show"):
         found.append(MirrorRays(_numbers(request, "mirror"), depths, faintest))
@@ -55,18 +55,18 @@ def _asked(request: Request, part: str, stage: str, detail: str) -> bool:
     return bool(asking)
 
 
-UNSEEN = 2.0**-24
+THROUGHPUT_CUT_OFF = 2.0**-24
 """Half the spacing of float32 at 1: a linear picture cannot show less beside white, nor one of 8 bits less
 than 12 stops below it."""
 
 CHANNELS = range(3)
 
 
-def faintest_weight(request: Request) -> float:
-    """Weight up to which a path ends: all that it can still add is at most `UNSEEN`, dimensionless.
+def least_throughput(request: Request) -> float:
+    """Throughput below which a path ends, so that what is cut off is at most `THROUGHPUT_CUT_OFF`.
 
-    Where no radiance is above 1 it is `UNSEEN` itself, so that a dark scene keeps its digits. It is 0 where
-    nothing bounds the light: physical falloff grows beyond any number towards the light.
+    Where no radiance is above 1 it is `THROUGHPUT_CUT_OFF` itself, so that a dark scene keeps its digits. It
+    is 0 where nothing bounds the light: physical falloff grows beyond any number towards the light.
     """
     document = request.document
     if any(_falls(light) for light in document.lights if any(light.color)):
@@ -74,7 +74,7 @@ def faintest_weight(request: Request) -> float:
     materials = request.materials
     emitted = [document.background, *(light.color for light in document.lights)]
     brightest = max([*map(max, emitted), *_scattered(request, materials)])
-    return UNSEEN / max(1.0, brightest * _bounces(materials))
+    return THROUGHPUT_CUT_OFF / max(1.0, brightest * _bounces(materials))
 
 
 def _falls(light: Light) -> bool:

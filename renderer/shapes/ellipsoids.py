@@ -25,7 +25,7 @@ from renderer.math.arrays import (
 )
 from renderer.math.numerics import SURFACE, gamma
 from renderer.self_intersection import OriginSurfaces, previous_sides, settled
-from renderer.shapes.family import MARGIN, WHOLE, Family, box
+from renderer.shapes.family import HULL_MARGIN, WHOLE, Family, box
 
 FAR = 4.0
 """Squared distance from the unit sphere's centre beyond which no rounding hides that a start is outside."""
@@ -96,9 +96,9 @@ class Ellipsoids(Family):
         return np.stack([dot(vectors, row) for row in rows])
 
     def holds(self, place: Floats) -> bool:
-        """Whether a place (3, 1) is inside of an ellipsoid or, within `MARGIN`, on it."""
+        """Whether a place (3, 1) is inside of an ellipsoid or, within `HULL_MARGIN`, on it."""
         return any(
-            lengths(self.to_sphere(place - self.centers[:, shape, None], shape)).item() < 1 + MARGIN
+            lengths(self.to_sphere(place - self.centers[:, shape, None], shape)).item() < 1 + HULL_MARGIN
             for shape in range(self.numbers.size)
         )
 

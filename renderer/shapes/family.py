@@ -10,7 +10,7 @@ from renderer.cameras import Pinhole
 from renderer.interaction import Points, Rays
 from renderer.math.arrays import Floats, Integers, Masks, put, taken
 
-MARGIN = 2.0**-40
+HULL_MARGIN = 2.0**-40
 """Relative margin of conservative tests: thousands of roundings wide, and far below a pixel."""
 
 
@@ -48,7 +48,7 @@ class Outline:
         corners of a hull lie beyond it on one side of a plane that bounds all rays, so does every point of
         the hull, because the blur is convex in the depth.
         """
-        slack = MARGIN * (
+        slack = HULL_MARGIN * (
             np.abs(self.right) + np.abs(self.up) + np.abs(self.forward) * (1 + np.abs(screen).max())
         )
         slack = slack + self.blur

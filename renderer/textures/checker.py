@@ -113,7 +113,7 @@ def build(texture: language.CheckerTexture, assets: AssetSource) -> CheckerTextu
     return BoxCheckerTexture(board) if texture.filter == "box" else board
 
 
-MOST = 64.0
+MAX_FIELDS = 64.0
 """Fields that a side may span. Beyond, the mean over the box around the footprint is as good: within a
 hundredth both have the mean colour."""
 
@@ -149,8 +149,8 @@ class AveragedChecker:
     def _means(self, centers: Floats, sides: Floats) -> Floats:
         """Mean waves (n,) over footprints that reach into more than one field."""
         longest = np.abs(sides).max(axis=(0, 1))
-        areas = np.abs(_areas(np.clip(sides, -MOST, MOST)))
-        usable = (longest <= MOST) & (areas > FLATTEST * np.minimum(longest, MOST) ** 2)
+        areas = np.abs(_areas(np.clip(sides, -MAX_FIELDS, MAX_FIELDS)))
+        usable = (longest <= MAX_FIELDS) & (areas > FLATTEST * np.minimum(longest, MAX_FIELDS) ** 2)
         whole, boxes = np.flatnonzero(usable), np.flatnonzero(~usable)
         waves = np.empty(longest.size)
         waves[whole] = means_over(taken(centers, whole), taken(sides, whole))

@@ -10,7 +10,7 @@ from renderer.accelerators.boxes import Boxes
 from renderer.lights.emitters import Emitter
 from renderer.math.arrays import Floats, Masks
 
-MARGIN = 2.0**-18
+SHAFT_MARGIN = 2.0**-18
 """Relative margin around the shaft. Pair work in float32 moves an occluder's edge by some 2**-21 of it."""
 
 
@@ -29,5 +29,5 @@ def shaft(boxes: Boxes, low: Floats, high: Floats, emitter: Emitter) -> Masks:
         low = np.minimum(low, ends.min(axis=1, keepdims=True))
         high = np.maximum(high, ends.max(axis=1, keepdims=True))
     finite = np.where(np.isfinite(low), np.abs(low), 0) + np.where(np.isfinite(high), np.abs(high), 0)
-    slack = MARGIN * (finite.max() + np.maximum(np.abs(boxes.low), np.abs(boxes.high)))
+    slack = SHAFT_MARGIN * (finite.max() + np.maximum(np.abs(boxes.low), np.abs(boxes.high)))
     return np.all((boxes.low <= high + slack) & (boxes.high >= low - slack), axis=0)

@@ -19,7 +19,7 @@ from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, t
 from renderer.math.numerics import gamma
 from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.frames import frame_of_normals
-from renderer.visibility.culling import MARGIN, bounds, shaft
+from renderer.visibility.culling import SHAFT_MARGIN, bounds, shaft
 
 WIDEST = 2.0**60
 """Largest number in pair work: its square is finite in float32. Lights are larger, in radii of tiny balls."""
@@ -39,12 +39,12 @@ class Cone:
     contact: Floats
 
     def possible(self) -> Masks:
-        """Points from which some place of the light may be in the cone; generous by `MARGIN`, (n,)."""
+        """Points from which some place of the light may be in the cone; generous by `SHAFT_MARGIN`, (n,)."""
 
         def beside(part: Floats) -> Floats:
-            return np.maximum(np.abs(part[0]) - np.abs(part[1]) / 2 - np.abs(part[2]) / 2 - MARGIN, 0.0)
+            return np.maximum(np.abs(part[0]) - np.abs(part[1]) / 2 - np.abs(part[2]) / 2 - SHAFT_MARGIN, 0.0)
 
-        deepest = self.down[0] + np.abs(self.down[1]) / 2 + np.abs(self.down[2]) / 2 + MARGIN
+        deepest = self.down[0] + np.abs(self.down[1]) / 2 + np.abs(self.down[2]) / 2 + SHAFT_MARGIN
         return (np.hypot(beside(self.x), beside(self.y)) <= np.maximum(deepest, 0.0)) & (
             deepest >= self.contact
         )
@@ -178,7 +178,7 @@ class EllipsoidShadows:
     ) -> Masks | None:
         """Pairs whose light point is inside the ellipsoid, (L, m); None where no light point can be."""
         middle, reach = lengths(light[0]).item(), (lengths(light[1]).item() + lengths(light[2]).item()) / 2
-        if self.emitter.weight == 0 or middle - reach > 1 + MARGIN:
+        if self.emitter.weight == 0 or middle - reach > 1 + SHAFT_MARGIN:
             return None
         radius = 1 / max(1.0, (middle + reach) / WIDEST)
         lights = view.light_points.chosen(index)

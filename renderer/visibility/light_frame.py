@@ -17,9 +17,9 @@ from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Pairs, cross, dot, lengths, magnitude, unit
 from renderer.math.numerics import gamma
 from renderer.shapes.triangles import Triangles
-from renderer.visibility.culling import MARGIN
+from renderer.visibility.culling import SHAFT_MARGIN
 
-HALF = 0.5 + MARGIN
+HALF = 0.5 + SHAFT_MARGIN
 """Half of the light's edge: pair work in float32 may move an occluder's edge by some 2**-21 of it."""
 
 ROUNDING = 2.0**-19

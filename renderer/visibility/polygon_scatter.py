@@ -14,7 +14,7 @@ from renderer.math.arrays import Floats, Integers, Masks, dot, taken
 from renderer.math.numerics import SURFACE, unit_of
 from renderer.visibility.polygons import PolygonShadows, signed
 
-MARGIN = 2.0**-19
+ROUNDING_ERROR = 2.0**-19
 """Bound on the float32 rounding error of an affine function on a light, relative to its terms."""
 
 
@@ -142,7 +142,7 @@ def highest(terms: Terms) -> Floats:
     """Bound on the largest value on the light after rounding, (n,)."""
     constant, by_u, by_v = terms
     reach = np.abs(by_u) + np.abs(by_v)
-    return constant + reach / 2 + MARGIN * (np.abs(constant) + reach)
+    return constant + reach / 2 + ROUNDING_ERROR * (np.abs(constant) + reach)
 
 
 def lowest(terms: Terms) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 from renderer.interaction import Rays
 from renderer.lights.view import LightView
 from renderer.math.arrays import taken
-from renderer.shapes.family import MARGIN, Family
+from renderer.shapes.family import HULL_MARGIN, Family
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,5 +36,5 @@ class SegmentShadows:
             )
             for shape in range(self.family.numbers.size):
                 self.family.intersect(shape, rays)
-            row[...] = rays.t < (1 - MARGIN if emitter.weight else np.inf)
+            row[...] = rays.t < (1 - HULL_MARGIN if emitter.weight else np.inf)
         view.block(blocked, open_points)

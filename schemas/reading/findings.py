@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from schemas.errors import SHOWN, Problem, SceneError
+from schemas.errors import MAX_LISTED, Problem, SceneError
 from schemas.pointers import Parts, existing, pointer, tokens
 from schemas.reading.positions import Find, Place, line_and_column, locate
 
@@ -44,7 +44,7 @@ def show(
     find
         Finds places in such a text.
     """
-    first = findings[:SHOWN]
+    first = findings[:MAX_LISTED]
     locations = [existing(content, finding.location) for finding in first]
     problems = [_problem(finding, parts) for finding, parts in zip(first, locations, strict=True)]
     if text is None:
@@ -80,7 +80,7 @@ def refusal(
     findings: Sequence[Finding], content: object, text: str | None, more: int = 0, find: Find = locate
 ) -> SceneError:
     """Make the error that reports all findings; `more` counts those that are not among them."""
-    return SceneError(show(findings, content, text, find), more=more + max(0, len(findings) - SHOWN))
+    return SceneError(show(findings, content, text, find), more=more + max(0, len(findings) - MAX_LISTED))
 
 
 def _problem(finding: Finding, parts: Parts) -> Problem:

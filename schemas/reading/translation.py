@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from schemas.base import FORMS, deciding_fields, fields_of, form_with, member, model_at, untagged
-from schemas.errors import BUILT_IN, SHOWN
+from schemas.errors import BUILT_IN, MAX_LISTED
 from schemas.pointers import Parts, existing, value_at
 from schemas.quantities import SMALLEST
 from schemas.reading.findings import Finding
@@ -133,9 +133,9 @@ def translate(error: ValidationError, model: type[BaseModel], content: object) -
 
     merged = merge(others, model, suggest)
     findings = [
-        _short_array(location, lacking, content) for location, lacking in islice(short.items(), SHOWN)
+        _short_array(location, lacking, content) for location, lacking in islice(short.items(), MAX_LISTED)
     ]
-    findings += [_finding(each, model, content) for each in merged[: SHOWN - len(findings)]]
+    findings += [_finding(each, model, content) for each in merged[: MAX_LISTED - len(findings)]]
     return findings, len(short) + len(merged) - len(findings)
 
 

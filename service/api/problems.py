@@ -24,7 +24,7 @@ from renderer.convergence import NothingToFitError
 from renderer.errors import ImageFileError, MissingExtraError
 from renderer.integrator import OutOfTimeError
 from renderer.meshes.obj import ObjError
-from schemas.errors import SHOWN, Problem, ProblemDocument
+from schemas.errors import MAX_LISTED, Problem, ProblemDocument
 from schemas.limits import LimitsError
 from schemas.reading.findings import located
 from service import errors, start_errors
@@ -219,7 +219,7 @@ def _known(request: Request, error: Exception) -> Response:
     if isinstance(error, errors.RangeError):
         headers["Content-Range"] = f"bytes */{error.size}"
     if isinstance(error, errors.ParametersError):
-        listed, more = error.problems[:SHOWN], len(error.problems[SHOWN:])
+        listed, more = error.problems[:MAX_LISTED], len(error.problems[MAX_LISTED:])
         return answer(kind.status, str(error), code=kind.code, problems=listed, more=more)
     return answer(kind.status, _detail(kind, error), code=kind.code, headers=headers)
 
@@ -268,7 +268,11 @@ def _parameters(_request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     problems = [_parameter(found) for found in error.errors()]
     return answer(
-        422, problems[0].detail, code="parameters", problems=problems[:SHOWN], more=len(problems[SHOWN:])
+        422,
+        problems[0].detail,
+        code="parameters",
+        problems=problems[:MAX_LISTED],
+        more=len(problems[MAX_LISTED:]),
     )
 
 

@@ -15,7 +15,7 @@ from renderer.meshes.gltf_geometry import COMPONENTS, WIDTHS, primitive_triangle
 from service.converting.errors import FileAwayError, wrong_at
 from service.converting.gltf_document import Accessor, Document, Image, Primitive, pick
 from service.converting.gltf_nodes import PlacedNode
-from service.converting.obj import BENT, cosines
+from service.converting.obj import SMOOTH_COSINE, cosines
 from service.converting.task import Notes, Task
 
 _ATTRIBUTES = {"POSITION", "NORMAL", "TEXCOORD_0", "TANGENT"}
@@ -256,4 +256,6 @@ def _triangles(buffers: Buffers, primitive: Primitive, count: int, pointer: str)
 
 def _bent(vertices: Floats, normals: Floats, triangles: Integers) -> bool:
     of_faces = np.cross(*_arms(vertices[triangles]))
-    return any(bool((cosines(of_faces, normals[triangles[:, corner]]) < BENT).any()) for corner in range(3))
+    return any(
+        bool((cosines(of_faces, normals[triangles[:, corner]]) < SMOOTH_COSINE).any()) for corner in range(3)
+    )

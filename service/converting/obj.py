@@ -186,7 +186,7 @@ def _note_missing_texture(
             task.notes.assume("f", detail, line=int(obj.lines[faces[bare[faces]][0]]))
 
 
-BENT = math.cos(math.radians(1.0))
+SMOOTH_COSINE = math.cos(math.radians(1.0))
 """A normal that is farther than one degree from that of its face means smooth shading. Files have normals
 with three decimals or more, which turns them by less than 0.1 degrees; a sphere of 180 sides bends by 2."""
 
@@ -202,7 +202,7 @@ def bent_faces(obj: ObjFile) -> Masks:
     of_faces = np.add.reduceat(np.cross(arms, arms[following]), starts)
     chosen = has_all(obj, obj.corners[:, 2])[owners]
     own = obj.normals[obj.corners[chosen, 2]]
-    is_bent = cosines(of_faces[owners[chosen]], own) < BENT
+    is_bent = cosines(of_faces[owners[chosen]], own) < SMOOTH_COSINE
     return np.bincount(owners[chosen], is_bent, len(starts)) > 0
 
 

@@ -19,7 +19,7 @@ GREY = 0.75
 """Colour of faces without a material, and of materials without a colour."""
 FIELD_OF_VIEW = 40.0
 SIZE = 512
-MARGIN = 1.05
+SPHERE_MARGIN = 1.05
 """The mesh's sphere is taken so much larger: a border around it, and room for the rounding below."""
 DIGITS = 3
 """Decimals, in units of the power of ten above the radius, of the numbers that people read in the scene."""
@@ -39,7 +39,7 @@ def bounding_sphere(vertices: Floats) -> tuple[Floats, float]:
 
 def default_camera(middle: Floats, radius: float) -> dict[str, Any]:
     """A camera that sees the whole sphere, y upwards."""
-    distance = MARGIN * radius / math.sin(math.radians(FIELD_OF_VIEW / 2))
+    distance = SPHERE_MARGIN * radius / math.sin(math.radians(FIELD_OF_VIEW / 2))
     direction = np.array(FROM_VIEWER) / np.linalg.norm(FROM_VIEWER)
     return {
         "position": _rounded(middle + distance * direction, radius),

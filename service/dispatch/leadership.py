@@ -31,7 +31,7 @@ BEAT_SECONDS = 0.5
 
 _LEASE = timedelta(seconds=LEASE_SECONDS)
 _STANDING = select(LeaderRow, func.clock_timestamp()).with_for_update(of=LeaderRow)
-ALONE = 1
+SOLE_TERM = 1
 """The term of a server that has its database for itself."""
 
 log = structlog.get_logger()
@@ -82,7 +82,7 @@ class Leadership:
         """
         if not self._shared:
             row = session.scalars(select(LeaderRow)).one()
-            return Term(ALONE, _renew(row, clock.since(row.expires_at - _LEASE), clock.now()))
+            return Term(SOLE_TERM, _renew(row, clock.since(row.expires_at - _LEASE), clock.now()))
         row, now = session.execute(_STANDING).one()
         silent = (now - row.expires_at + _LEASE).total_seconds()
         if row.server == self._server:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import schemas.cameras as language
 from renderer.accelerators.intersection import TreeIntersector
 from renderer.accelerators.raster import Raster, RasterIntersector
-from renderer.accelerators.trees import FEW, tree_of
+from renderer.accelerators.trees import MAX_UNTREED_TRIANGLES, tree_of
 from renderer.cameras import Pinhole, build_pinhole
 from renderer.interaction import Rays
 from renderer.shapes.triangles import Triangles, build
@@ -105,8 +105,8 @@ def test_triangles_around_the_camera_are_hit() -> None:
     corners = soup(rng, 600, 1.0, (-2.0, 2.0))
     shapes, view = family(corners), camera([0.0, 0.0, 0.0])
     raster = Raster.of(shapes, view)
-    assert raster.ahead.numbers.size > FEW
-    assert raster.ahead.others.size > FEW
+    assert raster.ahead.numbers.size > MAX_UNTREED_TRIANGLES
+    assert raster.ahead.others.size > MAX_UNTREED_TRIANGLES
     assert not set(raster.ahead.numbers) & set(raster.ahead.others)
     assert np.isfinite(both_ways(corners, view, *anywhere(rng)).t).all()
 
