@@ -42,8 +42,7 @@ from schemas.grading.manifest_reading import read_manifest
 from schemas.grading.manifests import RaysTest
 from service.grading.errors import GradingError
 from service.grading.folders import Folder
-from service.grading.grading import grade
-from service.grading.kinds import findings
+from service.grading.grading import findings, grade
 from service.grading.program_search import search
 from service.grading.settings import Run
 

@@ -12,8 +12,8 @@ from benchmarks.grading_programs import ASSIGNMENT, MANIFEST, TESTS, codes
 from renderer.images.colors import linear_from_srgb
 from service.grading.folders import Folder
 from service.grading.likeness.marks import marked
+from service.grading.references import reference_picture
 from service.grading.settings import Run
-from service.grading.wanted import reference_picture
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, field_validator
@@ -11,7 +12,6 @@ from schemas.api.comparisons import Encoding
 from schemas.base import Closed, chosen_by, tag
 from schemas.grading.acceptance import Acceptance, CpuSeconds, RayShare, Verdict
 from schemas.grading.grades import Feedback
-from schemas.grading.policies import LatePolicy
 from schemas.quality import Quality
 from schemas.quantities import WHOLE, Count, Index, Name, Point, Size
 
@@ -42,12 +42,27 @@ def _word(name: str) -> str:
     return name
 
 
+def _moment(text: str) -> str:
+    try:
+        aware = datetime.fromisoformat(text).tzinfo is not None
+    except ValueError:
+        aware = False
+    if not aware:
+        raise PydanticCustomError(
+            "not_a_moment", "Write a time with its zone, ISO 8601, such as 2026-11-21T23:59:00+01:00."
+        )
+    return text
+
+
 File = Annotated[str, Field(strict=True, min_length=1, max_length=1024), AfterValidator(_inside)]
 """A file in the folder of the submission or of the manifest, never outside of it."""
 
 Id = Annotated[str, Field(strict=True, min_length=1, max_length=64), AfterValidator(_word)]
 Points = Annotated[float, Field(strict=True, ge=0, le=1e6, allow_inf_nan=False)]
 Seconds = Annotated[float, Field(strict=True, gt=0, le=86400)]
+Moment = Annotated[str, Field(strict=True, max_length=64), AfterValidator(_moment)]
+DayShare = Annotated[float, Field(strict=True, gt=0, le=1)]
+Minutes = Annotated[float, Field(strict=True, ge=0, le=525600)]
 Mebibytes = Annotated[int, Field(strict=True, ge=256, le=1 << 20), WHOLE]
 Region = tuple[Index, Index, Index, Index]
 
@@ -281,6 +296,15 @@ class Charge(Closed):
     tests: Annotated[tuple[Id, ...], Field(min_length=1)] = Field(
         description="Ids of the tests, of the kind `image`, that judge them."
     )
+
+
+class LatePolicy(Closed):
+    """Points lost by a late submission: a share of the full score for each day begun after the deadline."""
+
+    deadline: Moment = Field(description="ISO 8601, with its time zone.")
+    per_day: DayShare = Field(description="Share of the full score that each day begun costs, 0 to 1.")
+    most: DayShare = Field(default=1.0, description="The largest share that lateness costs.")
+    grace: Minutes = Field(default=0.0, description="Minutes after the deadline that cost nothing.")
 
 
 class PerStudent(Closed):

@@ -106,7 +106,7 @@ def grade(  # noqa: PLR0913 - one argument for each option
     as_json: JsonOption = False,
 ) -> None:
     """Run the tests of an assignment on a submission, and report the points and why they were lost."""
-    given = _Given(
+    given = GradeOptions(
         manifest, out, export or [], jobs, server, cache, student, submitted_at, overrides, as_json
     )
     if class_folder is None:
@@ -119,13 +119,15 @@ def grade(  # noqa: PLR0913 - one argument for each option
         "--submission": submission != Path(),
         "--student": student,
         "--fail-under": fail_under is not None,
+        "--submitted-at": submitted_at not in {None, FILES},
     }
-    _refuse_with_class(single | {"--submitted-at": submitted_at not in {None, FILES}})
+    if wrong := [name for name, is_given in single.items() if is_given]:
+        raise CommandError(f"{', '.join(wrong)}: this is for one submission, and --class grades many.")
     raise typer.Exit(_grade_class(given, class_folder, roster))
 
 
 @dataclass(frozen=True, slots=True)
-class _Given:
+class GradeOptions:
     """The options that one submission and a class share."""
 
     manifest: Path
@@ -138,6 +140,16 @@ class _Given:
     submitted_at: str | None
     overrides: Path | None
     as_json: bool
+
+    @property
+    def references(self) -> Path:
+        """The folder of the manifest."""
+        return self.manifest.parent
+
+    @property
+    def takes_file_times(self) -> bool:
+        """Whether submissions are as old as their newest file."""
+        return self.submitted_at == FILES
 
     @property
     def processes(self) -> int:
@@ -153,7 +165,7 @@ class _Given:
         return read_table(self.overrides, partial(read_corrections, manifest=manifest)) or ()
 
 
-def _grade_one(given: _Given, submission: Path, fail_under: float | None) -> int:
+def _grade_one(given: GradeOptions, submission: Path, fail_under: float | None) -> int:
     for folder in filter(None, (given.out, given.cache)):
         make_folder(folder)
     targets = _targets(given.export)
@@ -178,7 +190,7 @@ def _grade_one(given: _Given, submission: Path, fail_under: float | None) -> int
     with _progress(read) as show:
         found = graded(
             read,
-            references=given.manifest.parent,
+            references=given.references,
             submission=submission,
             jobs=given.processes,
             server=given.server,
@@ -217,13 +229,7 @@ def _progress(manifest: Manifest) -> Iterator[Callable[[TestGrade], None]]:
         yield show
 
 
-def _refuse_with_class(given: Mapping[str, object]) -> None:
-    wrong = [name for name, value in given.items() if value]
-    if wrong:
-        raise CommandError(f"{', '.join(wrong)}: this is for one submission, and --class grades many.")
-
-
-def _grade_class(given: _Given, folder: Path, roster: Path | None) -> int:
+def _grade_class(given: GradeOptions, folder: Path, roster: Path | None) -> int:
     from service.cli.grade_class import ClassRun, check_folders, file_names, grade_class
     from service.grading.classes.rosters import Roster
 
@@ -237,20 +243,8 @@ def _grade_class(given: _Given, folder: Path, roster: Path | None) -> int:
             f"{given.manifest} has a late policy. Give times by --roster FILE.csv or --submitted-at {FILES}."
         )
     _check_server(given.server)
-    run = ClassRun(
-        manifest=read,
-        references=given.manifest.parent,
-        folder=folder,
-        out=place,
-        exports=exports,
-        jobs=given.processes,
-        server=given.server,
-        cache=given.cache,
-        roster=read_table(roster, Roster.read),
-        file_times=given.submitted_at == FILES,
-        corrections=given.corrections(read),
-    )
-    return grade_class(run, as_json=given.as_json)
+    table, corrections = read_table(roster, Roster.read), given.corrections(read)
+    return grade_class(ClassRun(given, read, folder, place, exports, table, corrections))
 
 
 def read_table(path: Path | None, read: Callable[[bytes], Table]) -> Table | None:

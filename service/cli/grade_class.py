@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from schemas.grading.classes import ClassGrade
     from schemas.grading.grades import Grade
     from schemas.grading.manifests import Manifest
+    from service.cli.grade import GradeOptions
     from service.grading.adjustments import Correction
-    from service.grading.classes.class_grading import StudentResult
-    from service.grading.classes.class_records import Record, Student
+    from service.grading.classes.class_records import Student
     from service.grading.classes.rosters import Roster
+    from service.grading.grading import Graded
 
 GRADEBOOK, PAGE, RESULT, ROSTER = "gradebook.csv", "index.html", "class.json", "roster.csv"
 STAFF_PAGE = "staff.html"
@@ -38,34 +39,24 @@ class ClassRun:
 
     Attributes
     ----------
+    options : GradeOptions
     manifest : Manifest
-    references : Path
-        The folder of the manifest.
     folder : Path
         The folder of the class, with a folder for each submission.
     out : Path
     exports : mapping of str to str
         By form, the name of the file in each student's folder.
-    jobs : int
-    server : str or None
-    cache : Path or None
     roster : Roster or None
-    file_times : bool
-        Whether files are as old as their submission.
     corrections : sequence of Correction
     """
 
+    options: GradeOptions
     manifest: Manifest
-    references: Path
     folder: Path
     out: Path
     exports: Mapping[str, str]
-    jobs: int
-    server: str | None
-    cache: Path | None
-    roster: Roster | None = None
-    file_times: bool = False
-    corrections: Sequence[Correction] = ()
+    roster: Roster | None
+    corrections: Sequence[Correction]
 
     def place(self, student: Student) -> Path:
         """The folder for the result of a student."""
@@ -121,12 +112,12 @@ def file_names(words: Sequence[str]) -> dict[str, str]:
     return names
 
 
-def grade_class(run: ClassRun, *, as_json: bool) -> int:
+def grade_class(run: ClassRun) -> int:
     """Grade a class, write all results, report them, and return the exit code."""
     with tempfile.TemporaryDirectory(prefix="submissions-", dir=run.out) as into:
         students, left_out = _submissions(run, Path(into))
         whole = _graded(run, [_adjusted(run, student) for student in students], left_out)
-    _report(whole, as_json=as_json)
+    _report(whole, as_json=run.options.as_json)
     return ExitCode.DONE if any(entry.gradable for entry in whole.students) else ExitCode.UNUSABLE_INPUT
 
 
@@ -155,7 +146,7 @@ def _adjusted(run: ClassRun, student: Student) -> Student:
     """A submission with its time and what staff give it."""
     from service.grading.classes.class_records import last_written
 
-    submitted = last_written(student.folder) if run.file_times else None
+    submitted = last_written(student.folder) if run.options.takes_file_times else None
     if run.roster is not None:
         submitted = run.roster.submitted(student) or submitted
     if run.manifest.late is not None and submitted is None:
@@ -167,7 +158,9 @@ def _adjusted(run: ClassRun, student: Student) -> Student:
 def _graded(run: ClassRun, students: Sequence[Student], left_out: Sequence[str]) -> ClassGrade:
     from service.grading.classes.class_records import assignment_key, graded_before, submission_key
 
-    assignment = _with_forms(assignment_key(run.manifest, run.references), run.exports)
+    # A changed list of exports changes what each student's folder gets.
+    forms = [f"{form}={name}" for form, name in sorted(run.exports.items())]
+    assignment = " ".join([assignment_key(run.manifest, run.options.references), *forms])
     keys = {student: submission_key(assignment, student) for student in students}
     before = {student: graded_before(run.place(student), key) for student, key in keys.items()}
     records = {student: record for student, record in before.items() if record is not None}
@@ -199,15 +192,9 @@ def _report(whole: ClassGrade, *, as_json: bool) -> None:
         output.report(whole, map("\t".join, cells(whole)), as_json=as_json)
 
 
-def _with_forms(key: str, exports: Mapping[str, str]) -> str:
-    """The key of an assignment together with the files that each student's folder gets."""
-    return " ".join([key, *(f"{form}={name}" for form, name in sorted(exports.items()))])
-
-
-def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Student, Record]) -> None:
+def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Student, Graded]) -> None:
     """Grade the students without a record, save what each of them gets, and add their records."""
     from service.grading.classes.class_grading import grade_class as graded
-    from service.grading.classes.class_records import Record
 
     left = [student for student in keys if student not in records]
     try:
@@ -215,17 +202,17 @@ def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Stud
             results = graded(
                 run.manifest,
                 left,
-                references=run.references,
-                jobs=run.jobs,
-                server=run.server,
-                cache=run.cache,
+                references=run.options.references,
+                jobs=run.options.processes,
+                server=run.options.server,
+                cache=run.options.cache,
                 on_test=_shown(bar, len(left) * len(run.manifest.tests)),
             )
             # Ctrl-C or a full disk ends all tests at once.
             with closing(results):
-                for found in results:
-                    _save(run, found, keys[found.student])
-                    records[found.student] = Record(found.grade, found.prints)
+                for student, found in results:
+                    _save(run, student, found, keys[student])
+                    records[student] = replace(found, pictures={})
     finally:
         if len(records) < len(keys):
             output.say(f"{len(records)} of {len(keys)} submissions are graded. Run it again for the others.")
@@ -244,37 +231,38 @@ def _shown(bar: Bar, total: int) -> Callable[[Student], None]:
     return show
 
 
-def _save(run: ClassRun, found: StudentResult, key: str) -> None:
+def _save(run: ClassRun, student: Student, found: Graded, key: str) -> None:
     """Write the result of a student; the key comes last, because it says that all is there."""
     from service.grading.classes.class_records import KEY, PRINTS, packed
     from service.grading.classes.class_records import RESULT as STUDENT_RESULT
     from service.grading.exports import EXPORTS
 
-    place = run.place(found.student)
+    place = run.place(student)
     make_folder(place)
     (place / KEY).unlink(missing_ok=True)
     for name, content in found.pictures.items():
         write_whole(place / name, content)
-    for form, name in {"html-staff": STAFF_PAGE}.items() | run.exports.items():
+    for form, name in (("html-staff", STAFF_PAGE), *run.exports.items()):
         write_whole(place / name, EXPORTS[form](found.grade, place))
     write_whole(place / STUDENT_RESULT, f"{found.grade.model_dump_json(indent=2)}\n".encode())
     write_whole(place / PRINTS, packed(found.prints))
     write_whole(place / KEY, key.encode())
 
 
-def _save_class(run: ClassRun, records: Mapping[Student, Record], left_out: Sequence[str]) -> ClassGrade:
+def _save_class(run: ClassRun, records: Mapping[Student, Graded], left_out: Sequence[str]) -> ClassGrade:
     from service.grading.classes.class_grading import of_class
     from service.grading.classes.class_signals import shared_files, shared_noise
     from service.grading.exports.class_page import class_page
     from service.grading.exports.gradebook import for_class
 
-    grades = {student.name: record.grade for student, record in records.items()}
+    by_student = {student: record.grade for student, record in records.items()}
+    grades = {student.name: grade for student, grade in by_student.items()}
     prints = {student.name: record.prints for student, record in records.items()}
     files = shared_files(grades)
-    noise, not_compared = shared_noise(run.manifest, run.references, prints, files)
+    noise, not_compared = shared_noise(run.manifest, run.options.references, prints, files)
     whole = of_class(
         run.manifest.title,
-        {student: record.grade for student, record in records.items()},
+        by_student,
         files=files,
         noise=noise,
         not_compared=not_compared,
@@ -283,7 +271,7 @@ def _save_class(run: ClassRun, records: Mapping[Student, Record], left_out: Sequ
     save(run.out / RESULT, f"{whole.model_dump_json(indent=2)}\n".encode())
     save(run.out / GRADEBOOK, for_class([*grades.values()], whole))
     save(run.out / PAGE, class_page(whole, grades, STAFF_PAGE), "open it in a browser")
-    _save_roster(run, {student: record.grade for student, record in records.items()})
+    _save_roster(run, by_student)
     return whole
 
 

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 from schemas.grading.grades import Lateness, Override, Status, TestGrade
-from schemas.grading.manifests import Manifest
-from schemas.grading.policies import LatePolicy
+from schemas.grading.manifests import LatePolicy, Manifest
 from service.grading.errors import AdjustmentError
 
 DAY = timedelta(days=1)

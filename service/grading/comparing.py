@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 
 from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of
@@ -27,10 +27,10 @@ from service.grading.mistakes.counterfactuals import explain, is_certain
 from service.grading.outcomes import DIFFERENCE, Outcome, of_picture
 from service.grading.programs.program import ProgramMistake
 from service.grading.programs.repairing import Pardon, Repair, pardoned
+from service.grading.references import Wanted, read_picture, wanted
 from service.grading.rendering import rendered
 from service.grading.selection import Selection, select
 from service.grading.settings import Run
-from service.grading.wanted import Wanted, read_picture, wanted
 
 LABEL = "picture, reference, difference"
 
@@ -222,17 +222,7 @@ def _undone(repair: Repair, pardon: Pardon, values: Floats) -> Floats:
 def _regions(found: _Found, names: Sequence[str]) -> tuple[ComparisonRegion, ...]:
     """Regions of the judged part that differ most; none if it says too little."""
     regions = (
-        ComparisonRegion(
-            x0=region.x0,
-            y0=region.y0,
-            x1=region.x1,
-            y1=region.y1,
-            share=region.share,
-            rmse=region.rmse,
-            brightness=region.brightness,
-            shape=region.shape,
-            name=named(region.shape, names),
-        )
+        ComparisonRegion(**asdict(region), name=named(region.shape, names))
         for region in (found.part.regions if found.enough else ())
     )
     return tuple(map(found.selection.moved, regions))

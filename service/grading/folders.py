@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import re
+import tempfile
 import unicodedata
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -115,6 +116,13 @@ class Folder:
             found = f" Found {meant}, wanted {name}: hand it in under this name." if meant else ""
             return NotSubmittedError(f"{name} was not submitted.{found}")
         return BrokenTestError(f"{name} is not beside the manifest.")
+
+
+def keep(file: Path, content: bytes) -> None:
+    """Write a file of a cache: processes may write the same one, and renaming leaves a complete file."""
+    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as whole:
+        whole.write(content)
+    Path(whole.name).replace(file)
 
 
 MOST_FILES = 10_000

@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-from schemas.grading.grades import Grade, TestGrade
-from schemas.grading.manifests import ImageTest, Manifest
+from schemas.grading.grades import Grade, GradeTimings, TestGrade
+from schemas.grading.manifests import Criterion, ImageTest, Manifest, RaysTest, SceneTest, TimeTest
 from service.grading import results
 from service.grading.adjustments import Correction
+from service.grading.comparing import image, scene
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
-from service.grading.kinds import findings
+from service.grading.likeness.fingerprints import Fingerprint
+from service.grading.outcomes import Outcome, of_file
 from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
 from service.grading.program_search import search
-from service.grading.references import Prepared, prepare, wanted
+from service.grading.rays.ray_tests import rays
+from service.grading.references import prepare, to_render
+from service.grading.rendering import rendered
+from service.grading.scales import by_number
 from service.grading.settings import Run
 from service.grading.variants import references_for
 
@@ -29,17 +35,20 @@ OnTest = Callable[[TestGrade], None]
 
 @dataclass(frozen=True, slots=True)
 class Graded:
-    """A result and its pictures.
+    """The result of a submission.
 
     Attributes
     ----------
     grade : Grade
     pictures : dict of str to bytes
-        PNG files, by the names in the result.
+        PNG files, by the names in the grade.
+    prints : dict of str to Fingerprint
+        Of the submitted pictures, by test.
     """
 
     grade: Grade
     pictures: dict[str, bytes]
+    prints: dict[str, Fingerprint]
 
 
 def grade(  # noqa: PLR0913 - one argument for each option of the command
@@ -82,7 +91,7 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
     -----
     Call this under ``if __name__ == "__main__":``, as always with multiprocessing.
     """
-    begun = time.perf_counter(), time.process_time(), datetime.now(UTC)
+    begun, cpu_before, started = time.perf_counter(), time.process_time(), datetime.now(UTC)
     run = Run(
         manifest,
         references_for(manifest, references, student),
@@ -99,17 +108,31 @@ def grade(  # noqa: PLR0913 - one argument for each option of the command
             cpu_seconds += finished.cpu_seconds
             if on_test is not None:
                 on_test(tested.grade)
-    in_order = [done[test.id] for test in manifest.tests]
-    timings = results.timings(begun, cpu_seconds)
-    whole = results.graded(
-        manifest, in_order, timings, student=student, submitted=submitted, corrections=corrections
+    timings = GradeTimings(
+        seconds=time.perf_counter() - begun,
+        cpu_seconds=time.process_time() - cpu_before + cpu_seconds,
+        started=started.isoformat(timespec="seconds"),
     )
-    return Graded(whole, pictures_of(in_order))
+    return assembled(manifest, done, timings, student, submitted, corrections)
 
 
-def pictures_of(tests: Iterable[results.Tested]) -> dict[str, bytes]:
-    """The pictures of all tests, by name."""
-    return {name: content for tested in tests for name, content in tested.pictures.items()}
+def assembled(
+    manifest: Manifest,
+    done: Mapping[str, results.Tested],
+    timings: GradeTimings,
+    student: str | None,
+    submitted: str | None,
+    corrections: Sequence[Correction],
+) -> Graded:
+    """The result of a submission from those of all its tests, by id."""
+    tests = [done[test.id] for test in manifest.tests]
+    return Graded(
+        results.graded(
+            manifest, tests, timings, student=student, submitted=submitted, corrections=corrections
+        ),
+        {name: content for tested in tests for name, content in tested.pictures.items()},
+        {tested.grade.id: tested.fingerprint for tested in tests if tested.fingerprint is not None},
+    )
 
 
 @contextmanager
@@ -122,14 +145,14 @@ def reference_folder(cache: Path | None) -> Iterator[Path]:
         yield Path(folder)
 
 
-def prepare_references(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Prepared | str], float]:
+def prepare_references(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Path | str], float]:
     """Render all references that are scenes; also returns their CPU seconds."""
     errands = []
-    for key, reference in wanted(run.manifest):
+    for key, reference in to_render(run.manifest).items():
         deadline = run.manifest.deadline
         order = run.order(run.references, reference.file, reference.quality, deadline)
         errands.append(Errand(key, partial(prepare, order, folder), deadline, _bytes(run.manifest.memory)))
-    prepared: dict[str, Prepared | str] = {}
+    prepared: dict[str, Path | str] = {}
     cpu_seconds = 0.0
     for key, finished in run_all(errands, jobs):
         prepared[key] = finished.result or results.trouble(finished)
@@ -179,3 +202,34 @@ def _broken(reason: str) -> None:
 
 def _bytes(mebibytes: int | None) -> int | None:
     return None if mebibytes is None else mebibytes * MEBIBYTE
+
+
+def time_used(test: TimeTest, run: Run) -> Iterator[Outcome]:
+    """Grade the CPU seconds of a render of the submitted scene, as measured here."""
+    seconds = rendered(run.submitted(test.submitted, test)).cpu_seconds
+    content = run.submission.read(test.submitted.file)
+    yield replace(
+        by_number("cpu_seconds", seconds, test.accept),
+        metrics={"cpu_seconds": seconds},
+        inputs=(of_file(test.id, "submission", test.submitted.file, content),),
+    )
+
+
+KINDS: dict[type[Criterion], Callable[[Any, Run], Iterator[Outcome]]] = {
+    ImageTest: image,
+    SceneTest: scene,
+    RaysTest: rays,
+    TimeTest: time_used,
+}
+"""The function that runs each kind of test. Each outcome it yields replaces the previous one."""
+
+
+def findings(test: Criterion, run: Run) -> Iterator[Outcome]:
+    """Run one test in this process, and yield its outcomes as soon as they are known.
+
+    Raises
+    ------
+    GradingError
+        The test has no result; the message says why.
+    """
+    return KINDS[type(test)](test, run)

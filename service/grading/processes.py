@@ -106,10 +106,9 @@ def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finishe
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
     context = multiprocessing.get_context("forkserver")
-    # Load the libraries once, in the fork server; and also the modules of this process, because each child
-    # imports the main program again.
-    loaded = [name for name in sys.modules if name.startswith("service.")]
-    context.set_forkserver_preload([__name__, "service.grading.kinds", *loaded])
+    # Load the libraries and the modules of this process once, in the fork server: each child imports the main
+    # program again.
+    context.set_forkserver_preload([name for name in sys.modules if name.startswith("service.")])
     waiting, running = deque(errands), dict[Connection, _Running]()
     try:
         while waiting or running:
@@ -145,13 +144,12 @@ def _start(context: Any, errand: Errand) -> tuple[Connection, _Running]:
 def _received(here: Connection, one: _Running) -> Finished | None:
     """The outcome of an errand whose process sent a message; None if it continues."""
     try:
-        message = here.recv()
+        has_ended, found, one.cpu_seconds = here.recv()
     except (EOFError, OSError):
         return one.finished(trouble=_died(one))
-    if isinstance(message, _Ended):
-        one.cpu_seconds = message.cpu_seconds
-        return one.finished(error=message.error)
-    one.result, one.cpu_seconds = message
+    if has_ended:
+        return one.finished(error=found)
+    one.result = found
     return None
 
 
@@ -174,23 +172,8 @@ def _end(here: Connection, one: _Running) -> None:
     here.close()
 
 
-@dataclass(frozen=True, slots=True)
-class _Ended:
-    """The last message that a process sends.
-
-    Attributes
-    ----------
-    error : Exception or None
-        The exception that the call raised.
-    cpu_seconds : float
-    """
-
-    error: Exception | None
-    cpu_seconds: float
-
-
 def _do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None:
-    """Call a function and send back its result or its exception, and the CPU seconds of this process.
+    """Call a function and send back its results, at the end its exception or None, and CPU seconds with each.
 
     Parameters
     ----------
@@ -211,10 +194,10 @@ def _do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None
     try:
         given = call()
         for result in given if isinstance(given, Iterator) else (given,):
-            answer.send((result, time.process_time()))
+            answer.send((False, result, time.process_time()))
     except Exception as raised:  # noqa: BLE001 - any error fails this test alone
         error = _picklable(raised)
-    answer.send(_Ended(error, time.process_time()))
+    answer.send((True, error, time.process_time()))
 
 
 def _taken() -> int:

@@ -13,8 +13,8 @@ from service.grading.errors import GradingError
 from service.grading.programs.program import NONE, Pair, ProgramMistake, ProgramMistakes, is_undone
 from service.grading.programs.repairing import ambient_term
 from service.grading.programs.shared_mistakes import Shared, agree, shared
+from service.grading.references import read_picture, reference_picture, reference_scene
 from service.grading.settings import Run
-from service.grading.wanted import read_picture, reference_picture, reference_scene
 
 LEAST_SIDE = 3
 """Pixels along the shorter side of a picture in which a shift can be seen."""

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from importlib.metadata import version
 
 from schemas.grading.grades import (
@@ -154,15 +152,6 @@ def _without(grade: TestGrade, missed: Sequence[TestGrade]) -> TestGrade:
     open_: Status = "error" if any(each.is_open for each in missed) else "failed"
     message = sentences.joined(f"It earns points only with all points in {names}.", grade.message)
     return grade.model_copy(update={"points": 0.0, "status": open_, "message": message})
-
-
-def timings(begun: tuple[float, float, datetime], cpu_seconds: float) -> GradeTimings:
-    """Timings since `begun` (wall clock, CPU clock, date), plus the CPU seconds of other processes."""
-    return GradeTimings(
-        seconds=time.perf_counter() - begun[0],
-        cpu_seconds=time.process_time() - begun[1] + cpu_seconds,
-        started=begun[2].isoformat(timespec="seconds"),
-    )
 
 
 def trouble(finished: Finished) -> str:

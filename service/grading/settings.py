@@ -11,7 +11,6 @@ from schemas.quality import Quality
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
 from service.grading.programs.program import NONE, ProgramMistakes
-from service.grading.references import Prepared
 from service.grading.rendering import Ordered
 
 
@@ -31,7 +30,7 @@ class Run:
     keep : Path or None
         A folder of altered pictures that submissions of a class share.
     prepared : mapping
-        Rendered references by `references.key_of`, or the reason why rendering failed.
+        Files of rendered references by `references.key_of`, or the reason why rendering failed.
     mistakes : ProgramMistakes
         What the submission's program does wrong in all its pictures.
     """
@@ -42,7 +41,7 @@ class Run:
     server: str | None = None
     pictures: bool = False
     keep: Path | None = None
-    prepared: Mapping[str, Prepared | str] = field(default_factory=dict)
+    prepared: Mapping[str, Path | str] = field(default_factory=dict)
     mistakes: ProgramMistakes = NONE
 
     def deadline(self, test: Criterion) -> float:
@@ -57,8 +56,8 @@ class Run:
         """The scene that the submission must provide for a test."""
         return self.order(self.submission, scene.file, scene.quality, self.deadline(test))
 
-    def reference(self, key: str) -> Prepared:
-        """A rendered reference.
+    def reference(self, key: str) -> Path:
+        """The file of a rendered reference.
 
         Raises
         ------

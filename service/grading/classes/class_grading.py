@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections import defaultdict
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from urllib.parse import quote
@@ -16,70 +17,13 @@ from schemas.grading.manifests import Manifest
 from service.grading import results
 from service.grading.classes.class_records import Student
 from service.grading.folders import Folder
-from service.grading.grading import errands_of, pictures_of, prepare_references, reference_folder
-from service.grading.likeness.fingerprints import Fingerprint
-from service.grading.processes import Errand, Finished, run_all
+from service.grading.grading import Graded, assembled, errands_of, prepare_references, reference_folder
+from service.grading.processes import Errand, run_all
 from service.grading.settings import Run
 from service.grading.variants import references_for
 
 BETWEEN = "/"
 """Between the number of a student and the id of a test, which cannot contain it."""
-
-
-@dataclass(frozen=True, slots=True)
-class StudentResult:
-    """The result of a submission.
-
-    Attributes
-    ----------
-    student : Student
-    grade : Grade
-    pictures : dict of str to bytes
-        PNG files, by the names in the grade.
-    prints : dict of str to Fingerprint
-        Of the submitted pictures, by test.
-    """
-
-    student: Student
-    grade: Grade
-    pictures: dict[str, bytes]
-    prints: dict[str, Fingerprint]
-
-
-@dataclass(slots=True)
-class _Progress:
-    """A student's tests that are done."""
-
-    student: Student
-    started: datetime
-    tests: dict[str, results.Tested] = field(default_factory=dict)
-    cpu_seconds: float = 0.0
-
-    def add(self, manifest: Manifest, test_id: str, finished: Finished) -> None:
-        """Record a test."""
-        (test,) = (test for test in manifest.tests if test.id == test_id)
-        self.tests[test_id] = results.tested(test, finished)
-        self.cpu_seconds += finished.cpu_seconds
-
-    def result(self, manifest: Manifest) -> StudentResult:
-        """The whole result."""
-        in_order = [self.tests[test.id] for test in manifest.tests]
-        timings = GradeTimings(
-            # Tests of several students run side by side, so the time between first and last means nothing.
-            seconds=sum(tested.grade.seconds for tested in in_order),
-            cpu_seconds=self.cpu_seconds,
-            started=self.started.isoformat(timespec="seconds"),
-        )
-        grade = results.graded(
-            manifest,
-            in_order,
-            timings,
-            student=self.student.name,
-            submitted=self.student.submitted,
-            corrections=self.student.corrections,
-        )
-        prints = {test.grade.id: test.fingerprint for test in in_order if test.fingerprint is not None}
-        return StudentResult(self.student, grade, pictures_of(in_order), prints)
 
 
 def grade_class(
@@ -91,7 +35,7 @@ def grade_class(
     server: str | None = None,
     cache: Path | None = None,
     on_test: Callable[[Student], None] | None = None,
-) -> Generator[StudentResult, None, None]:
+) -> Generator[tuple[Student, Graded], None, None]:
     """Grade submissions, and yield the result of each as soon as its last test is done.
 
     Parameters
@@ -122,21 +66,33 @@ def _grade_group(
     jobs: int,
     folder: Path,
     on_test: Callable[[Student], None] | None,
-) -> Iterator[StudentResult]:
+) -> Iterator[tuple[Student, Graded]]:
     """Grade submissions with the same references, which a folder keeps."""
     prepared, _ = prepare_references(run, jobs, folder)
+    tests = {test.id: test for test in run.manifest.tests}
     with tempfile.TemporaryDirectory(prefix="penumbra-class-") as keep:
         run = replace(run, prepared=prepared, keep=Path(keep))
-        started = datetime.now(UTC)
-        open_ = {number: _Progress(student, started) for number, student in enumerate(students)}
+        started, open_ = datetime.now(UTC), defaultdict[int, dict[str, results.Tested]](dict)
         for name, finished in run_all(_errands(run, students), jobs):
             number, _, test_id = name.partition(BETWEEN)
-            done = open_[int(number)]
-            done.add(run.manifest, test_id, finished)
+            place = int(number)
+            open_[place][test_id] = results.tested(tests[test_id], finished)
             if on_test is not None:
-                on_test(done.student)
-            if len(done.tests) == len(run.manifest.tests):
-                yield open_.pop(int(number)).result(run.manifest)
+                on_test(students[place])
+            if len(open_[place]) == len(tests):
+                yield students[place], _graded(run.manifest, students[place], open_.pop(place), started)
+
+
+def _graded(
+    manifest: Manifest, student: Student, done: Mapping[str, results.Tested], started: datetime
+) -> Graded:
+    timings = GradeTimings(
+        # Tests of several students run side by side, so the time between first and last means nothing.
+        seconds=sum(tested.grade.seconds for tested in done.values()),
+        cpu_seconds=sum(tested.grade.cpu_seconds for tested in done.values()),
+        started=started.isoformat(timespec="seconds"),
+    )
+    return assembled(manifest, done, timings, student.name, student.submitted, student.corrections)
 
 
 def _errands(run: Run, students: Sequence[Student]) -> list[Errand]:

@@ -30,6 +30,7 @@ from schemas.grading.manifests import (
 from service.grading.adjustments import Correction
 from service.grading.errors import GradingError
 from service.grading.folders import MOST_BYTES, Folder, is_hidden, readable
+from service.grading.grading import Graded
 from service.grading.likeness.fingerprints import Fingerprint
 
 RESULT, PRINTS, KEY = "result.json", "fingerprints.npz", "graded.key"
@@ -72,21 +73,6 @@ class Student:
         return word in {self.name, self.number}
 
 
-@dataclass(frozen=True, slots=True)
-class Record:
-    """What is known of a graded submission.
-
-    Attributes
-    ----------
-    grade : Grade
-    prints : mapping of str to Fingerprint
-        Of its pictures, by test.
-    """
-
-    grade: Grade
-    prints: Mapping[str, Fingerprint]
-
-
 def submissions(folder: Path) -> tuple[tuple[Student, ...], tuple[str, ...]]:
     """The submissions of a class, by name, and the names of whatever else people see there.
 
@@ -117,13 +103,13 @@ def submission_key(assignment: str, student: Student) -> str:
     return _hashed(b"\0".join([words, os.fsencode(student.folder.name), *lines]))
 
 
-def graded_before(place: Path, key: str) -> Record | None:
-    """The record in a folder, if it is complete and has this key."""
+def graded_before(place: Path, key: str) -> Graded | None:
+    """The result in a folder, if it is complete and has this key; without its pictures."""
     try:
         if (place / KEY).read_text() != key:
             return None
         grade = Grade.model_validate_json((place / RESULT).read_bytes())
-        return Record(grade, unpacked((place / PRINTS).read_bytes()))
+        return Graded(grade, {}, unpacked((place / PRINTS).read_bytes()))
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
         return None
 

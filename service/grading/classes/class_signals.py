@@ -30,9 +30,8 @@ from service.grading.likeness.fingerprints import (
     pairs,
     parts,
 )
-from service.grading.references import key_of, prepare
+from service.grading.references import Wanted, key_of, prepare, wanted
 from service.grading.settings import Run
-from service.grading.wanted import Wanted, wanted
 
 FIXED = (("center", 1), ("uniform", 4), ("uniform", 9), ("uniform", 16), ("rotated", 4), ("rotated", 16))
 """Patterns and numbers of samples that any two programs may choose, which gives them the same errors."""

@@ -9,7 +9,7 @@ from itertools import chain
 
 from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade, TestGrade
-from service.grading.exports.page import POLICY, STYLE, words
+from service.grading.exports.page import document, words
 from service.grading.exports.rows import OPEN, WORDS
 from service.grading.exports.texts import line, number, shortened
 
@@ -52,19 +52,13 @@ def class_page(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> byt
     page
         Name of the page in the folder of each student.
     """
-    title = words(line(whole.title))
-    parts = [
-        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>',
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
-        '<meta name="viewport" content="width=device-width">',
-        f"<style>{STYLE}{MORE_STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>",
-        *_summary(whole),
-        *_causes(whole, grades, page),
-        *_signals(whole, page),
-        *_students(whole, page),
-        "</main>\n</body>\n</html>\n",
-    ]
-    return "\n".join(parts).encode()
+    parts = (
+        _summary(whole),
+        _causes(whole, grades, page),
+        _signals(whole, page),
+        _students(whole, page),
+    )
+    return document(whole.title, chain.from_iterable(parts), style=MORE_STYLE)
 
 
 def histogram(scores: Sequence[float], full: float) -> list[int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from accuracy.comparison.heat import GAP
@@ -45,7 +45,6 @@ def for_staff_review(grade: Grade, pictures: Path | None = None) -> bytes:
 
 
 def _page(grade: Grade, rows: Sequence[Row], shown: Album, staff: Iterator[str] | tuple[()]) -> bytes:
-    title = words(line(grade.title))
     scenes = "of this student alone" if grade.own_scenes else None
     whose = "".join(
         f"<p>{label}: {words(line(value))}</p>"
@@ -53,19 +52,26 @@ def _page(grade: Grade, rows: Sequence[Row], shown: Album, staff: Iterator[str] 
         if value is not None
     )
     parts = [
-        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>',
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
-        f'<meta name="viewport" content="width=device-width">\n<style>{STYLE}</style>\n</head>\n<body>',
-        f"<main>\n<h1>{title}</h1>{whose}<p><strong>{words(headline(grade))}</strong></p>",
+        f"{whose}<p><strong>{words(headline(grade))}</strong></p>",
         "<table><tr><th>Test</th><th class=points>Points</th><th>Result</th></tr>",
         *(_entry(row) for row in rows),
         "</table>",
         *staff,
         *(_section(row, shown.of(row), grade.inputs) for row in rows),
-        "</main>",
-        f"<footer><p>{words(f'{grade.tool.name} {grade.tool.version}')}</p></footer>\n</body>\n</html>\n",
     ]
-    return "\n".join(parts).encode()
+    tool = f"<footer><p>{words(f'{grade.tool.name} {grade.tool.version}')}</p></footer>"
+    return document(grade.title, parts, after=tool)
+
+
+def document(title: str, parts: Iterable[str], *, style: str = "", after: str = "") -> bytes:
+    """A whole page: a heading and what follows it, with more style than all pages have, and a footer."""
+    name, content = words(line(title)), "\n".join(parts)
+    return (
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{name}</title>\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
+        f'<meta name="viewport" content="width=device-width">\n<style>{STYLE}{style}</style>\n</head>\n'
+        f"<body>\n<main>\n<h1>{name}</h1>{content}\n</main>\n{after}\n</body>\n</html>\n"
+    ).encode()
 
 
 def words(text: str) -> str:

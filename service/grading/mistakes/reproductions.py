@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import io
 import math
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -21,6 +20,7 @@ from renderer.plan.geometry import SceneGeometry, build_geometry
 from renderer.plan.request import Request
 from renderer.scenes import LoadedScene
 from schemas.quality import Antialiasing, FixedQuality, LightSampling
+from service.grading.folders import keep
 from service.grading.mistakes.altered_scenes import Alteration
 
 BUILT = ("shapes", "materials", "textures")
@@ -110,7 +110,9 @@ class Reproductions:
 
     def _rendered(self, alteration: Alteration, scene: LoadedScene, detail: Detail) -> NDArray[np.float32]:
         geometry = self._built(alteration.scene)
-        plan = build_plan(Request(scene, _quality(scene, detail), geometry, culling=True))
+        pixels = Antialiasing(pattern="uniform", samples=detail.samples)
+        quality = quality_of(scene, pixels, LightSampling(pattern="uniform", samples=detail.light_points))
+        plan = build_plan(Request(scene, quality, geometry, culling=True))
         return renderer.render(plan if alteration.change is None else alteration.change(plan)).image
 
     def reduced(self, scene: LoadedScene, detail: Detail) -> LoadedScene:
@@ -153,15 +155,11 @@ def reduced(values: Floats, factor: int) -> Floats:
     return means
 
 
-def _quality(scene: LoadedScene, detail: Detail) -> FixedQuality:
-    light = scene.document.sampling.light
-    # A scene with a single light sample keeps it: its hard shadows are intended.
-    points = 1 if (light.pattern, light.samples) == ("uniform", 1) else detail.light_points
-    return FixedQuality(
-        mode="fixed",
-        antialiasing=Antialiasing(pattern="uniform", samples=detail.samples),
-        light=LightSampling(pattern="uniform", samples=points),
-    )
+def quality_of(scene: LoadedScene, pixels: Antialiasing, lights: LightSampling) -> FixedQuality:
+    """Samples of each pixel and light; a single light sample is kept: the hard shadows are intended."""
+    own = scene.document.sampling.light
+    single = (own.pattern, own.samples) == ("uniform", 1)
+    return FixedQuality(mode="fixed", antialiasing=pixels, light=own if single else lights)
 
 
 def kept(folder: Path | None, key: str, render: Callable[[], NDArray[np.float32]]) -> NDArray[np.float32]:
@@ -186,8 +184,5 @@ def kept(folder: Path | None, key: str, render: Callable[[], NDArray[np.float32]
     picture = render()
     content = io.BytesIO()
     np.save(content, picture)
-    with tempfile.NamedTemporaryFile(dir=folder, delete=False) as whole:
-        whole.write(content.getvalue())
-    # Two tests may make the same picture; renaming leaves a complete file.
-    Path(whole.name).replace(file)
+    keep(file, content.getvalue())
     return picture

@@ -23,12 +23,12 @@ from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
 from schemas.grading.acceptance import Acceptance, Verdict
-from schemas.quality import Antialiasing, FixedQuality, LightSampling
+from schemas.quality import Antialiasing, LightSampling
 from service.grading.accepting import noiseless
-from service.grading.mistakes.reproductions import kept
+from service.grading.mistakes.reproductions import kept, quality_of
 from service.grading.programs.displacements import Displacement
 from service.grading.programs.program import UNDO, Program, ProgramMistake, ProgramMistakes, is_undone
-from service.grading.wanted import Wanted
+from service.grading.references import Wanted
 
 SAMPLES = 64
 """Camera samples of a reference that is rendered with an offset: at edges its error is 0.01."""
@@ -230,15 +230,9 @@ def _rendered(scene: LoadedScene, samples: int, offset: Displacement | None, kee
 
 
 def _image(scene: LoadedScene, samples: int, offset: Displacement | None) -> NDArray[np.float32]:
-    light = scene.document.sampling.light
-    # A scene with a single light sample keeps it: its hard shadows are intended.
-    single = (light.pattern, light.samples) == ("uniform", 1)
-    quality = FixedQuality(
-        mode="fixed",
-        antialiasing=Antialiasing(pattern="sobol" if samples > 1 else "center", samples=samples),
-        light=light if single else LightSampling(pattern="sobol", samples=LIGHT_POINTS),
-    )
-    plan = renderer.compile_scene(scene, quality)
+    pixels = Antialiasing(pattern="sobol" if samples > 1 else "center", samples=samples)
+    lights = LightSampling(pattern="sobol", samples=LIGHT_POINTS)
+    plan = renderer.compile_scene(scene, quality_of(scene, pixels, lights))
     if offset is not None:
         parts = {field.name: getattr(plan.camera, field.name) for field in fields(Pinhole)}
         plan = replace(plan, camera=DisplacedPinhole(**parts, displacement=offset))

@@ -61,7 +61,7 @@ def test_picture_of_somebody_else_earns_nothing(assignment: Assignment, tmp_path
         student.folder.mkdir(parents=True)
         np.save(student.folder / "picture.npy", right)
     graded = grade_class(manifest(assignment), students, references=assignment.references, jobs=2)
-    assert [(found.grade.own_scenes, found.grade.score) for found in graded] == [(True, 10), (True, 0)]
+    assert [(found.grade.own_scenes, found.grade.score) for _, found in graded] == [(True, 10), (True, 0)]
     assignment.hand_in("picture.npy", right)
     read = manifest(assignment).model_dump(mode="json")["per_student"]
     assert assignment.grade(image_test(), members={"per_student": read}, student="7").score == 10

@@ -16,8 +16,7 @@ from schemas.grading.manifests import Manifest
 from service.grading.classes.class_grading import grade_class
 from service.grading.classes.class_records import Student
 from service.grading.folders import Folder
-from service.grading.grading import grade
-from service.grading.kinds import findings
+from service.grading.grading import findings, grade
 from service.grading.mistakes.counterfactuals import explain
 from service.grading.program_search import search
 from service.grading.settings import Run
@@ -138,7 +137,9 @@ def grades(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Grade]:
     students = [Student(folder / named(wrong)) for wrong, _, _ in WHOLE]
     for (wrong, _, _), student in zip(WHOLE, students, strict=True):
         tracer.run(FOLDER, student.folder, frozenset(wrong))
-    return {found.student.name: found.grade for found in grade_class(MANIFEST, students, references=FOLDER)}
+    return {
+        student.name: found.grade for student, found in grade_class(MANIFEST, students, references=FOLDER)
+    }
 
 
 @pytest.mark.slow

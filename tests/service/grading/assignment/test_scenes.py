@@ -9,7 +9,7 @@ from accuracy.comparison import Picture
 from accuracy.comparison.noise import sample_variances
 from scenes import make_assignment, make_assignment_rays, make_assignment_references
 from scenes.make_assignment_parts import FOLDER
-from service.grading import wanted
+from service.grading import references
 from service.grading.folders import Folder
 from tests.service.grading.assignment.tracer import Tracer, read
 
@@ -19,7 +19,7 @@ SCENES = {**make_assignment.PICTURES, **make_assignment_rays.RAYS}
 def reference(name: str) -> Picture:
     """A reference with its layers, as the grader reads it."""
     folder = Folder(FOLDER.resolve(), "reference")
-    return wanted.read_picture(folder, f"references/{name}.npz", "linear")[1]
+    return references.read_picture(folder, f"references/{name}.npz", "linear")[1]
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -16,7 +16,7 @@ from schemas.grading.manifest_reading import read_manifest
 from schemas.grading.manifests import Manifest
 from service.grading.classes.class_signals import shared_files, shared_noise
 from service.grading.folders import Folder
-from service.grading.kinds import findings
+from service.grading.grading import findings
 from service.grading.likeness.fingerprints import Fingerprint, fingerprint
 from service.grading.outcomes import of_picture
 from service.grading.settings import Run
