@@ -17,11 +17,11 @@ import typer
 from service.cli import output, scene_files
 from service.cli.errors import CommandError, ExitCode, InputError, UnusableSceneError
 from service.cli.options import MOST_WORKERS, JsonOption, connect
-from service.cli.progress import progress_bar
+from service.cli.progress import advancing, progress_bar
 from service.cli.targets import check_target, make_folder, save, write_whole
 
 if TYPE_CHECKING:
-    from schemas.grading.grades import Grade, TestGrade
+    from schemas.grading.grades import Grade
     from schemas.grading.manifests import Manifest
     from service.grading.adjustments import Correction
     from service.grading.grading import Graded
@@ -187,7 +187,8 @@ def _grade_one(given: GradeOptions, submission: Path, fail_under: float | None) 
     _check_server(given.server)
     from service.grading.grading import grade as graded
 
-    with _progress(read) as show:
+    with progress_bar("grading") as bar:
+        show = advancing(bar, len(read.tests))
         found = graded(
             read,
             references=given.references,
@@ -199,7 +200,7 @@ def _grade_one(given: GradeOptions, submission: Path, fail_under: float | None) 
             student=given.student,
             submitted=given.submitted_at,
             corrections=[each for each in corrections if each.student == given.student],
-            on_test=show,
+            on_test=lambda test: show(test.name),
         )
     _save(found, given.out, targets)
     width = shutil.get_terminal_size().columns if output.on_terminal() else None
@@ -214,19 +215,6 @@ def _exit_code(found: Grade, fail_under: float | None) -> int:
         return ExitCode.UNUSABLE_INPUT
     enough = fail_under is None or reached(found.score, fail_under, rising=True)
     return ExitCode.DONE if enough else ExitCode.BELOW_THRESHOLD
-
-
-@contextmanager
-def _progress(manifest: Manifest) -> Iterator[Callable[[TestGrade], None]]:
-    """A progress bar, moved by each test that is graded."""
-    done: list[str] = []
-    with progress_bar("grading") as bar:
-
-        def show(test: TestGrade) -> None:
-            done.append(test.id)
-            bar.show(len(done) / len(manifest.tests), test.name)
-
-        yield show
 
 
 def _grade_class(given: GradeOptions, folder: Path, roster: Path | None) -> int:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from service.cli import output
 from service.cli.errors import CommandError, ExitCode, InputError
-from service.cli.progress import Bar, progress_bar, remaining
+from service.cli.progress import advancing, progress_bar
 from service.cli.targets import make_folder, save, write_whole
 
 if TYPE_CHECKING:
@@ -199,6 +198,7 @@ def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Stud
     left = [student for student in keys if student not in records]
     try:
         with progress_bar("grading") as bar:
+            show = advancing(bar, len(left) * len(run.manifest.tests))
             results = graded(
                 run.manifest,
                 left,
@@ -206,7 +206,7 @@ def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Stud
                 jobs=run.options.processes,
                 server=run.options.server,
                 cache=run.options.cache,
-                on_test=_shown(bar, len(left) * len(run.manifest.tests)),
+                on_test=lambda student: show(student.name),
             )
             # Ctrl-C or a full disk ends all tests at once.
             with closing(results):
@@ -216,19 +216,6 @@ def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Stud
     finally:
         if len(records) < len(keys):
             output.say(f"{len(records)} of {len(keys)} submissions are graded. Run it again for the others.")
-
-
-def _shown(bar: Bar, total: int) -> Callable[[Student], None]:
-    """Advance the bar by a test, and estimate the remaining time from those that are done."""
-    begun, done = time.monotonic(), 0
-
-    def show(student: Student) -> None:
-        nonlocal done
-        done += 1
-        left = (time.monotonic() - begun) * (total - done) / done
-        bar.show(done / total, output.harmless(student.name) + remaining(left))
-
-    return show
 
 
 def _save(run: ClassRun, student: Student, found: Graded, key: str) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from service.cli import output
 
 if TYPE_CHECKING:
     from rich.live import Live
@@ -61,6 +64,19 @@ def remaining(seconds: float | None) -> str:
     if seconds >= 100:
         return f", about {seconds / 60:.0f} min left"
     return f", about {max(seconds, 1):.0f} s left"
+
+
+def advancing(bar: Bar, total: int) -> Callable[[str], None]:
+    """A function that moves the bar by one of so many steps, with a note and an estimate of the time left."""
+    begun, done = time.monotonic(), 0
+
+    def advance(note: str) -> None:
+        nonlocal done
+        done += 1
+        left = (time.monotonic() - begun) * (total - done) / done
+        bar.show(done / total, output.harmless(note) + remaining(left))
+
+    return advance
 
 
 @contextmanager

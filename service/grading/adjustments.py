@@ -84,14 +84,15 @@ def corrected(grade: TestGrade, corrections: Sequence[Correction]) -> TestGrade:
     if correction is None:
         return grade
     override = Override(reason=correction.reason, points=grade.points, status=grade.status)
-    points, status = correction.points, _status(correction.points, grade.max_points)
+    points, status = correction.points, status_of(correction.points / (grade.max_points or 1.0))
     return grade.model_copy(update={"points": points, "status": status, "override": override})
 
 
-def _status(points: float, most: float) -> Status:
-    if points == most:
+def status_of(share: float) -> Status:
+    """The status of a test that earned this share of its points."""
+    if share == 1.0:
         return "passed"
-    return "partial" if points else "failed"
+    return "partial" if share > 0 else "failed"
 
 
 def lateness(policy: LatePolicy | None, submitted: str | None, full: float, earned: float) -> Lateness | None:

@@ -30,10 +30,8 @@ from schemas.grading.manifests import (
 )
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder, keep
-from service.grading.rendering import Ordered, Rendered, rendered
+from service.grading.rendering import Ordered, rendered
 from service.grading.settings import Run
-
-IMAGE, SECONDS = "image", "cpu_seconds"
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +169,10 @@ def prepare(order: Ordered, folder: Path) -> Path:
     """
     file = folder / f"{_key(order)}.npz"
     if not file.exists():
-        _save(file, rendered(order))
+        made, content = rendered(order), io.BytesIO()
+        arrays: dict[str, Any] = {"image": made.image, **made.layers}
+        np.savez(content, **arrays)
+        keep(file, content.getvalue())
     return file
 
 
@@ -186,10 +187,3 @@ def _key(order: Ordered) -> str:
     quality = None if order.quality is None else order.quality.model_dump(mode="json")
     parts = [version("penumbra-render"), parcel.document, quality]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
-
-
-def _save(file: Path, made: Rendered) -> None:
-    content = io.BytesIO()
-    arrays: dict[str, Any] = {IMAGE: made.image, SECONDS: np.float64(made.cpu_seconds), **made.layers}
-    np.savez(content, **arrays)
-    keep(file, content.getvalue())

@@ -20,7 +20,7 @@ from schemas.grading.grades import (
 )
 from schemas.grading.manifests import Criterion, Manifest
 from service.grading import sentences
-from service.grading.adjustments import Correction, corrected, lateness
+from service.grading.adjustments import Correction, corrected, lateness, status_of
 from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
 from service.grading.likeness.fingerprints import Fingerprint
 from service.grading.outcomes import DIFFERENCE, Outcome
@@ -58,7 +58,7 @@ class Tested:
 def tested(test: Criterion, finished: Finished) -> Tested:
     """The grade of a test, also if it failed to run."""
     if isinstance(finished.result, Outcome):
-        outcome, status = finished.result, _status(finished.result.share)
+        outcome, status = finished.result, status_of(finished.result.share)
     else:
         outcome, status = Outcome(share=0.0, message=trouble(finished)), _failure(finished)
     names = {label: f"{test.id}-{number}.png" for number, label in enumerate(outcome.pictures, 1)}
@@ -161,12 +161,6 @@ def trouble(finished: Finished) -> str:
     if isinstance(finished.error, GradingError):
         return str(finished.error)
     return f"It failed: {type(finished.error).__name__}: {finished.error}"
-
-
-def _status(share: float) -> Status:
-    if share == 1.0:
-        return "passed"
-    return "partial" if share > 0 else "failed"
 
 
 def _failure(finished: Finished) -> Status:

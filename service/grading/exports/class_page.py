@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 
@@ -16,9 +16,6 @@ from service.grading.exports.texts import line, number, shortened
 TENTHS, MOST_BARS = 10, 20
 """Bars of the histogram up to the full score, and with those of bonus points; the last one has all above."""
 
-BAR, HEIGHT, LABELS = 56, 120, 18
-"""Width of a bar, height of the highest one, and room for a line of labels, in pixels."""
-
 MOST_NAMES = 12
 """Longer lists of submissions are folded."""
 
@@ -28,8 +25,6 @@ LONGEST_NAME = 40
 """Characters of a submission's name in lists; all of it shows beside the pointer."""
 
 MORE_STYLE = """
-.wide { overflow-x: auto; }
-.bars { min-width: 30rem; }
 a { overflow-wrap: anywhere; }
 @media (max-width: 40rem) {
   .lists tr { display: block; border-bottom: 1px solid #8886; }
@@ -37,8 +32,10 @@ a { overflow-wrap: anywhere; }
   .lists td { display: block; border: none; text-align: left; padding: .1rem 0; }
   .lists td:first-child { font-weight: bold; }
 }
-.bars rect { fill: #28c; stroke: none; }
-.bars text { font-size: 12px; fill: currentColor; text-anchor: middle; }
+.bars { width: 100%; max-width: 40rem; }
+.bars td { padding: 0 .6rem; }
+.bars td:last-child { width: 100%; }
+.bars div { background: #28c; height: 1rem; }
 """
 
 
@@ -84,28 +81,18 @@ def _summary(whole: ClassGrade) -> Iterator[str]:
     )
     if complete and whole.max_score > 0:
         yield "<h2>Points of submissions that are graded completely</h2>"
-        yield _drawn(histogram(complete, whole.max_score), whole.max_score)
+        yield from _bars(histogram(complete, whole.max_score), whole.max_score)
 
 
-def _drawn(counts: Sequence[int], full: float) -> str:
-    bars = "".join(_bar(place, count / max(counts), count, full) for place, count in enumerate(counts))
-    wide, tall = BAR * len(counts), HEIGHT + 2 * LABELS
-    said = ", ".join(f"{number(full * place / TENTHS)}+: {count}" for place, count in enumerate(counts))
-    return (
-        f'<div class="wide"><svg class="bars" viewBox="0 0 {wide} {tall}" style="max-width: {wide}px" '
-        f'role="img" aria-label="Submissions by points: {said}">{bars}</svg></div>'
-    )
-
-
-def _bar(place: int, share: float, count: int, full: float) -> str:
-    """A bar with the number of submissions above it and the least points below it."""
-    high, middle = round(HEIGHT * share), BAR * place + BAR // 2
-    top = LABELS + HEIGHT - high
-    return (
-        f'<rect x="{BAR * place + 2}" y="{top}" width="{BAR - 4}" height="{high}"/>'
-        f'<text x="{middle}" y="{top - 4}">{count}</text>'
-        f'<text x="{middle}" y="{HEIGHT + 2 * LABELS - 4}">{number(full * place / TENTHS)}+</text>'
-    )
+def _bars(counts: Sequence[int], full: float) -> Iterator[str]:
+    """The histogram as a table: the least points of a bar, and the number of submissions."""
+    yield "<table class=bars><tr><th class=points>Points</th><th class=points>Submissions</th><th></th></tr>"
+    for place, count in enumerate(counts):
+        yield (
+            f"<tr><td class=points>{number(full * place / TENTHS)}+</td><td class=points>{count}</td>"
+            f'<td aria-hidden="true"><div style="width: {100 * count / max(counts):.0f}%"></div></td></tr>'
+        )
+    yield "</table>"
 
 
 def _causes(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> Iterator[str]:
@@ -115,33 +102,19 @@ def _causes(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> Iterat
         "<table class=lists><tr><th>Cause</th><th class=points>Submissions</th><th>Tests</th>"
         "<th>Whose</th></tr>"
     )
-    found = {cause: _owners(whole, grades, cause) for cause in _all_causes(grades)}
-    for cause, (entries, tests) in sorted(found.items(), key=lambda item: (-len(item[1][0]), item[0])):
-        named = ", ".join(f"{name} ({count})" for name, count in tests.most_common())
+    lost = defaultdict[str, dict[ClassEntry, list[str]]](dict)
+    for entry in whole.students:
+        for test in grades[entry.student].tests:
+            if test.status != "passed":
+                lost[cause_of(test)].setdefault(entry, []).append(test.id)
+    for cause, entries in sorted(lost.items(), key=lambda item: (-len(item[1]), item[0])):
+        tests = Counter(chain.from_iterable(entries.values())).most_common()
+        named = ", ".join(f"{name} ({count})" for name, count in tests)
         yield (
             f"<tr><td>{words(cause)}</td><td class=points>{len(entries)}</td><td>{words(named)}</td>"
-            f"<td>{_links(entries, page)}</td></tr>"
+            f"<td>{_links([*entries], page)}</td></tr>"
         )
     yield "</table>"
-
-
-def _all_causes(grades: Mapping[str, Grade]) -> set[str]:
-    return {cause_of(test) for grade in grades.values() for test in grade.tests if test.status != "passed"}
-
-
-def _owners(
-    whole: ClassGrade, grades: Mapping[str, Grade], cause: str
-) -> tuple[list[ClassEntry], Counter[str]]:
-    """The submissions that lost points by a cause, and how many of them in which tests."""
-    lost = {
-        entry: [
-            test.id
-            for test in grades[entry.student].tests
-            if test.status != "passed" and cause_of(test) == cause
-        ]
-        for entry in whole.students
-    }
-    return [entry for entry, tests in lost.items() if tests], Counter(chain.from_iterable(lost.values()))
 
 
 def cause_of(test: TestGrade) -> str:

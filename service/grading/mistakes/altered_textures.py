@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -88,28 +88,23 @@ def altered_textures(scene: LoadedScene) -> Iterator[tuple[str, LoadedScene]]:
     colors = {material.color_texture for material in materials if material.color_texture}
     maps = {material.normal_map for material in materials if material.normal_map}
     for names, changes in ((colors, COLORS), (maps, NORMALS)):
-        images = {name for name in names if isinstance(scene.document.textures[name], ImageTexture)}
+        textures = {name: scene.document.textures[name] for name in names}
+        images = {name: each for name, each in textures.items() if isinstance(each, ImageTexture)}
         for cause, change in changes.items() if images and _readable(scene, images) else ():
             yield cause, _changed(scene, images, change)
 
 
-def _readable(scene: LoadedScene, names: set[str]) -> bool:
+def _readable(scene: LoadedScene, images: Mapping[str, ImageTexture]) -> bool:
     """Whether all files are readable pictures."""
     try:
-        for name in names:
-            texture = scene.document.textures[name]
-            if isinstance(texture, ImageTexture):
-                read_image(scene.assets.read(texture.asset))
+        for texture in images.values():
+            read_image(scene.assets.read(texture.asset))
     except (AssetError, KeyError):
         return False
     return True
 
 
-def _changed(scene: LoadedScene, names: set[str], change: Change) -> LoadedScene:
-    textures = dict(scene.document.textures)
-    for name in names:
-        texture = textures[name]
-        if isinstance(texture, ImageTexture):
-            textures[name] = texture.model_copy(update={"asset": texture.asset + SUFFIX})
-    document = scene.document.model_copy(update={"textures": textures})
+def _changed(scene: LoadedScene, images: Mapping[str, ImageTexture], change: Change) -> LoadedScene:
+    altered = {name: each.model_copy(update={"asset": each.asset + SUFFIX}) for name, each in images.items()}
+    document = scene.document.model_copy(update={"textures": {**scene.document.textures, **altered}})
     return LoadedScene(document, AlteredAssets(scene.assets, change))

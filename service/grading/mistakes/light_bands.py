@@ -78,9 +78,5 @@ def _correlation(difference: Floats, inside: Masks) -> float:
 def _mean_around(values: Floats) -> Floats:
     """Means of 3 x 3 pixels, (H, W, 3); border pixels are repeated."""
     padded = np.pad(values, ((1, 1), (1, 1), (0, 0)), mode="edge")
-    height, width = values.shape[:2]
-    total = np.zeros_like(values)
-    for down in range(3):
-        for right in range(3):
-            total += padded[down : down + height, right : right + width]
-    return total / 9
+    means: Floats = np.lib.stride_tricks.sliding_window_view(padded, (3, 3), (0, 1)).mean(axis=(-2, -1))
+    return means

@@ -57,9 +57,7 @@ def prints(reference: np.ndarray) -> dict[str, dict[str, Fingerprint]]:
 
 
 def _seen(values: np.ndarray) -> Any:
-    file = io.BytesIO()
-    Image.fromarray(values).save(file, "PNG")
-    return picture_of(file.getvalue(), "picture.png", "srgb")
+    return picture_of(saved(values), "picture.png", "srgb")
 
 
 def manifest(assignment: Assignment, reference: np.ndarray, **asked: Any) -> Manifest:

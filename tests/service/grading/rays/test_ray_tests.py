@@ -176,7 +176,6 @@ def test_one_light_sample_may_differ_unless_it_is_the_only(
     [
         ({"t": np.zeros(7)}, "(8,)"),
         ({"t": np.full(8, np.nan)}, "NaN in row 0"),
-        ({"shape": np.zeros(8)}, "no array 't'"),
     ],
 )
 def test_unusable_hits_are_not_gradable(assignment: Assignment, hits: Hits, wrong: Hits, said: str) -> None:
