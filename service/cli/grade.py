@@ -6,7 +6,6 @@ import shutil
 import tempfile
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -294,27 +293,16 @@ def _check_time(text: str | None) -> None:
 
 
 def _save(found: Graded, out: Path | None, targets: Mapping[str, Path]) -> None:
-    if out is None and not targets:
-        return
-    with _pictures(found.pictures, out) as folder:
-        if out is not None:
-            text = found.grade.model_dump_json(indent=2) + "\n"
-            save(out / RESULT, text.encode())
-        if targets:
-            from service.grading.exports import EXPORTS
+    from service.grading.exports import EXPORTS
 
-            for form, path in targets.items():
-                save(path, EXPORTS[form](found.grade, folder))
-
-
-@contextmanager
-def _pictures(pictures: Mapping[str, bytes], out: Path | None) -> Iterator[Path]:
-    """A folder with all pictures: that of the user, or a temporary one."""
     with tempfile.TemporaryDirectory(prefix="penumbra-grade-") as temporary:
         folder = out or Path(temporary)
-        for name, content in pictures.items():
+        for name, content in found.pictures.items():
             write_whole(folder / name, content)
-        yield folder
+        if out is not None:
+            save(out / RESULT, f"{found.grade.model_dump_json(indent=2)}\n".encode())
+        for form, path in targets.items():
+            save(path, EXPORTS[form](found.grade, folder))
 
 
 def lines(found: Grade, width: int | None) -> Iterator[str]:

@@ -107,16 +107,10 @@ def lateness(policy: LatePolicy | None, submitted: str | None, full: float, earn
     """
     if policy is None or submitted is None:
         return None
-    deadline = datetime.fromisoformat(policy.deadline)
-    late = moment(submitted, policy) - deadline
+    deadline, moment = (datetime.fromisoformat(text) for text in (policy.deadline, submitted))
+    late = (moment if moment.tzinfo else moment.replace(tzinfo=deadline.tzinfo)) - deadline
     if late <= timedelta(minutes=policy.grace):
         return None
     days = -(-late // DAY)
     points = min(full * min(days * policy.per_day, policy.most), earned)
     return Lateness(deadline=policy.deadline, days=days, points=points)
-
-
-def moment(text: str, policy: LatePolicy) -> datetime:
-    """A time; in the zone of the deadline if it has none."""
-    found = datetime.fromisoformat(text)
-    return found if found.tzinfo else found.replace(tzinfo=datetime.fromisoformat(policy.deadline).tzinfo)

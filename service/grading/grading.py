@@ -130,8 +130,12 @@ def assembled(
         results.graded(
             manifest, tests, timings, student=student, submitted=submitted, corrections=corrections
         ),
-        {name: content for tested in tests for name, content in tested.pictures.items()},
-        {tested.grade.id: tested.fingerprint for tested in tests if tested.fingerprint is not None},
+        {name: content for tested in tests for name, content in tested.outcome.pictures.items()},
+        {
+            tested.grade.id: tested.outcome.fingerprint
+            for tested in tests
+            if tested.outcome.fingerprint is not None
+        },
     )
 
 

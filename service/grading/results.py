@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 
 from schemas.grading.grades import (
     Grade,
     GradeImage,
-    GradeInput,
     GradeTimings,
     GradeTool,
     GradeVerdict,
-    Signal,
     Status,
     TestGrade,
 )
@@ -22,7 +20,6 @@ from schemas.grading.manifests import Criterion, Manifest
 from service.grading import sentences
 from service.grading.adjustments import Correction, corrected, lateness, status_of
 from service.grading.errors import BrokenTestError, GradingError, NotGradableError, NotSubmittedError
-from service.grading.likeness.fingerprints import Fingerprint
 from service.grading.outcomes import DIFFERENCE, Outcome
 from service.grading.processes import Finished
 
@@ -40,19 +37,12 @@ class Tested:
     Attributes
     ----------
     grade : TestGrade
-    inputs : tuple of GradeInput
-    signals : tuple of Signal
-    pictures : dict of str to bytes
-        PNG files, by the names in the grade.
-    fingerprint : Fingerprint or None
-        Of a submitted picture.
+    outcome : Outcome
+        Its pictures have the names in the grade.
     """
 
     grade: TestGrade
-    inputs: tuple[GradeInput, ...]
-    signals: tuple[Signal, ...]
-    pictures: dict[str, bytes]
-    fingerprint: Fingerprint | None
+    outcome: Outcome
 
 
 def tested(test: Criterion, finished: Finished) -> Tested:
@@ -90,7 +80,7 @@ def tested(test: Criterion, finished: Finished) -> Tested:
         seconds=finished.seconds,
     )
     pictures = {names[label]: png for label, png in outcome.pictures.items()}
-    return Tested(whole, outcome.inputs, outcome.signals, pictures, outcome.fingerprint)
+    return Tested(whole, replace(outcome, pictures=pictures))
 
 
 def graded(
@@ -126,8 +116,8 @@ def graded(
         max_score=full,
         late=late,
         tests=tuple(grades),
-        signals=tuple(signal for test in tests for signal in test.signals),
-        inputs=tuple(read for test in tests for read in test.inputs),
+        signals=tuple(signal for test in tests for signal in test.outcome.signals),
+        inputs=tuple(read for test in tests for read in test.outcome.inputs),
         policy={test.id: test.accept.model_dump(mode="json") for test in manifest.tests},
         tool=GradeTool(version=version("penumbra-render")),
         timings=timings,

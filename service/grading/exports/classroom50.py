@@ -33,7 +33,7 @@ STAMPED = {"assignment_type": "ASSIGNMENT_TYPE", "owner": "OWNER"}
 TAG_MOMENT = re.compile(r"^submit/(\d{4}-\d{2}-\d{2})T(\d{2})-(\d{2})-(\d{2})Z")
 
 
-def export(grade: Grade, pictures: Path | None = None, environment: Mapping[str, str] = os.environ) -> bytes:
+def export(grade: Grade, _pictures: Path | None = None, environment: Mapping[str, str] = os.environ) -> bytes:
     """Export a result for Classroom 50.
 
     Points of each test are rounded to whole numbers, halves up. Classroom 50 has no bonus, so bonus points
@@ -44,7 +44,6 @@ def export(grade: Grade, pictures: Path | None = None, environment: Mapping[str,
     ExportError
         As `stamp` does.
     """
-    del pictures
     tests = [_test(row) for row in for_students(grade)]
     return encoded(
         {"schema": "classroom50/result/v1"}

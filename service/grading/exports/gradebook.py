@@ -21,15 +21,13 @@ FORMULA = re.compile("(^|[;,|])(?=[\\s\"']*[-=+@\uff1d\uff0b\uff0d\uff20])")
 after each character at which they may split it (https://owasp.org/www-community/attacks/CSV_Injection)."""
 
 
-def for_gradebook(grade: Grade, pictures: Path | None = None) -> bytes:
+def for_gradebook(grade: Grade, _pictures: Path | None = None) -> bytes:
     """Export the row that students may see: hidden tests share one column. Pictures are not supported."""
-    del pictures
     return _written([_cells(grade, for_students(grade), {})])
 
 
-def with_signals(grade: Grade, pictures: Path | None = None) -> bytes:
+def with_signals(grade: Grade, _pictures: Path | None = None) -> bytes:
     """Export the row for staff: one column for each test, and the signals in the last one."""
-    del pictures
     return _written([_cells(grade, for_staff(grade), {"signals": _signals(grade)})])
 
 

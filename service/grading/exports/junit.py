@@ -17,14 +17,13 @@ from service.grading.exports.texts import line, number
 NUMBERS = ("metric", "value", "threshold", "margin", "verdict")
 
 
-def export(grade: Grade, pictures: Path | None = None) -> bytes:
+def export(grade: Grade, _pictures: Path | None = None) -> bytes:
     """Export a result as JUnit XML.
 
     JUnit has no partial credit: a test that lost points fails, and its output holds the points, a line each.
     A test that could not be graded is an error, one without a submitted file is skipped. Pictures are
     not supported.
     """
-    del pictures
     rows = for_students(grade)
     counts = {
         "tests": str(len(rows)),
@@ -35,16 +34,16 @@ def export(grade: Grade, pictures: Path | None = None) -> bytes:
     root = Element("testsuites", {"name": line(grade.title)} | counts)
     skipped = str(sum(_outcome(row) == "skipped" for row in rows))
     suite = SubElement(root, "testsuite", {"name": line(grade.title)} | counts | {"skipped": skipped})
-    _properties(
-        suite,
-        {
-            "summary": headline(grade),
-            "score": number(grade.score),
-            "max_score": number(grade.max_score),
-            "ungraded": str(len(grade.ungraded)),
-            "tool": f"{grade.tool.name} {grade.tool.version}",
-        },
-    )
+    values = {
+        "summary": headline(grade),
+        "score": number(grade.score),
+        "max_score": number(grade.max_score),
+        "ungraded": str(len(grade.ungraded)),
+        "tool": f"{grade.tool.name} {grade.tool.version}",
+    }
+    properties = SubElement(suite, "properties")
+    for name, value in values.items():
+        SubElement(properties, "property", {"name": name, "value": value})
     for row in rows:
         _case(suite, grade, row)
     indent(root)
@@ -76,9 +75,3 @@ def _outcome(row: Row) -> str | None:
     if row.open:
         return "error"
     return {"passed": None, "skipped": "skipped"}.get(row.status, "failure")
-
-
-def _properties(parent: Element, values: dict[str, str]) -> None:
-    properties = SubElement(parent, "properties")
-    for name, value in values.items():
-        SubElement(properties, "property", {"name": name, "value": value})

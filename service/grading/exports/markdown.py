@@ -19,9 +19,8 @@ MEANINGFUL = re.compile(r"([\\`*_{}\[\]()<>#+\-.!|&~@$:^])")
 """Characters that may start markup, addresses or mentions."""
 
 
-def export(grade: Grade, pictures: Path | None = None) -> bytes:
+def export(grade: Grade, _pictures: Path | None = None) -> bytes:
     """Export a table of all tests. Pictures are left out, because GitHub shows only those with an address."""
-    del pictures
     tried = [_summary(grade, for_students(grade), length) for length in LENGTHS]
     return next((content for content in tried if len(content) <= MOST), tried[-1])
 

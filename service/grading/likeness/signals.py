@@ -36,7 +36,16 @@ assignment those of different scenes have up to 0.78."""
 
 def signals(comparison: Comparison, *, test: str) -> tuple[Signal, ...]:
     """Signals of the test with this id, by the comparison of the submitted picture."""
-    return tuple(_found(comparison, test))
+    if comparison.image.sha256 == comparison.reference.sha256:
+        found = {IDENTICAL: "The submitted file is the reference, byte for byte."}
+    else:
+        found = {
+            MARKED: _marked(comparison),
+            CLOSE: _close(comparison),
+            CLEAN: _clean(comparison),
+            GRAINY: _grainy(comparison),
+        }
+    return tuple(Signal(test=test, code=code, message=message) for code, message in found.items() if message)
 
 
 def signals_of_scene(scene: LoadedScene, reference: Picture, *, test: str) -> tuple[Signal, ...]:
@@ -52,67 +61,48 @@ def signals_of_scene(scene: LoadedScene, reference: Picture, *, test: str) -> tu
     )
 
 
-def _found(comparison: Comparison, test: str) -> Iterator[Signal]:
-    if comparison.image.sha256 == comparison.reference.sha256:
-        yield Signal(
-            test=test,
-            code=IDENTICAL,
-            message="The submitted file is the reference, byte for byte.",
-        )
-    else:
-        yield from _marked(comparison, test)
-        yield from _close(comparison, test)
-        yield from _clean(comparison, test)
-        yield from _grainy(comparison, test)
+def _marked(comparison: Comparison) -> str:
+    if not is_marked(comparison.image, comparison.reference):
+        return ""
+    return (
+        "The picture has the faint mark of the reference that results show: it was made from pictures of a "
+        "result. Others have the mark in one picture in a million."
+    )
 
 
-def _marked(comparison: Comparison, test: str) -> Iterator[Signal]:
-    if is_marked(comparison.image, comparison.reference):
-        yield Signal(
-            test=test,
-            code=MARKED,
-            message="The picture has the faint mark of the reference that results show: it was made from "
-            "pictures of a result. Others have the mark in one picture in a million.",
-        )
-
-
-def _close(comparison: Comparison, test: str) -> Iterator[Signal]:
+def _close(comparison: Comparison) -> str:
     found = closeness(comparison.image, comparison.reference)
-    if found is not None and found.suspicious:
-        yield Signal(
-            test=test,
-            code=CLOSE,
-            message=f"{found.near} of {found.pixels} noisy pixels have the same noise as the reference, "
-            "within a quarter of its standard error. In a picture made without the reference at most 7 in 10 "
-            "do, except in one picture in a million. It was made from the reference, or by the same program "
-            "with the same seed.",
-        )
+    if found is None or not found.suspicious:
+        return ""
+    return (
+        f"{found.near} of {found.pixels} noisy pixels have the same noise as the reference, within a quarter "
+        "of its standard error. In a picture made without the reference at most 7 in 10 do, except in one "
+        "picture in a million. It was made from the reference, or by the same program with the same seed."
+    )
 
 
-def _clean(comparison: Comparison, test: str) -> Iterator[Signal]:
+def _clean(comparison: Comparison) -> str:
     if comparison.bias.share > comparison.policy.most_bias:
         # In a wrong picture differences are largest where nothing is noisy.
-        return
+        return ""
     found = sample_count(comparison.image, comparison.reference)
-    if found is not None and found.suspicious:
-        yield Signal(
-            test=test,
-            code=CLEAN,
-            message="The picture is as close to the reference where samples are noisy as where they are not, "
-            f"closer than {MOST_SAMPLES} random samples a pixel get. It was made from the reference, or with "
-            "far more or better samples.",
-        )
+    if found is None or not found.suspicious:
+        return ""
+    return (
+        "The picture is as close to the reference where samples are noisy as where they are not, closer than "
+        f"{MOST_SAMPLES} random samples a pixel get. It was made from the reference, or with far more or "
+        "better samples."
+    )
 
 
-def _grainy(comparison: Comparison, test: str) -> Iterator[Signal]:
+def _grainy(comparison: Comparison) -> str:
     found = grain(comparison.image, comparison.reference, comparison.policy.tolerance)
-    if found is not None and found.suspicious:
-        yield Signal(
-            test=test,
-            code=GRAINY,
-            message=f"{found.grainy} of {found.blocks} blocks of 8 x 8 pixels have noise where random "
-            "samples make none: it was added to the picture, or shadow rays hit the surface they start at.",
-        )
+    if found is None or not found.suspicious:
+        return ""
+    return (
+        f"{found.grainy} of {found.blocks} blocks of 8 x 8 pixels have noise where random samples make none: "
+        "it was added to the picture, or shadow rays hit the surface they start at."
+    )
 
 
 def _carried(scene: LoadedScene, reference: Floats) -> Iterator[str]:

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from PIL import Image
 
 from renderer import compile_scene, load_scene, render
+from renderer.images.colors import srgb_from_linear
 from schemas.grading.grades import Grade, TestGrade
 from schemas.grading.manifest_reading import read_manifest
 from service.grading.grading import Graded, grade
@@ -46,6 +48,19 @@ def npy(values: np.ndarray) -> bytes:
     """An array as a file."""
     file = io.BytesIO()
     np.save(file, values)
+    return file.getvalue()
+
+
+def codes_of(linear: np.ndarray) -> np.ndarray:
+    """The codes of 8 bits of a linear picture."""
+    codes: np.ndarray = np.rint(255 * srgb_from_linear(np.clip(linear, 0, 1).astype(float))).astype(np.uint8)
+    return codes
+
+
+def png(codes: np.ndarray, **options: Any) -> bytes:
+    """Codes of 8 bits as a file."""
+    file = io.BytesIO()
+    Image.fromarray(codes).save(file, "PNG", **options)
     return file.getvalue()
 
 

@@ -11,9 +11,17 @@ import pytest
 from PIL import Image
 
 from accuracy.comparison import compare, picture_of
-from renderer.images.colors import srgb_from_linear
 from renderer.images.exr import encode_exr
-from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels, scene, scene_test
+from tests.service.grading.assignments import (
+    SCENE,
+    Assignment,
+    codes_of,
+    image_test,
+    pixels,
+    png,
+    scene,
+    scene_test,
+)
 
 RIGHT = pixels(SCENE)
 GREY = {"type": "picture", "file": "grey.npy", "encoding": "linear"}
@@ -44,8 +52,7 @@ def test_equal_picture_matches_and_earns_all(assignment: Assignment) -> None:
 
 
 def test_encoding_is_that_of_the_manifest(assignment: Assignment) -> None:
-    codes = np.rint(srgb_from_linear(np.clip(RIGHT, 0, 1).astype(np.float64)) * 255).astype(np.uint8)
-    Image.fromarray(codes).save(assignment.submission / "picture.png")
+    assignment.hand_in("picture.png", png(codes_of(RIGHT)))
     stated = {"submitted": {"file": "picture.png", "encoding": "srgb"}}
     assert assignment.test(image_test(**stated)).verdict == "match"
     stated["submitted"]["encoding"] = "linear"

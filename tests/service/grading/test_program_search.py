@@ -1,6 +1,5 @@
 """A mistake that a program makes in all its pictures costs points once, and is named where it does."""
 
-import io
 import json
 from collections.abc import Callable
 from functools import cache
@@ -8,13 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from renderer import compile_scene, load_scene, render
-from renderer.images.colors import linear_from_srgb, srgb_from_linear
+from renderer.images.colors import linear_from_srgb
 from schemas.grading.grades import Grade
 from service.grading.programs.repairing import ambient_term
-from tests.service.grading.assignments import SCENE, Assignment, image_test, npy, pixels, scene
+from tests.service.grading.assignments import SCENE, Assignment, codes_of, image_test, npy, pixels, png, scene
 
 CAMERAS = {"front": [0, 2, 8], "left": [-5, 3, 6], "above": [3, 6, 5]}
 """Three tests of the same scene, seen from three sides."""
@@ -64,14 +62,6 @@ def graded(assignment: Assignment, program: Program, **changes: dict[str, Any]) 
 
 def points(found: dict[str, Any]) -> dict[str, float]:
     return {name: test.points for name, test in found.items()}
-
-
-def png(linear: np.ndarray) -> bytes:
-    """A picture of 8 bits."""
-    file = io.BytesIO()
-    codes = np.round(255 * srgb_from_linear(np.clip(linear, 0, 1))).astype(np.uint8)
-    Image.fromarray(codes).save(file, "png")
-    return file.getvalue()
 
 
 def turned(name: str) -> np.ndarray:
@@ -154,7 +144,7 @@ def by_pictures(assignment: Assignment, program: Program, tolerance: float = 0.0
     tests = []
     for name in CAMERAS:
         (assignment.references / f"{name}.npy").write_bytes(npy(right(name)))
-        assignment.hand_in(f"{name}.png", png(program(name)))
+        assignment.hand_in(f"{name}.png", png(codes_of(program(name))))
         files = {
             "submitted": {"file": f"{name}.png", "encoding": "srgb"},
             "reference": {"type": "picture", "file": f"{name}.npy", "encoding": "linear"},

@@ -1,15 +1,13 @@
 """Students with the same files, and pictures with the same noise."""
 
-import io
 import json
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from accuracy.comparison.inputs import picture_of
-from renderer.images.colors import linear_from_srgb, srgb_from_linear
+from renderer.images.colors import linear_from_srgb
 from schemas.grading.classes import SharedFiles
 from schemas.grading.grades import GradeInput
 from schemas.grading.manifest_reading import read_manifest
@@ -20,7 +18,17 @@ from service.grading.grading import findings
 from service.grading.likeness.fingerprints import Fingerprint, fingerprint
 from service.grading.outcomes import of_picture
 from service.grading.settings import Run
-from tests.service.grading.assignments import SCENE, Assignment, image_test, npy, pixels, rays_test, scene
+from tests.service.grading.assignments import (
+    SCENE,
+    Assignment,
+    codes_of,
+    image_test,
+    npy,
+    pixels,
+    png,
+    rays_test,
+    scene,
+)
 from tests.service.grading.exports.samples import result, tried
 
 CAMERA = SCENE["camera"] | {"width": 96, "height": 72}
@@ -34,11 +42,6 @@ def sampled(pattern: str, samples: int, seed: int = 0) -> dict[str, Any]:
 
 def codes(document: dict[str, Any]) -> np.ndarray:
     return codes_of(pixels(document))
-
-
-def codes_of(linear: np.ndarray) -> np.ndarray:
-    encoded: np.ndarray = np.rint(255 * srgb_from_linear(np.clip(linear, 0, 1))).astype(np.uint8)
-    return encoded
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +60,7 @@ def prints(reference: np.ndarray) -> dict[str, dict[str, Fingerprint]]:
 
 
 def _seen(values: np.ndarray) -> Any:
-    return picture_of(saved(values), "picture.png", "srgb")
+    return picture_of(png(values), "picture.png", "srgb")
 
 
 def manifest(assignment: Assignment, reference: np.ndarray, **asked: Any) -> Manifest:
@@ -143,23 +146,17 @@ def read(test: str, digest: str, size: int | None = 3) -> GradeInput:
     return GradeInput(test=test, role="submission", name="p.png", sha256=digest, size=size)
 
 
-def saved(codes: np.ndarray, **options: Any) -> bytes:
-    file = io.BytesIO()
-    Image.fromarray(codes).save(file, "PNG", **options)
-    return file.getvalue()
-
-
 def content(file: bytes, encoding: Any = "srgb") -> str | None:
     return of_picture("soft", "submission", picture_of(file, "p", encoding), len(file)).content
 
 
 def test_content_is_that_of_pixels_in_any_file() -> None:
     codes = np.random.default_rng(1).integers(0, 256, (5, 7, 3), np.uint8)
-    first = content(saved(codes, compress_level=0))
+    first = content(png(codes, compress_level=0))
     opaque = np.dstack((codes, np.full((5, 7), 255, np.uint8)))
     again = [
-        content(saved(codes, compress_level=9, optimize=True)),
-        content(saved(opaque)),
+        content(png(codes, compress_level=9, optimize=True)),
+        content(png(opaque)),
         content(npy(codes)),
         content(npy(codes.astype(np.uint16) * 257)),
         content(npy((codes / 255).astype(np.float32))),
@@ -167,7 +164,7 @@ def test_content_is_that_of_pixels_in_any_file() -> None:
     ]
     assert {first} == {*again}
     codes[2, 3, 1] ^= 1
-    others = [content(saved(codes)), content(saved(codes.reshape(7, 5, 3)))]
+    others = [content(png(codes)), content(png(codes.reshape(7, 5, 3)))]
     assert len({first, *others}) == 3
 
 

@@ -1,6 +1,5 @@
 """Pixels that share the noise of a reference: correct pictures are never suspected, copies always."""
 
-import io
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -8,13 +7,11 @@ from statistics import NormalDist
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import renderer
 from accuracy.comparison.inputs import Picture, picture_of
-from renderer.images.colors import srgb_from_linear
 from service.grading.likeness.closeness import Closeness, closeness
-from tests.service.grading.assignments import npy
+from tests.service.grading.assignments import codes_of, npy, png
 
 SIDE, TRUTH, NOISE, SAMPLES = 96, 0.3, 0.05, 64
 NEAR, BOUND, LEVEL, FEWEST = 0.25, 0.7, 1e-6, 16
@@ -34,12 +31,6 @@ def picture(values: np.ndarray, error: float | np.ndarray | None = None, samples
         layers["samples"] = np.full(values.shape, samples)
     grey = np.broadcast_to(values[:, :, None], shape).astype(np.float32)
     return picture_of(npy(grey), "picture.npy", "linear", layers)
-
-
-def png(codes: np.ndarray) -> bytes:
-    buffer = io.BytesIO()
-    Image.fromarray(codes).save(buffer, "PNG")
-    return buffer.getvalue()
 
 
 def eight_bits(values: np.ndarray) -> Picture:
@@ -109,8 +100,7 @@ def rendered(pattern: str, samples: int, seed: int) -> renderer.RenderResult:
 
 def forms(image: np.ndarray) -> tuple[Picture, Picture]:
     """As floating point and as PNG."""
-    codes = np.floor(srgb_from_linear(np.clip(image, 0, 1)) * 255 + 0.5).astype(np.uint8)
-    return picture_of(npy(image), "npy"), picture_of(png(codes), "png")
+    return picture_of(npy(image), "npy"), picture_of(png(codes_of(image)), "png")
 
 
 @pytest.mark.slow

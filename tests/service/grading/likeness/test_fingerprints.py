@@ -1,14 +1,11 @@
 """Pictures that share their noise, on pictures of which all is known."""
 
-import io
 from collections.abc import Callable
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from accuracy.comparison.inputs import Picture, picture_of
-from renderer.images.colors import srgb_from_linear
 from service.grading.likeness.fingerprints import (
     Fingerprint,
     fingerprint,
@@ -17,7 +14,7 @@ from service.grading.likeness.fingerprints import (
     pairs,
     parts,
 )
-from tests.service.grading.assignments import npy
+from tests.service.grading.assignments import codes_of, npy, png
 
 HEIGHT, WIDTH, SAMPLES, STUDENTS = 64, 96, 16, 40
 CENTER, RADIUS = (40.0, 30.0), 20.0
@@ -53,16 +50,9 @@ def drawn(
     return total / samples
 
 
-def codes(values: np.ndarray) -> np.ndarray:
-    encoded: np.ndarray = np.rint(255 * srgb_from_linear(np.clip(values, 0, 1))).astype(np.uint8)
-    return encoded
-
-
 def seen(pixels: np.ndarray) -> Picture:
     """A grey picture as it is read from a PNG file."""
-    file = io.BytesIO()
-    Image.fromarray(np.repeat(pixels[:, :, None], 3, axis=2)).save(file, "PNG")
-    return picture_of(file.getvalue(), "picture.png", "srgb")
+    return picture_of(png(np.repeat(pixels[:, :, None], 3, axis=2)), "picture.png", "srgb")
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +65,7 @@ def reference() -> Picture:
 @pytest.fixture(scope="module")
 def right(reference: Picture) -> list[Fingerprint]:
     """The right pictures of a class, each with its own noise."""
-    return [fingerprint(seen(codes(drawn(seed))), reference) for seed in range(1, STUDENTS + 1)]
+    return [fingerprint(seen(codes_of(drawn(seed))), reference) for seed in range(1, STUDENTS + 1)]
 
 
 def found(prints: list[Fingerprint]) -> list[tuple[int, int]]:
@@ -102,25 +92,25 @@ def test_right_pictures_make_no_pair(right: list[Fingerprint]) -> None:
 def test_altered_copy_is_found(
     right: list[Fingerprint], reference: Picture, alter: Callable[[np.ndarray], np.ndarray]
 ) -> None:
-    copy = fingerprint(seen(alter(codes(drawn(3))).astype(np.uint8)), reference)
+    copy = fingerprint(seen(alter(codes_of(drawn(3))).astype(np.uint8)), reference)
     assert found([*right, copy]) == [(2, STUDENTS)]
 
 
 def test_halves_of_two_pictures_are_found(right: list[Fingerprint], reference: Picture) -> None:
     left = np.arange(WIDTH) < WIDTH // 2
-    spliced = fingerprint(seen(np.where(left, codes(drawn(3)), codes(drawn(7)))), reference)
+    spliced = fingerprint(seen(np.where(left, codes_of(drawn(3)), codes_of(drawn(7)))), reference)
     assert found([*right, spliced]) == [(2, STUDENTS), (6, STUDENTS)]
 
 
 @pytest.mark.parametrize("scene", MISTAKES.values(), ids=MISTAKES)
 def test_shared_mistake_makes_no_pair(right: list[Fingerprint], reference: Picture, scene: Drawn) -> None:
-    wrong = [fingerprint(seen(codes(drawn(seed, scene))), reference) for seed in range(100, 106)]
+    wrong = [fingerprint(seen(codes_of(drawn(seed, scene))), reference) for seed in range(100, 106)]
     assert found([*right, *wrong]) == []
 
 
 def test_one_sample_in_the_centre_makes_no_pair(right: list[Fingerprint], reference: Picture) -> None:
     jagged = [
-        fingerprint(seen(codes(drawn(seed, samples=1, places="center", lamp=lamp))), reference)
+        fingerprint(seen(codes_of(drawn(seed, samples=1, places="center", lamp=lamp))), reference)
         for seed in range(100, 103)
         for lamp in (0.0, 0.1)
     ]
@@ -128,7 +118,7 @@ def test_one_sample_in_the_centre_makes_no_pair(right: list[Fingerprint], refere
 
 
 def test_picture_of_a_fixed_pattern_is_like_it(right: list[Fingerprint], reference: Picture) -> None:
-    fixed = fingerprint(seen(codes(drawn(1000))), reference)
+    fixed = fingerprint(seen(codes_of(drawn(1000))), reference)
     noise = noise_of([*right, fixed])
     assert noise is not None
     assert np.flatnonzero(like(noise, [fixed])).tolist() == [STUDENTS]

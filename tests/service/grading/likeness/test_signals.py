@@ -5,9 +5,16 @@ import pytest
 from PIL import Image
 
 from accuracy.comparison import Comparison, compare
-from renderer.images.colors import srgb_from_linear
 from service.grading.likeness.signals import signals
-from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels, scene, scene_test
+from tests.service.grading.assignments import (
+    SCENE,
+    Assignment,
+    codes_of,
+    image_test,
+    pixels,
+    scene,
+    scene_test,
+)
 from tests.service.grading.likeness.test_closeness import NOISE, SAMPLES, noisy, picture
 
 
@@ -71,7 +78,7 @@ def board(picture: str) -> dict[str, object]:
 
 @pytest.mark.parametrize("flip", [1, -1])
 def test_scene_that_carries_the_reference_is_signalled(assignment: Assignment, flip: int) -> None:
-    codes = np.round(255 * srgb_from_linear(np.clip(pixels(SCENE), 0, 1))).astype(np.uint8)
+    codes = codes_of(pixels(SCENE))
     Image.fromarray(codes[:, ::flip]).resize((96, 64)).save(assignment.submission / "picture.png")
     assignment.hand_in("scene.json", board("picture.png"))
     assert [signal.code for signal in assignment.grade(scene_test()).signals] == ["reference_in_texture"]
