@@ -82,7 +82,5 @@ def _charged(found: Shared, ids: list[str], run: Run, *, everywhere: bool) -> Pr
 
 def _forgiven(run: Run, test_id: str) -> tuple[str, ...]:
     """Mistakes that cost nothing in a test that judges their kind."""
-    accepted = (
-        test.accept for test in run.manifest.tests if isinstance(test, ImageTest) and test.id == test_id
-    )
-    return next((accept.forgiven for accept in accepted if isinstance(accept, Verdict)), ())
+    (accept,) = (test.accept for test in run.manifest.tests if test.id == test_id)
+    return accept.forgiven if isinstance(accept, Verdict) else ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import chain
 
 from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles, SharedNoise
@@ -49,12 +49,8 @@ def class_page(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> byt
     page
         Name of the page in the folder of each student.
     """
-    parts = (
-        _summary(whole),
-        _causes(whole, grades, page),
-        _signals(whole, page),
-        _students(whole, page),
-    )
+    links = {entry.student: _link(entry, page) for entry in whole.students}
+    parts = _summary(whole), _causes(grades, links), _signals(whole, links), _students(whole, links)
     return document(whole.title, chain.from_iterable(parts), style=MORE_STYLE)
 
 
@@ -95,24 +91,24 @@ def _bars(counts: Sequence[int], full: float) -> Iterator[str]:
     yield "</table>"
 
 
-def _causes(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> Iterator[str]:
+def _causes(grades: Mapping[str, Grade], links: Mapping[str, str]) -> Iterator[str]:
     """For each cause, in which tests it cost points, and whom; the most frequent one first."""
     yield "<h2>Lost points by cause</h2>"
     yield (
         "<table class=lists><tr><th>Cause</th><th class=points>Submissions</th><th>Tests</th>"
         "<th>Whose</th></tr>"
     )
-    lost = defaultdict[str, dict[ClassEntry, list[str]]](dict)
-    for entry in whole.students:
-        for test in grades[entry.student].tests:
+    lost = defaultdict[str, dict[str, list[str]]](dict)
+    for student, grade in grades.items():
+        for test in grade.tests:
             if test.status != "passed":
-                lost[cause_of(test)].setdefault(entry, []).append(test.id)
-    for cause, entries in sorted(lost.items(), key=lambda item: (-len(item[1]), item[0])):
-        tests = Counter(chain.from_iterable(entries.values())).most_common()
+                lost[cause_of(test)].setdefault(student, []).append(test.id)
+    for cause, students in sorted(lost.items(), key=lambda item: (-len(item[1]), item[0])):
+        tests = Counter(chain.from_iterable(students.values())).most_common()
         named = ", ".join(f"{name} ({count})" for name, count in tests)
         yield (
-            f"<tr><td>{words(cause)}</td><td class=points>{len(entries)}</td><td>{words(named)}</td>"
-            f"<td>{_links([*entries], page)}</td></tr>"
+            f"<tr><td>{words(cause)}</td><td class=points>{len(students)}</td><td>{words(named)}</td>"
+            f"<td>{_links(students, links)}</td></tr>"
         )
     yield "</table>"
 
@@ -124,57 +120,52 @@ def cause_of(test: TestGrade) -> str:
     return test.diagnosis[0].cause if test.diagnosis else UNEXPLAINED
 
 
-def _signals(whole: ClassGrade, page: str) -> Iterator[str]:
+def _signals(whole: ClassGrade, links: Mapping[str, str]) -> Iterator[str]:
     """What submissions have in common with each other, or with the reference."""
     yield "<h2>Signals</h2>"
     alone = [entry for entry in whole.students if entry.signals]
     if not (alone or whole.shared_files or whole.shared_noise):
         yield "<p>None.</p>"
     else:
-        yield from _found(whole, alone, page)
+        yield from _found(whole, alone, links)
     for left in whole.not_compared:
-        names = _named(whole, left.students, page)
+        names = _links(left.students, links)
         yield f"<p>Pictures of {words(left.test)} not compared: {words(left.reason)} {names}</p>"
 
 
-def _found(whole: ClassGrade, alone: Sequence[ClassEntry], page: str) -> Iterator[str]:
+def _found(whole: ClassGrade, alone: Sequence[ClassEntry], links: Mapping[str, str]) -> Iterator[str]:
     yield (
         "<p>A signal is a reason to ask, not a proof. Pictures have the same noise if one was made from the "
         "other, or if both programs draw the same random numbers.</p>"
     )
     yield "<table class=lists><tr><th>Signal</th><th>Submissions</th><th>Tests</th></tr>"
-    yield from _shared("the same file", whole.shared_files, whole, page)
-    yield from _shared("the same noise", whole.shared_noise, whole, page)
+    yield from _shared("the same file", whole.shared_files, links)
+    yield from _shared("the same noise", whole.shared_noise, links)
     for entry in alone:
         for signal in entry.signals:
-            yield _signal(signal.message, _link(entry, page), [signal.test])
+            yield _signal(signal.message, links[entry.student], [signal.test])
     yield "</table>"
 
 
 def _shared(
-    what: str, groups: Sequence[SharedFiles | SharedNoise], whole: ClassGrade, page: str
+    what: str, groups: Sequence[SharedFiles | SharedNoise], links: Mapping[str, str]
 ) -> Iterator[str]:
     for shared in groups:
-        yield _signal(what, _named(whole, shared.students, page), shared.tests)
+        yield _signal(what, _links(shared.students, links), shared.tests)
 
 
 def _signal(what: str, links: str, tests: Sequence[str]) -> str:
     return f"<tr><td>{words(what)}</td><td>{links}</td><td>{words(', '.join(tests))}</td></tr>"
 
 
-def _named(whole: ClassGrade, names: Sequence[str], page: str) -> str:
-    entries = {entry.student: entry for entry in whole.students}
-    return _links([entries[name] for name in names], page)
-
-
-def _students(whole: ClassGrade, page: str) -> Iterator[str]:
+def _students(whole: ClassGrade, links: Mapping[str, str]) -> Iterator[str]:
     yield "<h2>Submissions</h2>"
     yield "<table class=lists><tr><th>Submission</th><th class=points>Points</th><th>Not graded</th>"
     yield "<th>Adjusted</th></tr>"
     for entry in whole.students:
         points = number(entry.score) if entry.gradable else "–"
         yield (
-            f"<tr><td>{_link(entry, page)}</td><td class=points>{points}</td>"
+            f"<tr><td>{links[entry.student]}</td><td class=points>{points}</td>"
             f"<td>{words(', '.join(entry.ungraded))}</td><td>{words(_adjusted(entry))}</td></tr>"
         )
     yield "</table>"
@@ -190,11 +181,11 @@ def _adjusted(entry: ClassEntry) -> str:
     return "; ".join(filter(None, (late, by_staff)))
 
 
-def _links(entries: Sequence[ClassEntry], page: str) -> str:
-    links = ", ".join(_link(entry, page) for entry in entries)
-    if len(entries) <= MOST_NAMES:
-        return links
-    return f"<details><summary>{len(entries)} submissions</summary>{links}</details>"
+def _links(students: Collection[str], links: Mapping[str, str]) -> str:
+    listed = ", ".join(links[student] for student in students)
+    if len(students) <= MOST_NAMES:
+        return listed
+    return f"<details><summary>{len(students)} submissions</summary>{listed}</details>"
 
 
 def _link(entry: ClassEntry, page: str) -> str:

@@ -105,25 +105,24 @@ MISPLACED = (
 
 def _lights(document: Scene) -> Iterator[Update]:
     """Area lights sampled wrongly, and falloff switched on or off by mistake."""
-    flat = [light for light in document.lights if isinstance(light, RectangleLight | ParallelogramLight)]
+    flat = any(isinstance(light, RectangleLight | ParallelogramLight) for light in document.lights)
     if flat:
         point = document.sampling.light.model_copy(update={"pattern": "uniform", "samples": 1})
         yield "hard_shadows", "", {"sampling": document.sampling.model_copy(update={"light": point})}
     for shift, size, about in MISPLACED if flat else ():
-        moved = [
-            _moved(light, shift, size) if isinstance(light, RectangleLight | ParallelogramLight) else light
-            for light in document.lights
-        ]
-        yield "light_misplaced", about, {"lights": tuple(moved)}
+        moved = tuple(_moved(light, shift, size) for light in document.lights)
+        yield "light_misplaced", about, {"lights": moved}
     if any(hasattr(light, "falloff") for light in document.lights):
-        yield "falloff", "", {"lights": tuple(_other_falloff(light) for light in document.lights)}
+        yield "falloff", "", {"lights": tuple(map(_with_other_falloff, document.lights))}
 
 
-def _moved(light: RectangleLight | ParallelogramLight, shift: float, size: float) -> Light:
-    """The light shifted along both edges by a share of them, and scaled about its centre."""
+def _moved(light: Light, shift: float, size: float) -> Light:
+    """The light, if it has edges, shifted along both by a share of them, and scaled about its centre."""
     if isinstance(light, RectangleLight):
         grown = {"size": tuple(size * side for side in light.size)}
         return light.model_copy(update=grown) if shift == 0 else light
+    if not isinstance(light, ParallelogramLight):
+        return light
     first, second = light.edges
     start = shift + (1 - size) / 2
     corner = tuple(c + start * (a + b) for c, a, b in zip(light.corner, first, second, strict=True))
@@ -131,11 +130,9 @@ def _moved(light: RectangleLight | ParallelogramLight, shift: float, size: float
     return light.model_copy(update={"corner": corner, "edges": edges})
 
 
-def _other_falloff(light: Light) -> Light:
-    falloff = getattr(light, "falloff", None)
-    if falloff is None:
-        return light
-    return light.model_copy(update={"falloff": "none" if falloff == "physical" else "physical"})
+def _with_other_falloff(light: Light) -> Light:
+    other = {"physical": "none", "none": "physical"}.get(getattr(light, "falloff", ""))
+    return light.model_copy(update={"falloff": other}) if other else light
 
 
 SHININESS = {"twice as large": 2.0, "half as large": 0.5}

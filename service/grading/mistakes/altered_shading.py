@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import dataclass, replace
@@ -32,6 +31,10 @@ BRIGHTEST = 1e6
 
 MAPS = ("normal_map", "bump_map", "displacement_map")
 """Fields of a material whose normals no formula for the whole shape gives."""
+
+
+Shine = Callable[[Lighting, Points, Workspace], int]
+"""Changes the radiance of points by a light, and gives the number of shadow rays."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,9 +79,9 @@ def altered_shading(document: Scene) -> Iterator[tuple[str, Change]]:
     if not is_lit(document):
         return
     yield "shadows_missing", without_shadows
-    yield "normals_flipped", partial(_with_shadowed_lights, FromBehind)
-    yield "cosine_not_clamped", partial(_with_shadowed_lights, partial(Subtracted, shadowed=True))
-    yield "cosine_not_clamped", partial(_with_shadowed_lights, partial(Subtracted, shadowed=False))
+    yield "normals_flipped", partial(_with_altered_lights, _from_behind)
+    yield "cosine_not_clamped", partial(_with_altered_lights, partial(_subtracted, shadowed=True))
+    yield "cosine_not_clamped", partial(_with_altered_lights, partial(_subtracted, shadowed=False))
     shiny = any(getattr(material, "specular", 0) for material in document.materials.values())
     for cause, formula in FORMULAS:
         if shiny or not formula.unit_light:
@@ -115,23 +118,27 @@ def _with_lights(change: Callable[[Lighting], Illumination], plan: RenderPlan) -
     return replace(plan, lightings=lights)
 
 
-def _with_shadowed_lights(change: Callable[[Lighting], Illumination], plan: RenderPlan) -> RenderPlan:
-    """As `_with_lights`, but no light lacks shadows: a lone round shape is dark inside."""
+def _with_altered_lights(add: Shine, plan: RenderPlan) -> RenderPlan:
+    """The plan with altered lights, none of which lacks shadows: a lone round shape is dark inside."""
     shadows = {light.emitter.number: light.shadows for light in compile_visibility(plan)}
-    return _with_lights(lambda light: change(replace(light, shadows=shadows[light.emitter.number])), plan)
+    return _with_lights(
+        lambda light: AlteredLight(replace(light, shadows=shadows[light.emitter.number]), add), plan
+    )
 
 
 @dataclass(frozen=True, slots=True)
-class AlteredLight(ABC):
+class AlteredLight:
     """A light that does something else than it should.
 
     Attributes
     ----------
     right : Lighting
         The light as it should be, with all its shadows.
+    add : Shine
     """
 
     right: Lighting
+    add: Shine
 
     @property
     def emitter(self) -> Emitter:
@@ -143,42 +150,28 @@ class AlteredLight(ABC):
         """Whether anything can stand in its way."""
         return self.right.casts
 
-    @abstractmethod
     def run(self, points: Points, workspace: Workspace) -> int:
         """Change the points' radiance; gives the number of shadow rays."""
+        return self.add(self.right, points, workspace)
 
 
-@dataclass(frozen=True, slots=True)
-class FromBehind(AlteredLight):
-    """A light that reaches the side of surfaces that the viewer does not see."""
-
-    def run(self, points: Points, workspace: Workspace) -> int:
-        """Add what reaches the other side."""
-        return self.right.run(_turned(points), workspace)
+def _from_behind(light: Lighting, points: Points, workspace: Workspace) -> int:
+    """Light the side of surfaces that the viewer does not see."""
+    return light.run(_turned(points), workspace)
 
 
-@dataclass(frozen=True, slots=True)
-class Subtracted(AlteredLight):
-    """A light for which n . l counts where it is below 0.
+def _subtracted(light: Lighting, points: Points, workspace: Workspace, *, shadowed: bool) -> int:
+    """Add the light, and subtract the diffuse term of the other side, as if n . l counted below 0.
 
-    Attributes
-    ----------
-    shadowed : bool
-        Whether shadow rays end the loss as well: a round shape then shadows its own dark side.
+    Where the loss is `shadowed` too, a round shape shadows its own dark side.
     """
-
-    shadowed: bool
-
-    def run(self, points: Points, workspace: Workspace) -> int:
-        """Add the light, and subtract the diffuse term of the other side."""
-        matt = tuple(term for term in self.right.terms if term.adds == "diffuse")
-        shadows = self.right.shadows if self.shadowed else ()
-        behind = _turned(points)
-        behind.radiance = np.zeros_like(points.radiance)
-        rays = self.right.run(points, workspace)
-        rays += replace(self.right, terms=matt, shadows=shadows).run(behind, workspace)
-        points.radiance -= behind.radiance
-        return rays
+    matt = tuple(term for term in light.terms if term.adds == "diffuse")
+    behind = _turned(points)
+    behind.radiance = np.zeros_like(points.radiance)
+    rays = light.run(points, workspace)
+    rays += replace(light, terms=matt, shadows=light.shadows if shadowed else ()).run(behind, workspace)
+    points.radiance -= behind.radiance
+    return rays
 
 
 def _turned(points: Points) -> Points:

@@ -115,14 +115,9 @@ def near(values: Floats, wanted: Floats, allowed: Floats) -> Masks:
 
 def _missed(submitted: Mapping[str, Floats]) -> Masks:
     """Which rays miss: no distance or no shape; without both fields, by the first one."""
-    if not {"t", "shape"} & submitted.keys():
-        return _unknown(next(iter(submitted.values())))
-    missed = np.zeros(len(next(iter(submitted.values()))), dtype=bool)
-    if "t" in submitted:
-        missed |= _unknown(submitted["t"])
-    if "shape" in submitted:
-        missed |= submitted["shape"] < 0
-    return missed
+    found = {name: values < 0 if name == "shape" else _unknown(values) for name, values in submitted.items()}
+    told = [found[name] for name in ("t", "shape") if name in found] or [*found.values()][:1]
+    return np.asarray(np.logical_or.reduce(told))
 
 
 def _unknown(values: Floats) -> Masks:
