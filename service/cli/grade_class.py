@@ -9,20 +9,39 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from schemas.grading.classes import ClassGrade
+from schemas.grading.grades import Grade
+from schemas.grading.manifests import Manifest
 from service.cli import output
 from service.cli.errors import CommandError, ExitCode, InputError
 from service.cli.progress import advancing, progress_bar
 from service.cli.targets import make_folder, save, write_whole
+from service.grading.adjustments import Correction
+from service.grading.classes import class_grading
+from service.grading.classes.class_grading import STUDENTS, of_class
+from service.grading.classes.class_records import (
+    KEY,
+    PRINTS,
+    Student,
+    assignment_key,
+    graded_before,
+    last_written,
+    packed,
+    submission_key,
+    submissions,
+)
+from service.grading.classes.class_records import RESULT as STUDENT_RESULT
+from service.grading.classes.class_signals import shared_files, shared_noise
+from service.grading.classes.downloads import sorted_download
+from service.grading.classes.rosters import Roster
+from service.grading.exports import EXPORTS
+from service.grading.exports.class_page import class_page
+from service.grading.exports.gradebook import for_class
+from service.grading.exports.texts import number
+from service.grading.grading import Graded
 
 if TYPE_CHECKING:
-    from schemas.grading.classes import ClassGrade
-    from schemas.grading.grades import Grade
-    from schemas.grading.manifests import Manifest
     from service.cli.grade import GradeOptions
-    from service.grading.adjustments import Correction
-    from service.grading.classes.class_records import Student
-    from service.grading.classes.rosters import Roster
-    from service.grading.grading import Graded
 
 GRADEBOOK, PAGE, RESULT, ROSTER = "gradebook.csv", "index.html", "class.json", "roster.csv"
 STAFF_PAGE = "staff.html"
@@ -59,8 +78,6 @@ class ClassRun:
 
     def place(self, student: Student) -> Path:
         """The folder for the result of a student."""
-        from service.grading.classes.class_grading import STUDENTS
-
         return self.out / STUDENTS / student.folder.name
 
 
@@ -91,10 +108,6 @@ def file_names(words: Sequence[str]) -> dict[str, str]:
     CommandError
         The form is unknown, or the name is not that of a new file.
     """
-    from service.grading.classes.class_records import KEY, PRINTS
-    from service.grading.classes.class_records import RESULT as STUDENT_RESULT
-    from service.grading.exports import EXPORTS
-
     taken = {KEY, PRINTS, STUDENT_RESULT, STAFF_PAGE}
     names = {}
     for word in words:
@@ -122,9 +135,6 @@ def grade_class(run: ClassRun) -> int:
 
 def _submissions(run: ClassRun, into: Path) -> tuple[Sequence[Student], Sequence[str]]:
     """The submissions, and the names of other files; those of a download are sorted into an empty folder."""
-    from service.grading.classes.class_records import submissions
-    from service.grading.classes.downloads import sorted_download
-
     wanted = {test.submitted.file for test in run.manifest.tests}
     students, left_out, troubles = sorted_download(run.folder, into, wanted)
     for trouble in troubles:
@@ -143,8 +153,6 @@ def _submissions(run: ClassRun, into: Path) -> tuple[Sequence[Student], Sequence
 
 def _adjusted(run: ClassRun, student: Student) -> Student:
     """A submission with its time and what staff give it."""
-    from service.grading.classes.class_records import last_written
-
     submitted = last_written(student.folder) if run.options.takes_file_times else None
     if run.roster is not None:
         submitted = run.roster.submitted(student) or submitted
@@ -155,8 +163,6 @@ def _adjusted(run: ClassRun, student: Student) -> Student:
 
 
 def _graded(run: ClassRun, students: Sequence[Student], left_out: Sequence[str]) -> ClassGrade:
-    from service.grading.classes.class_records import assignment_key, graded_before, submission_key
-
     # A changed list of exports changes what each student's folder gets.
     forms = [f"{form}={name}" for form, name in sorted(run.exports.items())]
     assignment = " ".join([assignment_key(run.manifest, run.options.references), *forms])
@@ -171,8 +177,6 @@ def _graded(run: ClassRun, students: Sequence[Student], left_out: Sequence[str])
 
 def cells(whole: ClassGrade) -> Iterator[list[str]]:
     """For each submission its points, its name, the tests that are not graded, and its signals."""
-    from service.grading.exports.texts import number
-
     for entry in whole.students:
         points = number(entry.score) if entry.gradable else "-"
         signals = [f"{signal.test}: {signal.code}" for signal in entry.signals]
@@ -193,13 +197,11 @@ def _report(whole: ClassGrade, *, as_json: bool) -> None:
 
 def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Student, Graded]) -> None:
     """Grade the students without a record, save what each of them gets, and add their records."""
-    from service.grading.classes.class_grading import grade_class as graded
-
     left = [student for student in keys if student not in records]
     try:
         with progress_bar("grading") as bar:
             show = advancing(bar, len(left) * len(run.manifest.tests))
-            results = graded(
+            results = class_grading.grade_class(
                 run.manifest,
                 left,
                 references=run.options.references,
@@ -220,10 +222,6 @@ def _grade_others(run: ClassRun, keys: Mapping[Student, str], records: dict[Stud
 
 def _save(run: ClassRun, student: Student, found: Graded, key: str) -> None:
     """Write the result of a student; the key comes last, because it says that all is there."""
-    from service.grading.classes.class_records import KEY, PRINTS, packed
-    from service.grading.classes.class_records import RESULT as STUDENT_RESULT
-    from service.grading.exports import EXPORTS
-
     place = run.place(student)
     make_folder(place)
     (place / KEY).unlink(missing_ok=True)
@@ -237,11 +235,6 @@ def _save(run: ClassRun, student: Student, found: Graded, key: str) -> None:
 
 
 def _save_class(run: ClassRun, records: Mapping[Student, Graded], left_out: Sequence[str]) -> ClassGrade:
-    from service.grading.classes.class_grading import of_class
-    from service.grading.classes.class_signals import shared_files, shared_noise
-    from service.grading.exports.class_page import class_page
-    from service.grading.exports.gradebook import for_class
-
     by_student = {student: record.grade for student, record in records.items()}
     grades = {student.name: grade for student, grade in by_student.items()}
     prints = {student.name: record.prints for student, record in records.items()}

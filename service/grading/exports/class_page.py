@@ -33,7 +33,7 @@ a { overflow-wrap: anywhere; }
   .lists td:first-child { font-weight: bold; }
 }
 .bars { width: 100%; max-width: 40rem; }
-.bars td { padding: 0 .6rem; }
+.bars td { padding: 0 .6rem; vertical-align: middle; }
 .bars td:last-child { width: 100%; }
 .bars div { background: #28c; height: 1rem; }
 """
@@ -82,7 +82,7 @@ def _summary(whole: ClassGrade) -> Iterator[str]:
 
 def _bars(counts: Sequence[int], full: float) -> Iterator[str]:
     """The histogram as a table: the least points of a bar, and the number of submissions."""
-    yield "<table class=bars><tr><th class=points>Points</th><th class=points>Submissions</th><th></th></tr>"
+    yield "<table class=bars><tr><th class=points>Points</th><th class=points>Submissions</th><td></td></tr>"
     for place, count in enumerate(counts):
         yield (
             f"<tr><td class=points>{number(full * place / TENTHS)}+</td><td class=points>{count}</td>"
