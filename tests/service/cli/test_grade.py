@@ -32,10 +32,11 @@ def test_line_a_test_on_a_pipe(penumbra: Penumbra, assignment: Assignment) -> No
     assignment.manifest(image_test(), flipped(points=2.5))
     outcome = penumbra(*WORDS)
     assert (outcome.code, outcome.err) == (0, "")
-    first, second, whole = outcome.out.splitlines()
+    first, second, for_staff, whole = outcome.out.splitlines()
     assert first.split("\t") == ["passed", "10/10", "A picture", "picture", ""]
     assert second.split("\t")[:4] == ["failed", "0/2.5", "A picture", "flipped"]
     assert "flipped_vertically" in second
+    assert for_staff.startswith("for staff: picture: ")
     assert whole.startswith("10 of 12.5 ")
     assert whole.endswith(" mismatch")
 
