@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from accuracy.comparison import variances
 from accuracy.comparison.blocks import Bias, bias
 from accuracy.comparison.decoding import refuse_other_size
-from accuracy.comparison.diagnosis import Cause, averaged, diagnose, stored_or_filtered
+from accuracy.comparison.diagnosis import Cause, diagnose, predicted, stored_or_filtered
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.judging import Judgement, Policy, judge
 from accuracy.comparison.metrics import GUARD, Metrics, Similarity, Sums, flip, luma_of_seen
@@ -135,7 +135,7 @@ def compare(
         if judgement.test == "noise":
             causes = stored_or_filtered(image, reference)
         else:
-            causes = averaged(image, reference, policy.tolerance, policy.most_bias)
+            causes = predicted(image, reference, policy.tolerance, policy.most_bias)
     shapes = _shapes(shapes, reference, image)
     regions: tuple[Region, ...] = ()
     if not found.equal:

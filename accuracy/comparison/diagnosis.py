@@ -9,7 +9,7 @@ import numpy as np
 from accuracy.comparison.averages import averaged_encoded
 from accuracy.comparison.blocks import Bias, bias, gathered
 from accuracy.comparison.blurs import LEAST_FILTER, blur
-from accuracy.comparison.compression import compressed, compression
+from accuracy.comparison.compression import PART, compressed, compression
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.metrics import luma_of_seen
 from accuracy.comparison.mistakes import Mistake, candidates
@@ -195,13 +195,13 @@ class _Trial:
         if found is None:
             return []
 
-        return self.of_effect(BLURRED, BLURRED_HINT.format(found.width), found.effect)
+        return self.of_effect(BLURRED, BLURRED_HINT.format(found.width), found.effect.__getitem__)
 
-    def of_effect(self, cause: str, hint: str, effect: Floats) -> list[Cause]:
-        """A mistake that adds an effect (H, W, 3) to the reference, if it explains the picture."""
+    def of_effect(self, cause: str, hint: str, effect: Callable[[slice], Floats]) -> list[Cause]:
+        """A mistake that adds an effect to the rows of the reference, if it explains the picture."""
 
         def undo(rows: slice) -> Floats:
-            return np.asarray(self._image.pixels.part(rows).linear - effect[rows])
+            return np.asarray(self._image.pixels.part(rows).linear - effect(rows))
 
         as_it_is = self._undone(None)
         before, after = self._left(as_it_is), self._left(undo)
@@ -265,12 +265,21 @@ class _Trial:
         return bias(undone(rows) - reference.linear, allowed), float(allowed.sum())
 
 
-def averaged(image: Picture, reference: Picture, tolerance: float, most_bias: float) -> tuple[Cause, ...]:
-    """The mean of encoded samples, of a reference whose errors are known, if it explains a picture."""
+def predicted(image: Picture, reference: Picture, tolerance: float, most_bias: float) -> tuple[Cause, ...]:
+    """A mistake that explains a picture by what it does to its reference, whose errors are known."""
     if min(image.size) < 3:
         return ()
-    effect = averaged_encoded(reference) - reference.linear
-    found = _Trial(image, reference, tolerance, most_bias).of_effect(AVERAGED, AVERAGED_HINT, effect)
+
+    def average(rows: slice) -> Floats:
+        above = min(rows.start, 1)
+        around = reference.part(slice(rows.start - above, rows.stop + 1))
+        return (averaged_encoded(around) - around.linear)[above : above + rows.stop - rows.start]
+
+    trial = _Trial(image, reference, tolerance, most_bias)
+    found = trial.of_effect(AVERAGED, AVERAGED_HINT, average)
+    if not found and (setting := compression(image.part(slice(PART), slice(PART)).linear)) is not None:
+        effect = compressed(reference.linear, setting) - reference.linear
+        found = trial.of_effect(LOSSY, LOSSY_HINT, effect.__getitem__)
     return tuple(found)
 
 

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 
-from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of
-from accuracy.comparison.diagnosis import Cause
+from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of, variances
+from accuracy.comparison.diagnosis import Cause, predicted
 from accuracy.comparison.heat import encoded, heat_map, side_by_side
 from accuracy.comparison.regions import named
 from renderer.errors import MissingExtraError
 from renderer.math.arrays import Floats
 from renderer.scenes import load_scene
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
-from schemas.grading.acceptance import Acceptance
+from schemas.grading.acceptance import Acceptance, Verdict
 from schemas.grading.manifests import ImageTest, SceneTest
 from service.grading import sentences
 from service.grading.accepting import accepted, compared, noiseless
@@ -106,6 +106,16 @@ class _Found:
         sizes = [found.image.size for found in (self.part, self.whole)]
         return self.part if sizes[0] == sizes[1] else self.whole
 
+    def explained(self) -> _Found:
+        """The same with a cause that explains why a number failed, though the pictures may agree."""
+        whole = self.whole
+        if whole.causes or not variances.known(whole.reference):
+            return self
+        policy = whole.policy
+        causes = predicted(whole.image, whole.reference, policy.tolerance, policy.most_bias)
+        named = replace(whole, causes=causes)
+        return replace(self, whole=named, part=named if self.part is whole else self.part)
+
     def charged(self, mistakes: Sequence[ProgramMistake]) -> tuple[Cause, ...]:
         """Mistakes of the program as causes."""
         before, after = self.whole.metrics.rmse, self.right.metrics.rmse
@@ -120,8 +130,11 @@ def _graded(
     selection = select(reference.picture, test.region, mask)
     found = _compared(test, run, picture, reference, selection)
     charged = found.charged(run.mistakes.charged(test.id))
+    earned = _earned(test.accept, found)
+    if earned.share < 1.0 and not isinstance(test.accept, Verdict):
+        found = found.explained()
     outcome = replace(
-        _earned(test.accept, found),
+        earned,
         verdict=found.part.judgement.verdict,
         samples_to_settle=found.part.judgement.samples_factor,
         worst_regions=_regions(found, [*reference.names, *found.part.names]),
@@ -135,7 +148,7 @@ def _graded(
     )
     pardon = _judged_without(test, run)
     if found.is_forgiven:
-        pardon = sentences.joined(pardon, found.pardon.sentence)
+        pardon = sentences.joined(pardon, found.pardon.sentence(passed=found.part.passed))
     undone = () if charged else found.causes
     if outcome.share == 1.0 or reference.scene is None:
         yield _explained(outcome, pardon, charged, undone)

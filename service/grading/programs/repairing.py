@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 import renderer
 from accuracy.comparison import Comparison, Picture, variances
 from accuracy.comparison.averages import averaged_encoded
-from accuracy.comparison.blurs import LEAST_FILTER, blur
+from accuracy.comparison.blocks import SIDE
+from accuracy.comparison.blurs import LEAST_FILTER, blur, smoothed
 from accuracy.comparison.compression import compressed, compression
 from accuracy.comparison.diagnosis import AVERAGED, BLURRED, FILTERED, JAGGED, LOSSY
 from accuracy.comparison.mistakes import EXPOSURE, Undo, candidates, exposure_of
@@ -118,17 +119,21 @@ class Pardon:
         Empty where nothing is forgiven.
     undo : callable
         Values (H, W, 3) to those without the mistake.
+    noise : (H, W, 3) float64 or 0
+        Variance that undoing leaves beside the noise of samples: as that of one more sample.
     """
 
     cause: str
     undo: Undo
+    noise: Floats | float = 0.0
 
-    @property
-    def sentence(self) -> str:
-        """Sentence for the student; empty where nothing is forgiven."""
+    def sentence(self, *, passed: bool) -> str:
+        """Sentence for the student whose picture passed so or not; empty where nothing is forgiven."""
         if not self.cause:
             return ""
-        return f"It is judged as if {self.cause} were fixed; that mistake costs no points here."
+        restored = passed or self.cause != LOSSY
+        price = "that mistake costs no points here" if restored else "what JPEG loses is never fully restored"
+        return f"It is judged as if {self.cause} were fixed; {price}."
 
     @property
     def is_noisy(self) -> bool:
@@ -137,7 +142,7 @@ class Pardon:
 
     def reference(self, picture: Picture) -> Picture:
         """A reference that allows for the noise that the mistake brings from the pixels around."""
-        return _with_noise_around(picture) if self.is_noisy else picture
+        return _with_noise_around(picture, self.noise) if self.is_noisy else picture
 
     def picture(self, picture: Picture) -> Picture:
         """A picture without the mistake."""
@@ -160,7 +165,9 @@ def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
     image, reference = found.image, found.reference
     if cause in PREDICTED:
         effect = _effect(cause, image, reference)
-        return Pardon(cause, lambda values: np.clip(values - effect, 0, 1))
+        # JPEG rounds a noisy picture otherwise than its reference, by about as much.
+        noise = _around(effect) * (found.policy.samples or 1) if cause == LOSSY else 0.0
+        return Pardon(cause, lambda values: np.clip(values - effect, 0, 1), noise)
     if cause in {JAGGED, BLURRED}:
         return Pardon(cause, partial(without_jags, reference=reference.linear))
     if cause == EXPOSURE and not is_undone(exposure_of(image, reference) or 1.0):
@@ -180,17 +187,25 @@ def _effect(cause: str, image: Picture, reference: Picture) -> Floats | float:
     return 0.0 if found is None else found.effect
 
 
+def _around(effect: Floats | float) -> Floats | float:
+    """Mean square of an effect (H, W, 3) in the blocks around each pixel."""
+    return effect if isinstance(effect, float) else smoothed(effect * effect, SIDE / 2)
+
+
 def _unchanged(values: Floats) -> Floats:
     return values
 
 
-def _with_noise_around(reference: Picture) -> Picture:
-    """A reference with the noise of the noisiest neighbour: an offset puts noise up to a pixel elsewhere."""
+def _with_noise_around(reference: Picture, more: Floats | float = 0.0) -> Picture:
+    """A reference with the noise of the noisiest neighbour: an offset puts noise up to a pixel elsewhere.
+
+    `more` is added to the variance of a sample.
+    """
     if not variances.known(reference):
         return reference
     single = sample_variances(reference)
     samples = reference.layers["samples"].astype(np.float64)[:, :, None]
-    error = np.sqrt(neighbourhood(single)[1] / samples)
+    error = np.sqrt((neighbourhood(single)[1] + more) / samples)
     return replace(reference, layers={**reference.layers, "error": error})
 
 

@@ -92,19 +92,27 @@ def as_jpeg(picture: np.ndarray, quality: int = 95) -> np.ndarray:
     return np.asarray(Image.open(file))
 
 
-@pytest.mark.parametrize(("mistake", "share"), [("", 1), ("no_ambient", 0)])
+@pytest.mark.parametrize(
+    ("name", "mistake", "quality", "share"),
+    [
+        ("phong_matte", "no_ambient", 95, 0),
+        ("shadow_hard", "", 75, 1),
+        ("shadow_soft", "", 75, 1),
+        ("shadow_soft", "hard_shadow", 75, 0),
+    ],
+)
 def test_jpeg_hides_no_mistake_and_costs_nothing_by_itself(
-    mistake: str, share: float, tmp_path: Path
+    name: str, mistake: str, quality: int, share: float, tmp_path: Path
 ) -> None:
-    picture = drawn("phong_matte", mistake)
-    outcome = graded("phong_matte", as_jpeg(picture), tmp_path)
+    outcome = graded(name, as_jpeg(drawn(name, mistake), quality), tmp_path)
     assert outcome.share == share
     assert mistake or "lossy_compression" in outcome.message
 
 
 @pytest.mark.slow
-def test_jpeg_is_named_where_its_noise_costs_points(tmp_path: Path) -> None:
-    outcome = explained("antialiasing", as_jpeg(drawn("antialiasing")), tmp_path)
+@pytest.mark.parametrize("name", ["antialiasing", "antialiasing_advanced"])
+def test_jpeg_is_named_where_its_noise_costs_points(name: str, tmp_path: Path) -> None:
+    outcome = explained(name, as_jpeg(drawn(name)), tmp_path)
     assert outcome.share == 0
     assert [cause.cause for cause in outcome.diagnosis] == ["lossy_compression"]
 
