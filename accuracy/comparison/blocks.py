@@ -35,7 +35,7 @@ FAR = 5.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bias:
-    """What the test found, block by block.
+    """Result of the test for each block.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Bias:
 
     @property
     def blocks(self) -> Masks:
-        """Which blocks are biased."""
+        """Mask of the biased blocks."""
         return self.ratios > 1
 
     @property
@@ -80,7 +80,7 @@ class Bias:
 
 
 def starts(length: int) -> list[int]:
-    """Where blocks begin along a side of so many pixels; the last ends at the border and may overlap."""
+    """First pixels of blocks along a side; the last block ends at the border and may overlap."""
     side = min(SIDE, length)
     return [*range(0, length - side, SIDE), length - side]
 

@@ -198,7 +198,7 @@ def moved(picture: Floats, right: int, down: int) -> Floats:
 
 
 def _to(step: int) -> slice:
-    """Where a side that is moved by -1, 0 or 1 pixels comes to lie."""
+    """Slice of a side that a move by -1, 0 or 1 pixels leads to."""
     return slice(max(step, 0), min(step, 0) or None)
 
 

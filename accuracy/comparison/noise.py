@@ -30,7 +30,7 @@ SPOTS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Noise:
-    """How noisy the blocks of a picture are.
+    """Noise of the blocks of a picture.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Noise:
 
     @property
     def blocks(self) -> Masks:
-        """Which blocks are noisier than so many samples make them.
+        """Mask of blocks that are noisier than a number of samples makes them.
 
         The mean of normal noise in 64 pixels lies 5 of its deviations below 1, so that one block in 10,000 is
         called noisier by chance; noise of 2.5 times the variance is found in 7 of 10 blocks.
@@ -126,7 +126,7 @@ def unlikeness(blocks: Floats, shape: tuple[int, ...]) -> Floats:
 
 
 def _alone(chosen: Masks) -> Masks:
-    """Those of some pixels (H, W) without another of them among their eight neighbours."""
+    """Isolated pixels of a mask (H, W): without another one among the eight neighbours."""
     height, width = chosen.shape
     padded = np.pad(chosen, 1).astype(np.int8)
     around = sum(padded[y : y + height, x : x + width] for y in range(3) for x in range(3))

@@ -1,4 +1,4 @@
-"""What a test requires, and the share of its points that a lower number still earns."""
+"""Requirements of a test, and the share of its points that a lower number still earns."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ Acceptance = Annotated[
     Annotated[Verdict, tag(Verdict)] | Annotated[Metric, tag(Metric)] | Annotated[Error, tag(Error)],
     chosen_by({"verdict": (Verdict,), "metric": (Metric,), "error": (Error,)}, field="by"),
 ]
-"""What a picture must reach."""
+"""Requirement on a picture."""
 
 
 class RayShare(Scale):

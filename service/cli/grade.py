@@ -235,7 +235,7 @@ def _grade_class(given: GradeOptions, folder: Path, roster: Path | None) -> int:
 
 
 def read_table(path: Path | None, read: Callable[[bytes], Table]) -> Table | None:
-    """What is read from a file, if one was given."""
+    """Read a file, if one was given."""
     from service.grading.errors import AdjustmentError
 
     try:

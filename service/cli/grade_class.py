@@ -53,7 +53,7 @@ FOLDERS = "Put each submission into a folder of its own there; unpack archives."
 
 @dataclass(frozen=True, slots=True)
 class ClassRun:
-    """What to grade, and where results go.
+    """Input of grading a class, and the destinations of its results.
 
     Attributes
     ----------

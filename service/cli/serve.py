@@ -216,7 +216,7 @@ def _wait_for_interrupt(server: RunningServer) -> None:
 
 @dataclass(slots=True)
 class Arrivals:
-    """When tiles arrived, seconds since the scene was submitted."""
+    """Arrival times of tiles, seconds since the scene was submitted."""
 
     begun: float = field(default_factory=time.perf_counter)
     first: float | None = None

@@ -129,7 +129,7 @@ MOST_FILES = 10_000
 """Files of a submission among which a similar name is looked for; folders of packages have any number."""
 
 COPY = re.compile(r"\(\d+\)(?=(\.[^.]*)?$)")
-"""What browsers add to the name of a second download: p (1).png."""
+"""Suffix of a second download in browsers: p (1).png."""
 
 LEFT_OUT = "__MACOSX"
 """A folder with which macOS doubles the names of an archive."""
@@ -159,7 +159,7 @@ def similar(root: Path, wanted: str) -> str | None:
 
 
 def _core(name: str) -> str:
-    """What similar names have in common."""
+    """Key that similar names share."""
     words = unicodedata.normalize("NFKC", name).casefold()
     return "".join(COPY.sub("", words).split())
 

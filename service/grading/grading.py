@@ -165,7 +165,7 @@ def prepare_references(run: Run, jobs: int, folder: Path) -> tuple[dict[str, Pat
 
 
 def errands_of(run: Run, prefix: str = "") -> list[Errand]:
-    """What leads to an outcome of each test, named by its id after the prefix."""
+    """Errands that lead to an outcome of each test, named by its id after the prefix."""
     if not run.manifest.charged_once:
         return _tests(run, prefix)
     memory = _bytes(run.manifest.memory)

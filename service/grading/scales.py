@@ -48,7 +48,7 @@ def reached(value: float, threshold: float, *, rising: bool) -> bool:
 
 
 def margin_of(value: float, scale: Scale) -> float | None:
-    """How far a value is better than the threshold for full points, relative to the threshold.
+    """Margin of a value beyond the threshold for full points, relative to the threshold.
 
     0 if they differ only by rounding; None if the margin is undefined.
     """

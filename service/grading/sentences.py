@@ -36,7 +36,7 @@ def place(region: ComparisonRegion) -> str:
 
 
 def judged_without(causes: Sequence[str], tests: Iterable[str]) -> str:
-    """What a picture is judged without, and the tests in which that costs points; empty without causes."""
+    """Mistakes that a picture is judged without, and the tests in which they cost points; else empty."""
     if not causes:
         return ""
     where = " and ".join(tests)

@@ -1,4 +1,4 @@
-"""What is kept of a class: which submissions were graded before, by which assignment."""
+"""Records of a class: submissions that were graded before, and by which assignment."""
 
 from __future__ import annotations
 

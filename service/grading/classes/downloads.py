@@ -23,7 +23,7 @@ anon, LATE, user, attachment, file: https://github.com/instructure/canvas-lms/bl
 """
 
 AGAIN = re.compile(r"-\d+(?=\.[^.]*$)")
-"""What Canvas adds to the name of a file that is handed in again: p-1.png."""
+"""Suffix of a file that is handed in again on Canvas: p-1.png."""
 
 
 def sorted_download(

@@ -55,7 +55,7 @@ def class_page(whole: ClassGrade, grades: Mapping[str, Grade], page: str) -> byt
 
 
 def histogram(scores: Sequence[float], full: float) -> list[int]:
-    """How many scores lie in each tenth of the full score, and in those above it that are reached.
+    """Numbers of scores in each tenth of the full score, and in those above it that are reached.
 
     >>> histogram([0, 9.99, 10, 55, 100, 125], 100)
     [2, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1]
@@ -121,7 +121,7 @@ def cause_of(test: TestGrade) -> str:
 
 
 def _signals(whole: ClassGrade, links: Mapping[str, str]) -> Iterator[str]:
-    """What submissions have in common with each other, or with the reference."""
+    """Similarities of submissions to each other, or to the reference."""
     yield "<h2>Signals</h2>"
     alone = [entry for entry in whole.students if entry.signals]
     if not (alone or whole.shared_files or whole.shared_noise):
@@ -175,7 +175,7 @@ def _students(whole: ClassGrade, links: Mapping[str, str]) -> Iterator[str]:
 
 
 def _adjusted(entry: ClassEntry) -> str:
-    """What staff and lateness have changed."""
+    """Adjustments by staff and lateness."""
     late = f"late: -{number(entry.late.points)}" if entry.late is not None else ""
     by_staff = f"set by staff: {', '.join(entry.overridden)}" if entry.overridden else ""
     return "; ".join(filter(None, (late, by_staff)))

@@ -17,7 +17,7 @@ Cells = dict[str, str | float]
 """A row, by column."""
 
 FORMULA = re.compile("(^|[;,|])(?=[\\s\"']*[-=+@\uff1d\uff0b\uff0d\uff20])")
-"""Where spreadsheets see a formula: at these characters, also in full width, at the beginning of a cell, and
+"""Characters that begin a formula in spreadsheets, also in full width: at the beginning of a cell, and
 after each character at which they may split it (https://owasp.org/www-community/attacks/CSV_Injection)."""
 
 

@@ -45,7 +45,7 @@ CLIPPED = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Closeness:
-    """What counting has shown.
+    """Result of counting.
 
     Attributes
     ----------

@@ -173,7 +173,7 @@ def parts(noise: Noise) -> Iterator[Noise]:
 
 
 def _counted(values: Floats, step: Floats) -> Masks:
-    """Which values are noise; `step` is the rounding in the same units, (K,)."""
+    """Mask of the values that are noise; `step` is the rounding in the same units, (K,)."""
     near = np.abs(values) <= FARTHEST
     loudness = np.sqrt(np.where(near, values * values, 0).sum(axis=1) / np.maximum(near.sum(axis=1), 1))
     # The median, because a picture without noise has errors too: some, at edges.
@@ -186,7 +186,7 @@ def _counted(values: Floats, step: Floats) -> Masks:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Agreement:
-    """How far pictures agree with others, (A, B) float64 each.
+    """Agreement of pictures with others, (A, B) float64 each.
 
     Attributes
     ----------
@@ -204,7 +204,7 @@ class Agreement:
 
     @property
     def correlated(self) -> Masks:
-        """Which correlations are too high for chance."""
+        """Mask of correlations that are too high for chance."""
         sure: Masks = (self.places >= FEWEST_PLACES) & (self.correlation * np.sqrt(self.places) >= SURE)
         return sure & (self.correlation >= CORRELATED)
 
@@ -220,7 +220,7 @@ def pairs(noise: Noise) -> list[Pair]:
 
 
 def like(noise: Noise, others: Sequence[Fingerprint]) -> Masks:
-    """Which of the pictures have the errors of any of some others, such as pictures without noise."""
+    """Mask of pictures with the errors of any of some others, such as pictures without noise."""
     detail = np.stack([each.detail.ravel()[noise.places] for each in others]).astype(np.float64)
     values = (detail - noise.middle) / noise.spread
     near = np.abs(values) <= FARTHEST

@@ -1,4 +1,4 @@
-"""How many samples a picture's noise looks like, where its reference states how noisy each pixel is.
+"""Estimated number of samples of a picture, where its reference states the noise of each pixel.
 
 The squared differences of a picture of N random samples from a clean reference are the variances of one
 sample over N, plus what rounding adds. Least squares give 1 / N as their slope. A picture made from the

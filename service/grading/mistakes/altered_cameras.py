@@ -21,7 +21,7 @@ Change = Callable[[RenderPlan], RenderPlan]
 Refit = Callable[[Pinhole], Pinhole]
 
 BORDER, CENTRE = 0.0, 0.5
-"""Where programs that divide by width - 1 begin to count: at the border of the first pixel, or its centre."""
+"""Origins of programs that divide by width - 1: the border of the first pixel, or its centre."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

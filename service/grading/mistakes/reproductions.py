@@ -29,7 +29,7 @@ BUILT = ("shapes", "materials", "textures")
 
 @dataclass(frozen=True, slots=True)
 class Detail:
-    """How finely a mistake is rendered.
+    """Resolution at which a mistake is rendered.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ GLANCE, CLOSE = Detail(4_000, 4, 4), Detail(20_000, 16, 16)
 
 @dataclass(slots=True)
 class Budget:
-    """What trials may still cost.
+    """Remaining budget of trials.
 
     Counted in rays, never in seconds: a diagnosis must not depend on how busy the machine is.
 
@@ -91,7 +91,7 @@ class Reproductions:
         return Alteration("", self.scene)
 
     def factor(self, detail: Detail) -> int:
-        """How many pixels of the scene's camera a pixel of a trial has along each side."""
+        """Pixels of the scene's camera along each side of a pixel of a trial."""
         camera = self.scene.document.camera
         return reduction(camera.width, camera.height, detail.most_pixels)
 

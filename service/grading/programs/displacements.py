@@ -16,7 +16,7 @@ SIZE_MINUS_ONE = "size_minus_one"
 
 @dataclass(frozen=True, slots=True)
 class Displacement:
-    """Where a picture shows what the right one shows elsewhere.
+    """Displacement of a picture's content relative to the right one.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Displacement:
         return 0.5 in (abs(self.right), abs(self.down))
 
     def places(self, x: Floats, y: Floats, width: int, height: int) -> tuple[Floats, Floats]:
-        """Where the right picture shows what the wrong one shows at x, y: pixels from the upper left."""
+        """Position in the right picture of the wrong one's content at x, y, pixels from the upper left."""
         if self.stretched:
             x, y = x * (width / (width - 1)), y * (height / (height - 1))
         return x - self.right, y - self.down
@@ -106,4 +106,4 @@ DISPLACEMENTS = (
         stretched=True,
     ),
 )
-"""Those that are tried."""
+"""Displacements that are tried."""

@@ -109,7 +109,7 @@ class Program:
         return image
 
     def emitted(self, pair: Pair) -> Floats:
-        """What its picture shows before it is encoded, linear, with rows and channels in order."""
+        """Linear values of its picture before encoding, with rows and channels in order."""
         dark = pair.ambient if self.lightless else None
         if self.offset is not None:
             shown = self.offset.of(pair.reference if dark is None else pair.reference - dark, pair.step)
@@ -119,7 +119,7 @@ class Program:
         return np.clip(shown if self.scale == 1 else shown * self.scale, 0, 1)
 
     def predicted(self, pair: Pair) -> Floats:
-        """What its picture shows when it is read, with rows and channels in order."""
+        """Linear values of its picture as it is read, with rows and channels in order."""
         return encoded(self.encoding, self.emitted(pair))
 
     def undone(self, image: Floats, reference: Floats, ambient: Floats | None) -> Floats:
@@ -152,7 +152,7 @@ _WRITTEN: dict[str, Callable[[Floats], NDArray[np.floating]]] = {
     "tone_mapped_exponential": lambda linear: -np.expm1(-linear),
     "tone_mapped_aces": lambda x: np.minimum(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 1),
 }
-"""How a file is read back whose numbers are encoded wrongly, as a function of linear values 0..1."""
+"""Values read from a wrongly encoded file, as functions of linear values 0..1."""
 
 _TABLES = {
     # Closer together near black, where encodings are steep.

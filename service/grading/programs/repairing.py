@@ -177,7 +177,7 @@ def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
 
 
 def _effect(cause: str, image: Picture, reference: Picture) -> Floats | float:
-    """What one of the mistakes `PREDICTED` adds to the reference, (H, W, 3)."""
+    """Effect of one of the mistakes `PREDICTED` on the reference, (H, W, 3)."""
     if cause == AVERAGED:
         return averaged_encoded(reference) - reference.linear
     if cause == LOSSY:

@@ -265,7 +265,7 @@ def _square(difference: Floats) -> float:
 
 
 def _distance(squares: Sequence[float]) -> float:
-    """How unlikely mean squares of several pictures are, if the errors of each have a variance of their own.
+    """Negative log-likelihood of the mean squares of pictures, if each has an error variance of its own.
 
     A picture that is wrong in another way, too, counts as much as the others.
     """
@@ -273,7 +273,7 @@ def _distance(squares: Sequence[float]) -> float:
 
 
 def _exposure(program: Program, pair: Pair) -> float:
-    """How many times too bright a picture is, by the mean of all values: noise does not change it."""
+    """Exposure of a picture relative to the right one, by the mean, which noise does not change."""
     aim, emitted = float(np.mean(pair.image)), program.emitted(pair)
     scale, power = 1.0, 1.0
     before: tuple[float, float] | None = None

@@ -99,7 +99,7 @@ def agreement(submitted: Mapping[str, Floats], right: Answers) -> dict[str, Mask
 
 
 def _near(values: Floats, name: str, right: Answers) -> Masks:
-    """Which values of a field lie within the tolerance, (N,) bool."""
+    """Mask (N,) of the values of a field within the tolerance."""
     wanted = getattr(right.hits, name)
     if name == "shape":
         same: Masks = values == wanted
@@ -109,24 +109,24 @@ def _near(values: Floats, name: str, right: Answers) -> Masks:
 
 
 def near(values: Floats, wanted: Floats, allowed: Floats) -> Masks:
-    """Which rows of values lie within what is allowed of others, (N,) bool."""
+    """Mask (N,) of the rows of values within a tolerance of others."""
     return _each_row(np.abs(values - wanted) <= allowed)
 
 
 def _missed(submitted: Mapping[str, Floats]) -> Masks:
-    """Which rays miss: no distance or no shape; without both fields, by the first one."""
+    """Mask of rays that miss: no distance or no shape; without both fields, by the first one."""
     found = {name: values < 0 if name == "shape" else _unknown(values) for name, values in submitted.items()}
     told = [found[name] for name in ("t", "shape") if name in found] or [*found.values()][:1]
     return np.asarray(np.logical_or.reduce(told))
 
 
 def _unknown(values: Floats) -> Masks:
-    """Which rows hold a number that is not finite."""
+    """Mask of rows with a number that is not finite."""
     return ~_each_row(np.isfinite(values))
 
 
 def _each_row(marks: Masks) -> Masks:
-    """Which rows of (N, ...) are marked everywhere, (N,) bool."""
+    """Mask (N,) of the rows of (N, ...) that are marked everywhere."""
     return np.asarray(marks.reshape(len(marks), -1).all(axis=1))
 
 

@@ -80,7 +80,7 @@ def test_bands_say_the_same_as_one_piece(name: str, policy: Policy, monkeypatch:
 
 
 def numbers_apart(document: Any) -> tuple[list[Any], list[float]]:
-    """What must be equal, and what is summed in another order."""
+    """Fields that must be equal, and those that are summed in another order."""
     words, numbers = list[Any](), list[float]()
     left = [document]
     while left:

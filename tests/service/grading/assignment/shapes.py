@@ -92,7 +92,7 @@ class Flat:
         return np.broadcast_to(normal, places.shape)
 
     def coordinates(self, places: Array) -> Array:
-        """How far along both edges, (N, 2)."""
+        """Coordinates along both edges, (N, 2)."""
         return (places - self.corner) @ self.to_weights
 
 

@@ -111,7 +111,7 @@ def test_shared_files_are_not_reported_as_noise_too(
 
 
 def filtered(linear: np.ndarray) -> np.ndarray:
-    """What a filter of twice the width makes of a picture, about."""
+    """A picture roughly as a filter of twice the width shows it."""
     for axis in (0, 1):
         linear = 0.75 * linear + 0.125 * (np.roll(linear, 1, axis) + np.roll(linear, -1, axis))
     return linear
