@@ -49,6 +49,19 @@ def test_job_is_rendered_again(open_page: Open, job: str, text: str) -> None:
 
 
 @pytest.mark.slow
+def test_picture_that_existed_takes_no_time(open_page: Open, client: httpx2.Client) -> None:
+    scene = {"scene": json.loads(small("basic", name="twice"))}
+    first = client.post("/v1/jobs", json=scene).json()["id"]
+    until(lambda: client.get(f"/v1/jobs/{first}").json()["state"] == "succeeded")
+    second = client.post("/v1/jobs", json=scene).json()["id"]
+    page = open_page(f"/jobs/{second}")
+    expect(page.get_by_text("Existed already")).to_be_visible(timeout=TIMEOUT)
+    page.goto("/jobs")
+    entry = page.get_by_role("listitem").filter(has=page.locator(f'a[href="/jobs/{second}"]'))
+    expect(entry).to_contain_text("existed already")
+
+
+@pytest.mark.slow
 def test_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> None:
     job = endless(client, "stopped on its page")
     page = open_page(f"/jobs/{job}")

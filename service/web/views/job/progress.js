@@ -3,7 +3,7 @@
 import { announce, h } from "../../dom.js";
 import { figure } from "../../elements.js";
 import { ago, codeValues, count, cpuSeconds, plural, qualityName, seconds } from "../../format.js";
-import { standing, stateName } from "./state.js";
+import { existedAlready, standing, stateName } from "./state.js";
 
 const TICK_MS = 1000;
 
@@ -62,6 +62,7 @@ function headline(job) {
     case "paused":
       return ["Paused", stepsOf(job), spent && `${spent} so far`];
     case "succeeded":
+      if (existedAlready(job)) return ["Existed already", "rendered for an equal job before", stepsOf(job)];
       return [`Done in ${spent}`, "from start to finish", stepsOf(job)];
     default:
       return [sentence(stateName(job.state)), spent ? `after ${spent}` : "before it began", stepsOf(job)];

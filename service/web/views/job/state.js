@@ -43,5 +43,8 @@ export function tabTitle(job) {
   return `${STATES[standing(job)]?.[0] ?? "?"} ${share}${nameOf(job)} · Penumbra`;
 }
 
+/** Whether the picture of an equal job was there when this one was submitted. @param {JobDocument} job */
+export const existedAlready = (job) => job.state === "succeeded" && job.finished_at === job.started_at;
+
 /** @param {JobDocument} job */
 export const nameOf = (job) => job.name ?? "Untitled scene";

@@ -3,7 +3,7 @@
 import { h } from "../../dom.js";
 import { ago, codeValues, percent, plural, qualityName, seconds } from "../../format.js";
 import { FINAL } from "../../watch.js";
-import { nameOf, standing, stateMark } from "../job/state.js";
+import { existedAlready, nameOf, standing, stateMark } from "../job/state.js";
 
 /**
  * @typedef {object} Acts
@@ -112,7 +112,8 @@ function factsOf(job) {
   if (job.state === "queued" && job.queue_position !== null)
     facts.push(job.queue_position ? `${plural(job.queue_position, "job")} ahead` : "next");
   if (job.error) facts.push(`error ${codeValues(job.error.estimate)} code values`);
-  if (job.finished_at && job.started_at)
+  if (existedAlready(job)) facts.push("existed already");
+  else if (job.finished_at && job.started_at)
     facts.push(`took ${seconds((Date.parse(job.finished_at) - Date.parse(job.started_at)) / 1000)}`);
   if (job.failure) facts.push(job.failure.message);
   facts.push(ago(job.created_at));
