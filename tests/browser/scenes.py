@@ -10,7 +10,7 @@ from typing import Any
 import httpx2
 from playwright.sync_api import Locator, Page, expect
 
-from tests.service.support import submit
+from tests.service.support import submit, until
 
 GALLERY = Path(__file__).parents[2] / "scenes" / "gallery"
 # A worker may be busy with another test's job, and a machine with other work.
@@ -73,7 +73,8 @@ def go_to_problem(page: Page, line: int) -> None:
 def expect_written(page: Page, text: str) -> None:
     """Wait until this text is in the editor."""
     expect(editor(page)).to_be_visible(timeout=TIMEOUT)
-    page.wait_for_function(f"async (wanted) => (await ({VIEW})(wanted)).same", arg=text, timeout=TIMEOUT)
+    # Not by `wait_for_function`, for which the promise of an async function is true.
+    until(lambda: page.evaluate(VIEW, text)["same"])
 
 
 def selected(page: Page) -> str:

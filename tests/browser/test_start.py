@@ -192,12 +192,21 @@ def test_uploaded_file_survives_a_reload(page: Page) -> None:
 
 
 @pytest.mark.slow
-def test_scene_too_large_for_the_storage_of_a_tab_survives_a_reload(page: Page) -> None:
+def test_scene_for_which_a_tab_has_no_room_survives_a_reload(page: Page) -> None:
     opened(page)
-    large = small("basic", name="large", description="x" * 6_000_000)
-    drop(page, mine__json=large.encode())
-    expect_written(page, large)
+    page.evaluate(
+        """() => {
+          sessionStorage.clear();
+          for (let size = 1 << 22; size >= 256; size /= 2)
+            try {
+              for (let i = 0; ; i++) sessionStorage.setItem(`ballast ${size} ${i}`, "x".repeat(size));
+            } catch {}
+        }"""
+    )
+    large = small("basic", name="no room", description="x" * 2000)
+    write(page, large)
     page.wait_for_timeout(1000)
+    assert "no room" not in str(page.evaluate("JSON.stringify(sessionStorage).replace(/x+/g, 'x')"))
     page.reload()
     expect_written(page, large)
 
