@@ -82,6 +82,12 @@ def selected(page: Page) -> str:
     return str(page.evaluate(VIEW, "")["selected"])
 
 
+def ask_for_samples(page: Page, camera: int, light: int) -> None:
+    page.get_by_role("radio", name="Samples").check()
+    page.get_by_label("Samples per pixel").fill(str(camera))
+    page.get_by_label("Samples per light").fill(str(light))
+
+
 def render_button(page: Page) -> Locator:
     return page.get_by_role("button", name="Render", exact=True)
 

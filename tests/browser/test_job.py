@@ -12,7 +12,7 @@ from playwright.sync_api import CDPSession, Page, expect
 
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import tab
-from tests.browser.scenes import TIMEOUT, endless, expect_written, opened, render_button, small
+from tests.browser.scenes import TIMEOUT, VIEW, endless, opened, render_button, small
 from tests.service.support import finish, submit, until
 
 
@@ -45,7 +45,9 @@ def test_stage_shows_its_line(open_page: Open, job: str) -> None:
 def test_job_is_rendered_again(open_page: Open, job: str, text: str) -> None:
     page = open_page(f"/jobs/{job}")
     page.get_by_role("link", name="Change and render again").click()
-    expect_written(page, text)
+    opened(page)
+    # Laid out for people again, as the service keeps scenes without blanks.
+    assert json.loads(page.evaluate(VIEW, "")["text"]) == json.loads(text)
 
 
 @pytest.mark.slow
