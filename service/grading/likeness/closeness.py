@@ -82,7 +82,7 @@ def closeness(image: Picture, reference: Picture) -> Closeness | None:
 
 
 def _counts(image: Picture, reference: Picture, channel: int) -> tuple[int, int]:
-    """Pixels of a band that count, and those of them that are near."""
+    """Pixels of a band that count, and how many of these are near."""
     error, value, shown, rounding = (
         _blocks(part[:, :, channel].astype(np.float64))
         for part in (

@@ -139,7 +139,7 @@ def grain(image: Picture, reference: Picture, tolerance: float) -> Grain | None:
 
 
 def _grain(image: Picture, reference: Picture, tolerance: float) -> tuple[int, int]:
-    """Blocks of a band in which no sample varies, and those of them with noise."""
+    """Blocks of a band in which no sample varies, and how many of these have noise."""
     single = sample_variances(reference)
     quiet = np.maximum(gathered(image.rounding + reference.rounding).max(axis=2), tolerance / 4)
     still = (gathered(single).max(axis=2) <= quiet * quiet).all(axis=2)

@@ -75,8 +75,13 @@ def quote(client: httpx2.Client, **changes: Any) -> httpx2.Response:
     return client.post("/v1/quotes", json={"scene": scene()} | changes)
 
 
+def quoted(answer: httpx2.Response) -> Quote:
+    assert answer.status_code == 200, answer.text
+    return Quote.model_validate(answer.json())
+
+
 def test_quote_prices_what_is_asked_for_and_other_qualities(api: httpx2.Client) -> None:
-    reported = Quote.model_validate(quote(api, target_error=0.02, seconds=60).json())
+    reported = quoted(quote(api, target_error=0.02, seconds=60))
     assert reported.workers == 2
     assert reported.asked is not None
     assert isinstance(reported.asked.quality, FixedQuality)
@@ -93,7 +98,7 @@ def test_quote_prices_what_is_asked_for_and_other_qualities(api: httpx2.Client) 
 def test_quote_of_a_long_render_takes_no_longer(api: httpx2.Client) -> None:
     # The whole picture would take hours.
     document = scene(1000, 1000, samples=1024, light_samples=1024)
-    reported = Quote.model_validate(quote(api, scene=document).json())
+    reported = quoted(quote(api, scene=document))
     assert reported.pilot.seconds < 60
     assert reported.asked is None or reported.asked.cpu_seconds.estimate > 600
 
@@ -101,11 +106,11 @@ def test_quote_of_a_long_render_takes_no_longer(api: httpx2.Client) -> None:
 def test_quote_is_the_price_at_which_a_job_is_admitted(api: httpx2.Client) -> None:
     quality = {"mode": "fixed", "antialiasing": {"pattern": "sobol", "samples": 2}}
     body = {"scene": scene(64, 64), "quality": quality}
-    reported = Quote.model_validate(api.post("/v1/quotes", json=body).json())
+    reported = quoted(api.post("/v1/quotes", json=body))
     assert reported.asked is not None
-    quoted = reported.asked.cpu_seconds.estimate
-    assert api.post("/v1/plans", json=body).json()["cost"]["cpu_seconds"] == quoted
-    assert api.post("/v1/jobs", json=body).json()["cost"]["predicted_cpu_seconds"] == quoted
+    price = reported.asked.cpu_seconds.estimate
+    assert api.post("/v1/plans", json=body).json()["cost"]["cpu_seconds"] == price
+    assert api.post("/v1/jobs", json=body).json()["cost"]["predicted_cpu_seconds"] == price
     other = api.post("/v1/plans", json={"scene": body["scene"]}).json()["cost"]["cpu_seconds"]
     assert other == renderer.compile_scene(body["scene"]).describe().cost.cpu_seconds
 
