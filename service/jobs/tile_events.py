@@ -17,7 +17,6 @@ from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
 from schemas.scene import Display
 from service.dispatch import adaptive_passes as adaptive
 from service.dispatch import ledger
-from service.errors import PictureNotReadyError
 from service.jobs.bands import BAND_PIXELS, means
 from service.jobs.context import Service
 from service.jobs.damaged_files import IMAGE, note_loss
@@ -31,6 +30,8 @@ from service.storage.objects import Stored
 from service.storage.tiles import Pixels, StoredTile, TileStore
 
 ENCODINGS = {"float32": FLOAT32, "rgb8": RGB8}
+ATTEMPTS = 3
+"""Attempts at a batch: a pass may be merged during the first, and the job end during the second."""
 
 
 def batch(service: Service, job_id: str, after: int) -> TileBatch:
@@ -111,21 +112,29 @@ def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> Sto
 
     They are written to a file: readers may be slow, and a batch may have all pixels of a large picture.
     """
-    folder = service.settings.data
-    try:
-        return unnamed(folder, partial(_write, service, job_id, after, encoding))
-    except LOSSES as error:
-        # The job has ended meanwhile: its pixels are in the final picture, or deleted. Or they were lost.
-        with suppress(FileNotFoundError, PictureNotReadyError):
-            with service.database.reading() as session:
-                finished = finished_of(session, find(session, job_id))
-            note_loss(service, finished, error)
-        return unnamed(folder, partial(_write, service, job_id, after, encoding))
+    for _ in range(ATTEMPTS):
+        with service.database.reading() as session:
+            news = _news(session, find(session, job_id), after, service.settings.max_events)
+        try:
+            return unnamed(service.settings.data, partial(_write, service, news, encoding))
+        except LOSSES as error:
+            loss = error
+            _note_loss(service, job_id, news, error)
+    raise loss
 
 
-def _write(service: Service, job_id: str, after: int, encoding: int, file: IO[bytes]) -> None:
+def _note_loss(service: Service, job_id: str, news: _News, error: Exception) -> None:
+    """Act on tiles that are lost; those of a job that ends meanwhile are not: it has taken them away."""
     with service.database.reading() as session:
-        news = _news(session, find(session, job_id), after, service.settings.max_events)
+        row = find(session, job_id)
+        if row.state.final and news.state is not JobState.SUCCEEDED:
+            return
+        finished = finished_of(session, row)
+    with suppress(FileNotFoundError):
+        note_loss(service, finished, error)
+
+
+def _write(service: Service, news: _News, encoding: int, file: IO[bytes]) -> None:
     head = BatchHead(
         encoding=encoding,
         tiles=0,

@@ -17,6 +17,7 @@ export const FINAL = new Set(["succeeded", "failed", "cancelled", "expired", "de
  * @property {import("./api.js").Batch} tiles
  * @property {boolean} connection - Whether the service answers.
  * @property {Problem} gone - The job was deleted; its state is then `deleted`.
+ * @property {Problem} lost - Files of its picture are damaged: nothing more comes.
  * @property {Problem} locked - The session has ended and nothing more is asked.
  */
 
@@ -66,6 +67,8 @@ export class Watch extends EventTarget {
       await this.refresh();
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
+      // What has become of it is in its document.
+      if (error.status === 410) await this.#fetch();
       this.#end(error);
     }
   }
@@ -84,7 +87,7 @@ export class Watch extends EventTarget {
       this.job = { ...this.job, state: /** @type {const} */ ("deleted"), paused: false, rendering: [] };
       this.#emit("job", this.job);
       this.#emit("gone", error);
-    } else this.#emit("locked", error);
+    } else this.#emit(error.status === 410 ? "lost" : "locked", error);
     this.stop();
   }
 

@@ -10,10 +10,12 @@ import httpx2
 import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
+from service.server import RunningServer
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import tab
 from tests.browser.scenes import TIMEOUT, VIEW, endless, opened, render_button, small
 from tests.service.support import finish, submit, until
+from tests.service.test_damaged_files import change
 
 
 @pytest.fixture
@@ -160,6 +162,20 @@ def test_job_opened_while_the_service_is_away(open_page: Open, job: str) -> None
     expect(page.get_by_text("The service does not answer. Trying again")).to_be_visible()
     page.context.set_offline(False)
     expect(page.locator(".job-progress .state")).to_have_text("✓ finished", timeout=TIMEOUT)
+
+
+@pytest.mark.slow
+def test_damaged_picture_says_what_to_do(
+    open_page: Open, client: httpx2.Client, server: RunningServer, shoot: Shoot
+) -> None:
+    job = submit(client, json.loads(small("basic", name="damaged")))
+    render = finish(client, job)["id"]
+    (stored,) = (server.data / "jobs" / render).glob("*-image.npy")
+    change(stored)
+    page = open_page(f"/jobs/{job}")
+    expect(page.get_by_role("status").filter(has_text="submit the job again")).to_be_visible()
+    expect(page.get_by_role("button", name="Sign in")).to_have_count(0)
+    shoot(page, "job-damaged")
 
 
 @pytest.mark.slow

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import anyio
 import httpx2
 import numpy as np
 import pytest
 
 import renderer
+from schemas.api.batches import FLOAT32, unpack
 from schemas.quality import TargetQuality
+from service.jobs.tile_events import pixel_batch
 from service.jobs.verification import verify
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.folder import Folder
+from service.storage.tiles import TileStore
+from tests.service.api.routes.test_tiles import painted
 from tests.service.in_process import in_process
 from tests.service.support import TIMEOUT, finish, image, job_of, scene, steps, submit, until, work
 from tests.service.test_damaged_files import HARMS, change
@@ -93,6 +100,50 @@ def test_partial_picture_lacks_a_damaged_tile(
         check_finished(client, job, fixed)
 
     asked(tmp_path, disturb)
+
+
+class Overtaken(Folder):
+    """A folder in which something happens before tiles are read that a request has chosen."""
+
+    def __init__(self, folder: Path, happen: Callable[[], None]) -> None:
+        super().__init__(folder)
+        self._happen = happen
+
+    def many(self, names: Sequence[str]) -> Iterator[bytes]:
+        self._happen()
+        return super().many(names)
+
+
+@pytest.mark.parametrize("is_cancelled", [False, True], ids=["finished", "cancelled"])
+@pytest.mark.parametrize("quality", [None, {"mode": "target", "error": ERROR}], ids=["fixed", "target"])
+def test_job_that_ends_while_its_tiles_are_read_is_whole(
+    tmp_path: Path, quality: dict[str, Any] | None, is_cancelled: bool
+) -> None:
+    settings = Settings(data=tmp_path, workers=2, tile_size=32, log_level="error")
+    document = scene(128, 96) if quality else work()
+    with in_process(settings) as local, local.client(timeout=TIMEOUT) as client:
+        job = submit(client, document, **({"quality": quality} if quality else {}))
+        until(lambda: bool(done(tmp_path, 1)), TIMEOUT)
+        states = []
+
+        def end() -> None:
+            states.append(job_of(client, job)["state"])
+            if is_cancelled:
+                client.post(f"/v1/jobs/{job}/cancel")
+            else:
+                finish(client, job)
+            until(lambda: not any((tmp_path / "jobs" / job / "tiles").glob("*")))
+
+        late = replace(local.service, store=TileStore(Overtaken(tmp_path / "jobs", end)))
+        batch = anyio.run(anyio.to_thread.run_sync, partial(pixel_batch, late, job, 0, FLOAT32))
+        head, tiles = unpack(batch.read(0, batch.size))
+        assert states[0] == "running"
+        assert head.complete
+        assert head.succeeded is not is_cancelled
+        assert job_of(client, job)["damage"] is None
+        if not is_cancelled:
+            expected = image(client, job)
+            np.testing.assert_array_equal(painted(tiles, *expected.shape[:2]), expected)
 
 
 @pytest.fixture(scope="module")

@@ -105,6 +105,7 @@ function makeNotice(watch) {
   };
   watch.on("connection", (live) => report(live ? "" : "The service does not answer. Trying again …"));
   watch.on("gone", () => report("This job was deleted."));
+  watch.on("lost", (error) => report(error.message));
   watch.on("locked", (error) =>
     report(`${error.message} The page no longer follows this job. `, signInButton()),
   );

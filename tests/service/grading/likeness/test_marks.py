@@ -96,3 +96,11 @@ def test_pictures_of_other_programs_have_no_mark(reference: Picture) -> None:
         for picture in (codes_of(right), 255 * right, codes_of(right)[:, ::-1], 0 * right):
             assert not is_marked(seen(picture), reference)
     assert not is_marked(seen(codes_of(reference.linear)), reference)
+
+
+def test_mark_follows_from_the_file_that_students_do_not_have(reference: Picture) -> None:
+    values = reference.linear.astype(np.float32)
+    values[0, 0, 0] += 2**-20
+    guessed = picture_of(npy(values), "guessed.npy", "linear")
+    shown = [seen(codes_of(marked(each).linear)) for each in (reference, guessed)]
+    assert [is_marked(picture, reference) for picture in shown] == [True, False]
