@@ -12,7 +12,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.guides import Nearby, guide
+from renderer.adaptive.guides import Nearby
 from renderer.adaptive.lamps import pieces_of
 from renderer.adaptive.levels import COVERAGES, FIBONACCI
 from renderer.adaptive.rays import camera_rays, labels_of, of_lights
@@ -28,25 +28,6 @@ from renderer.plan.plan import RenderPlan
 
 GENERATORS = dict(zip(FIBONACCI, (1, *FIBONACCI), strict=False))
 """Generators z of Fibonacci lattices of n points (i / n, i z / n): the Fibonacci number before n."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Cover:
-    """Coverage of n border pixels.
-
-    Attributes
-    ----------
-    values : (3, n) float32
-        Mean radiance.
-    others : (3, n) float32
-        Radiance of shapes that no pilot sample around has hit, as in `guides.Surroundings`.
-    coverage_variance : (n,) float32
-        Squared standard error of the values clipped to 0..1, mean over channels, due to the shares.
-    """
-
-    values: NDArray[np.float32]
-    others: NDArray[np.float32]
-    coverage_variance: NDArray[np.float32]
 
 
 def places(seed: int, pixels: Integers, count: int) -> tuple[Floats, Floats]:
@@ -168,8 +149,14 @@ def cover(
     counts: Counter[str],
     *,
     until: float = inf,
-) -> Cover:
+) -> NDArray[np.float32]:
     """Measure the coverage of pixels (n,) with `COVERAGES[size]` rays each.
+
+    Returns
+    -------
+    (7, n) float32
+        Mean radiance; radiance of shapes that no pilot sample around has hit, as in `guides.Surroundings`;
+        and squared standard error, mean over channels, of the first clipped to 0..1 due to the shares.
 
     Raises
     ------
@@ -187,9 +174,8 @@ def cover(
     labels = labels_of(shapes[parts.rays])
     lamps = _lamps(pilot, x, y, (across, along), counts)
     parts = lamps.beside(parts, of_lights(labels))
-    around = guide(nearby, plan.fine, pilot.unshaded.lights)
     pixels = parts.lattices // HALVES
-    shown = around.at(labels, pixels)
+    shown = nearby.radiance_of(labels, pixels, plan.fine, pilot.unshaded.lights)
     missing = np.flatnonzero(np.isnan(shown[0]))
     others = nearby.others.astype(np.float64)
     if missing.size:
@@ -202,10 +188,10 @@ def cover(
         put(shown, missing, taken(others, pixels[missing]))
     # The pixel's own pilot sample stands for what only samples will find.
     others = np.where(np.isnan(others), nearby.values[:, 4], others)
-    found = _cover(parts, others, shown, lamps.radiance)
+    values, variance = _means(parts, shown, lamps.radiance)
     mixed = (nearby.labels != nearby.labels[4]).any(axis=0)
-    uncertain = lamps.uncertain(found.values, HALVES * count, mixed).astype(np.float32)
-    return replace(found, coverage_variance=found.coverage_variance + uncertain)
+    uncertain = lamps.uncertain(values, HALVES * count, mixed).astype(np.float32)
+    return np.vstack((values, others.astype(np.float32), variance + uncertain))
 
 
 def _mean_others(others: Floats, pixels: Integers, shares: Floats, radiance: Floats) -> Floats:
@@ -216,20 +202,14 @@ def _mean_others(others: Floats, pixels: Integers, shares: Floats, radiance: Flo
     return np.where(weights > 0, sums / np.where(weights > 0, weights, 1.0), others)
 
 
-def _cover(parts: _Parts, others: Floats, shown: Floats, lamps: Floats) -> Cover:
-    """Means of pixels from the radiance (3, m) of their parts and of `lamps` (3, 2 n) by lattice."""
+def _means(parts: _Parts, shown: Floats, lamps: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Means (3, n) of pixels, and variances (n,), from the radiance of parts (3, m) and `lamps` (3, 2 n)."""
     starts = np.flatnonzero(np.diff(parts.lattices, prepend=-1))
-
-    def means(radiance: Floats) -> Floats:
-        return np.add.reduceat(radiance * parts.shares, starts, axis=-1)
-
-    halves = (means(shown) + lamps).reshape(3, -1, HALVES)
+    means = np.add.reduceat(shown * parts.shares, starts, axis=-1)
+    halves = (means + lamps).reshape(3, -1, HALVES)
     apart = np.clip(halves[:, :, 0], 0, 1) - np.clip(halves[:, :, 1], 0, 1)
-    return Cover(
-        values=halves.mean(axis=2).astype(np.float32),
-        others=others.astype(np.float32),
-        coverage_variance=((apart**2).mean(axis=0) / 4).astype(np.float32),
-    )
+    variance = (apart**2).mean(axis=0) / 4
+    return halves.mean(axis=2).astype(np.float32), variance.astype(np.float32)
 
 
 def _parts(shapes: Integers, across: Floats, along: Floats) -> _Parts:

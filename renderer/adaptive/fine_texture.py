@@ -101,7 +101,7 @@ class FineTexture:
     ----------
     plain : tuple of Illumination
         Lights for other materials.
-    quadratures : dict of int to tuple of Arrival
+    quadratures : dict of int to tuple of Quadrature
         Lights for fine texture, by nodes along a side.
     maps : tuple of PointStage
         Stages of its colours, normals and ambient light.
@@ -157,7 +157,7 @@ class FineTexture:
         smooth = points.part(chosen)
         arriving = [quadrature.view(smooth) for quadrature in quadratures]
         views = [view for view, _ in arriving]
-        relief, terms = self.relief[smooth.materials], [quadrature.terms for quadrature in quadratures]
+        relief, terms = self.relief[smooth.materials], [quadrature.nodes.terms for quadrature in quadratures]
         highlights = np.zeros((3, chosen.size))
         pixels = PixelShading(smooth, relief, highlights, self.maps, views, terms, workspace)
         pixels.light_smooth()

@@ -11,8 +11,8 @@ from renderer.interaction import MISS
 from renderer.math.arrays import Floats, Integers, Masks, put, taken
 from schemas.tiles import Tile
 
-CENTER, BESIDE, CORNERS = np.array([4]), np.array([1, 3, 5, 7]), np.array([0, 2, 6, 8])
-"""Indices into the three by three pixels around a pixel, row by row."""
+RINGS = np.array([4]), np.array([1, 3, 5, 7]), np.array([0, 2, 6, 8])
+"""Indices of the centre, the sides and the corners of three by three pixels, row by row."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,12 +23,13 @@ class Nearby:
     ----------
     values : (3, 9, n) float32
     labels : (9, n) int32
-    others : (3, n) float32
+    colors, others : (3, n) float32
         Of the pixels, as in `Surroundings`.
     """
 
     values: NDArray[np.float32]
     labels: NDArray[np.int32]
+    colors: NDArray[np.float32]
     others: NDArray[np.float32]
 
     def contrasts(self) -> Floats:
@@ -42,6 +43,52 @@ class Nearby:
         same = self.labels[:, None] == self.labels
         means = np.einsum("jkn,ckn->cjn", same, shown) / same.sum(axis=1, dtype=np.uint8)
         return np.asarray(UNEVENNESS_RATIO * ((shown - means) ** 2).mean(axis=(0, 1), dtype=np.float64))
+
+    def filled_by(self, shapes: Masks) -> Masks:
+        """Mask of the pixels (n,) that one of some `shapes` (K,) fills."""
+        return of_labels(shapes, self.labels[4]) & (self.labels == self.labels[4]).all(axis=0)
+
+    def radiance_of(self, labels: NDArray[np.int32], pixels: Integers, fine: Masks, lights: Floats) -> Floats:
+        """Control variate of border pixels: the radiance (3, m) of what rays through `pixels` (m,) have hit.
+
+        Pilot samples nearby represent the `labels` (m,) of the rays, unless a shape has `fine` (K,) detail.
+        Visible `lights` (3, L) have a radiance of their own.
+        """
+        same = self.labels[:, pixels] == labels
+        same &= ~of_labels(fine, labels) | same[4]
+        found = np.where(
+            same.any(axis=0), self._means()[:, same.argmax(axis=0), pixels], self.others[:, pixels]
+        )
+        lit = np.flatnonzero(of_lights(labels))
+        put(found, lit, np.minimum(taken(lights, MISS - 1 - labels[lit].astype(np.int64)), BRIGHTEST))
+        return found
+
+    def _means(self) -> Floats:
+        """Mean radiance (3, 9, n) of the pilot samples with the label of each of the nine.
+
+        The pixel's own has precedence over those beside it, and these over those at its corners.
+        """
+        found = np.zeros(self.values.shape)
+        missing = np.ones(self.labels.shape, dtype=bool)
+        same = self.labels[:, None] == self.labels
+        for ring in RINGS:
+            times = same[:, ring].sum(axis=1, dtype=np.uint8)
+            fresh = missing & (times > 0)
+            sums = np.einsum("jkn,ckn->cjn", same[:, ring], self.values[:, ring])
+            np.divide(sums, times, out=found, where=fresh)
+            missing &= ~fresh
+        return found
+
+    def textured(self, labels: NDArray[np.int32], pixels: Integers, colors: Floats) -> Floats:
+        """Control variate of pixels that a texture fills: `colors` (3, m) of rays in the light of its centre.
+
+        Rays through `pixels` (m,) that hit another shape, which no pilot sample has hit, get the mean.
+        """
+        values, means = self.values[:, 4].astype(np.float64), self.colors.astype(np.float64)
+        light = values / np.maximum(means, MIN_ALBEDO)
+        # As a difference from the mean: the highlight of a dark, glossy surface follows no colour.
+        away = (colors - means[:, pixels]) * (self.labels[4, pixels] == labels)
+        return values[:, pixels] + away * light[:, pixels]
 
 
 UNEVENNESS_RATIO = 1 / 8
@@ -85,26 +132,15 @@ class Surroundings:
         y = (rows + (np.repeat(np.arange(-1, 2), 3) + self.top)[:, None]).clip(0, height - 1)
         x = (columns + (np.tile(np.arange(-1, 2), 3) + self.left)[:, None]).clip(0, width - 1)
         numbers = y * width + x
-        flat = (np.take(channel, numbers) for channel in self.values)
-        others = self.others[:, rows + self.top, columns + self.left]
-        return Nearby(np.stack(tuple(flat)), np.take(self.labels, numbers), others)
+        values = np.stack([np.take(channel, numbers) for channel in self.values])
+        own = np.s_[:, rows + self.top, columns + self.left]
+        return Nearby(values, np.take(self.labels, numbers), self.colors[own], self.others[own])
 
     def with_others(self, rows: Integers, columns: Integers, others: NDArray[np.float32]) -> "Surroundings":
         """A copy with `others` (3, n) in pixels (n,) of the tile."""
         found = self.others.copy()
         found[:, rows + self.top, columns + self.left] = others
         return replace(self, others=found)
-
-    def texture_control(self, rows: Integers, columns: Integers, averaged: Masks) -> "TextureControl":
-        """Control variate of those among pixels (n,) that one texture with a known mean fills."""
-        labels = self.nearby(rows, columns).labels
-        tinted = np.flatnonzero(of_labels(averaged, labels[4]) & (labels == labels[4]).all(axis=0))
-        y, x = rows[tinted] + self.top, columns[tinted] + self.left
-        values = self.values[:, y, x].astype(np.float64)
-        colors = self.colors[:, y, x].astype(np.float64)
-        return TextureControl(
-            tinted, labels[4][tinted], values, colors, values / np.maximum(colors, MIN_ALBEDO)
-        )
 
 
 Around = tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]
@@ -134,87 +170,3 @@ def unpacked(tile: Tile, pilots: NDArray[np.float32]) -> Surroundings:
 
 MIN_ALBEDO = 2.0**-10
 """Least albedo by which radiance is divided for an estimate of the light."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TextureControl:
-    """Control variate of pixels that one textured shape fills: its colour in the light of the pilot sample.
-
-    Attributes
-    ----------
-    pixels : (k,) int64
-        Indices of these pixels.
-    labels : (k,) int32
-    values, colors : (3, k) float64
-        Means over the pixel of the control variate and of the texture.
-    light : (3, k) float64
-        Derivative of the control variate by the colour.
-    """
-
-    pixels: Integers
-    labels: NDArray[np.int32]
-    values: Floats
-    colors: Floats
-    light: Floats
-
-    def at(self, which: Integers, labels: NDArray[np.int32], colors: Floats) -> Floats:
-        """Control variate (3, m) of rays through pixels `which` (m,) of these that hit `colors` (3, m).
-
-        Rays that hit another shape, which no pilot sample has hit, get the mean.
-        """
-        # As a difference from the mean: the highlight of a dark, glossy surface follows no colour.
-        away = (colors - self.colors[:, which]) * (self.labels[which] == labels)
-        return self.values[:, which] + away * self.light[:, which]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Guide:
-    """Control variate of n border pixels: the radiance of each label, whose mean is a matter of visibility.
-
-    Attributes
-    ----------
-    labels : (9, n) int32
-    radiance : (3, 9, n) float64
-        Of the label at each of the nine pixels.
-    known : (9, n) bool
-        Whether the radiance is representative of the label.
-    lights : (3, lights of the scene) float64
-        Radiance of visible lights, independent of pilot samples.
-    others : (3, n) float32
-        Of all other labels; NaN before it is known.
-    """
-
-    labels: NDArray[np.int32]
-    radiance: Floats
-    known: Masks
-    lights: Floats
-    others: NDArray[np.float32]
-
-    def at(self, labels: NDArray[np.int32], pixels: Integers) -> Floats:
-        """Radiance (3, m) of the labels (m,) that rays through pixels (m,) of these have hit."""
-        same = (self.labels[:, pixels] == labels) & self.known[:, pixels]
-        found = self.radiance[:, same.argmax(axis=0), pixels]
-        found = np.where(same.any(axis=0), found, self.others[:, pixels])
-        lights = np.flatnonzero(of_lights(labels))
-        put(found, lights, taken(self.lights, MISS - 1 - labels[lights].astype(np.int64)))
-        return found
-
-
-def guide(nearby: Nearby, fine: Masks, lights: Floats) -> Guide:
-    """Control variate of n border pixels, with the radiance of all `lights` (3, K).
-
-    The pixel's own pilot sample has precedence over the mean of those beside it, and that over those at its
-    corners; neighbours of a shape with `fine` (shapes,) detail are not representative.
-    """
-    labels, values = nearby.labels, nearby.values
-    found = np.zeros(values.shape)
-    missing = np.ones(labels.shape, dtype=bool)
-    same = labels[:, None] == labels
-    for ring in (CENTER, BESIDE, CORNERS):
-        times = same[:, ring].sum(axis=1, dtype=np.uint8)
-        fresh = missing & (times > 0)
-        sums = np.einsum("jkn,ckn->cjn", same[:, ring], values[:, ring])
-        np.divide(sums, times, out=found, where=fresh)
-        missing &= ~fresh
-    known = ~of_labels(fine, labels) | (labels == labels[CENTER])
-    return Guide(labels, found, known, np.minimum(lights, BRIGHTEST), nearby.others)

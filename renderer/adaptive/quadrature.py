@@ -6,7 +6,6 @@ share of its cell.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
-from typing import Protocol
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from renderer.adaptive.lighting import MIN_DISTANCE_RATIO, partition_of
 from renderer.interaction import Points
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, Weights
-from renderer.materials.reflection import LightTerm
 from renderer.math.arrays import Floats, Integers, lengths, put, taken
 from renderer.plan.stages import Lighting
 from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
@@ -52,24 +50,6 @@ def sides_for(emitters: Iterable[Emitter], positions: Floats, error: float) -> I
     return needed
 
 
-class Quadrature(Protocol):
-    """Incident light from one light at the centres of pixels."""
-
-    @property
-    def emitter(self) -> Emitter:
-        """The light."""
-        ...
-
-    @property
-    def terms(self) -> tuple[LightTerm, ...]:
-        """Its material terms."""
-        ...
-
-    def view(self, points: Points) -> tuple[LightView, int]:
-        """View of the light from points, with visibility as weights, and the number of shadow rays."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class NodeEmitter(Emitter):
     """An area light with points at the nodes of a Gauss-Legendre grid."""
@@ -97,37 +77,29 @@ def with_nodes(emitter: Emitter, side: int) -> NodeEmitter:
 
 
 @dataclass(frozen=True, slots=True)
-class AreaQuadrature:
-    """Quadrature of an area light.
+class Quadrature:
+    """Incident light from one light at the centres of pixels.
 
     Attributes
     ----------
     probe, partial : Lighting
-        As in `lighting.PilotLighting`.
+        As in `lighting.PilotLighting`; both the light itself if it has no area.
     nodes : Lighting
-        From a `NodeEmitter`, without shadows.
+        From a `NodeEmitter`, without shadows; the light itself if it has no area.
     """
 
     probe: Lighting
     partial: Lighting
     nodes: Lighting
 
-    @property
-    def emitter(self) -> Emitter:
-        """The light, with the points of the classifying grid."""
-        return self.probe.emitter
-
-    @property
-    def terms(self) -> tuple[LightTerm, ...]:
-        """Its material terms."""
-        return self.nodes.terms
-
     def view(self, points: Points) -> tuple[LightView, int]:
-        """View of the nodes, weighted by the visible shares of their cells."""
+        """View of the nodes, weighted by the visible shares of their cells, and the number of shadow rays."""
         nodes, workspace = self.nodes.emitter, Workspace()
-        assert isinstance(nodes, NodeEmitter)
         view = self.probe.view(points, workspace)
         rays = view.count * view.light_points.count if self.probe.shadows else 0
+        if not isinstance(nodes, NodeEmitter):
+            view.drop_dark()
+            return _weighted(view, self.nodes, np.ones((1, view.count))), rays
         lit, part = (view.chosen[index] for index in partition_of(view))
         shares = np.zeros((nodes.count, points.count))
         shares[:, lit] = nodes.shares()
@@ -140,30 +112,6 @@ class AreaQuadrature:
         chosen = np.sort(np.concatenate((lit, part)))
         view = self.nodes.view(points, workspace, chosen)
         return _weighted(view, self.nodes, taken(shares, chosen)), rays
-
-
-@dataclass(frozen=True, slots=True)
-class PointQuadrature:
-    """The single direction of a light without area."""
-
-    lighting: Lighting
-
-    @property
-    def emitter(self) -> Emitter:
-        """The light."""
-        return self.lighting.emitter
-
-    @property
-    def terms(self) -> tuple[LightTerm, ...]:
-        """Its material terms."""
-        return self.lighting.terms
-
-    def view(self, points: Points) -> tuple[LightView, int]:
-        """View of its direction from the points that see it."""
-        view = self.lighting.view(points, Workspace())
-        rays = view.count if self.lighting.shadows else 0
-        view.drop_dark()
-        return _weighted(view, self.lighting, np.ones((1, view.count))), rays
 
 
 def _weighted(view: LightView, lighting: Lighting, shares: Floats) -> LightView:

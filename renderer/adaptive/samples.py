@@ -30,7 +30,7 @@ class Samples:
         Expected squared errors of pilot samples that shade fine texture at a few points.
     covers, others : (3, k) float32
     coverage_variance : (k,) float32
-        Of border pixels (`coverage.Cover`).
+        Of border pixels (`coverage.cover`).
     halves : (2, 3, m) float32
         Means of the new samples of either half, or of their differences from a control variate.
     squares : (m,) float32

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.coverage import cover
-from renderer.adaptive.guides import Surroundings, guide
+from renderer.adaptive.guides import Surroundings
 from renderer.adaptive.levels import COUNTS, COVERAGES
 from renderer.adaptive.rays import camera_rays, labels_of, of_labels
 from renderer.adaptive.requests import TileRequest
@@ -98,7 +98,7 @@ def _pilot_samples(
 def _covers(
     plan: TargetPlan, request: TileRequest, counts: Counter[str]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """Values, others and spread of `coverage.Cover` for the pixels whose coverage rises."""
+    """Values, others and variances, as of `coverage.cover`, of the pixels whose coverage rises."""
     rows, columns = np.nonzero(request.levels.covered)
     sizes = request.levels.cover[rows, columns]
     values = np.empty((7, rows.size), dtype=np.float32)
@@ -109,8 +109,7 @@ def _covers(
             chosen = alike[part]
             nearby = request.around.nearby(rows[chosen], columns[chosen])
             x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
-            found = cover(plan, size, x, y, nearby, counts, until=request.until)
-            values[:, chosen] = np.vstack((found.values, found.others, found.coverage_variance))
+            values[:, chosen] = cover(plan, size, x, y, nearby, counts, until=request.until)
     return values[:3], values[3:6], values[6]
 
 
@@ -129,10 +128,8 @@ def _samples(
         x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
         batch = _radiance(plan, x, y, first[chosen], last[chosen], counts, request.until)
         if request.around is not None:
-            around = _Around(request.around, rows[chosen], columns[chosen])
-            _subtract_guide(plan, batch, around, np.flatnonzero(guided[chosen]))
-            textured_pixels = _subtract_texture_control(plan, batch, around, np.flatnonzero(~guided[chosen]))
-            controlled[chosen[textured_pixels]] = True
+            place = rows[chosen], columns[chosen]
+            controlled[chosen] = _subtract_controls(plan, batch, request.around, place, guided[chosen])
         for count in np.unique(batch.counts).tolist():
             alike = np.flatnonzero(batch.counts == count)
             halves[:, :, chosen[alike]], squares[chosen[alike]] = _reduced(batch.of(alike, count))
@@ -165,39 +162,31 @@ class _Batch:
         return self.radiance[:, starts[:, None] + np.arange(count)]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Around:
-    """Pilot samples around the n pixels of a batch, at rows and columns (n,) of the tile."""
+def _subtract_controls(
+    plan: TargetPlan,
+    batch: _Batch,
+    around: Surroundings,
+    place: tuple[Integers, Integers],
+    guided: Masks,
+) -> Masks:
+    """Subtract control variates of the pixels (n,) at rows and columns of the tile; returns which have one.
 
-    pilots: Surroundings
-    rows: Integers
-    columns: Integers
-
-
-def _subtract_guide(plan: TargetPlan, batch: _Batch, around: _Around, guided: Integers) -> None:
-    """Subtract the control variate of border pixels from the samples of the pixels `guided` (m,)."""
-    if not guided.size:
-        return
-    nearby = around.pilots.nearby(around.rows[guided], around.columns[guided])
-    which, rays = _rays_of(batch, guided)
-    known = guide(nearby, plan.fine, plan.unshaded.lights).at(batch.labels[rays], which)
-    add(batch.radiance, rays, -known)
-
-
-def _subtract_texture_control(plan: TargetPlan, batch: _Batch, around: _Around, plain: Integers) -> Integers:
-    """Subtract the texture's control variate from those of the pixels `plain` (m,) that a texture fills.
-
-    Returns these pixels.
+    Those `guided` (n,) have that of borders, those that a texture with a known mean fills that of its colour.
     """
-    shapes = plan.tinted
-    if not shapes.any():
-        return plain[:0]
-    texture_control = around.pilots.texture_control(around.rows[plain], around.columns[plain], shapes)
-    textured_pixels = plain[texture_control.pixels]
-    which, rays = _rays_of(batch, textured_pixels)
-    control = texture_control.at(which, batch.labels[rays], taken(batch.colors, rays))
-    add(batch.radiance, rays, -control)
-    return textured_pixels
+    tinted = ~guided & around.nearby(*place).filled_by(plan.tinted)
+    for chosen in (guided, tinted):
+        pixels = np.flatnonzero(chosen)
+        if pixels.size:
+            nearby = around.nearby(*(each[pixels] for each in place))
+            which, rays = _rays_of(batch, pixels)
+            labels = batch.labels[rays]
+            control = (
+                nearby.radiance_of(labels, which, plan.fine, plan.unshaded.lights)
+                if chosen is guided
+                else nearby.textured(labels, which, taken(batch.colors, rays))
+            )
+            add(batch.radiance, rays, -control)
+    return guided | tinted
 
 
 def _rays_of(batch: _Batch, pixels: Integers) -> tuple[Integers, Integers]:

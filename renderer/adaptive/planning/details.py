@@ -7,13 +7,7 @@ import numpy as np
 import schemas.textures as language
 from renderer.adaptive.fine_texture import FineTexture
 from renderer.adaptive.lighting import PilotLighting
-from renderer.adaptive.quadrature import (
-    GAUSS_LEGENDRE,
-    AreaQuadrature,
-    PointQuadrature,
-    Quadrature,
-    with_nodes,
-)
+from renderer.adaptive.quadrature import GAUSS_LEGENDRE, Quadrature, with_nodes
 from renderer.materials.maps import BumpMap, ColorTexture, NormalMap
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
@@ -94,6 +88,6 @@ def _quadrature(light: Illumination, side: int) -> Quadrature:
         nodes, partial = with_nodes(light.emitter, side), light.partial
         count = min(PENUMBRA_POINT_FACTOR * partial.emitter.count, MAX_PENUMBRA_POINTS)
         many = replace(partial, emitter=replace(partial.emitter, count=count))
-        return AreaQuadrature(light.probe, many, replace(partial, emitter=nodes, shadows=()))
+        return Quadrature(light.probe, many, replace(partial, emitter=nodes, shadows=()))
     assert isinstance(light, Lighting)
-    return PointQuadrature(light)
+    return Quadrature(light, light, light)
