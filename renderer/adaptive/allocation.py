@@ -23,53 +23,48 @@ _COVERED = np.maximum(COVERAGES, 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Allocation:
-    """Levels that pixels are to have.
+class ReducibleErrors:
+    """Errors that camera samples and coverage rays reduce.
 
     Attributes
     ----------
-    pixels : (n,) int64
-        Of the sampled pixels.
-    strata : (K,) int64
-        Of all pixels of a stratum, 0 where they keep their pilot sample.
-    covers : (k,) int64
-        Numbers of `levels.COVERAGES` of border pixels.
+    variances : (n,) float64
+        Of single samples of the sampled pixels, such that times n**-1.5 they are squared errors.
+    levels : (n,) uint8
+        Present levels.
+    strata : StratumStatistics
+        Of the pixels that show their pilot sample.
+    contrasts : (k,) float64
+        Variances of single coverage rays of border pixels.
+    coverage : (k,) uint8
+        Present numbers of `levels.COVERAGES` of these.
     """
 
-    pixels: Integers
-    strata: Integers
-    covers: Integers
+    variances: Floats
+    levels: NDArray[np.uint8]
+    strata: StratumStatistics
+    contrasts: Floats
+    coverage: NDArray[np.uint8]
 
 
 PRECISE = 1.05
 """Relative precision of the multiplier; numbers of samples follow its power 0.4."""
 
 
-def allocate(
-    variances: Floats,
-    levels: NDArray[np.uint8],
-    strata: StratumStatistics,
-    goal: float,
-    contrasts: Floats,
-    coverage: NDArray[np.uint8],
-) -> Allocation:
+def allocate(errors: ReducibleErrors, goal: float) -> tuple[Integers, Integers, Integers]:
     """Distribute samples so that the predicted sum of squared errors becomes `goal`.
 
-    Parameters
-    ----------
-    variances : (n,) float64
-        Of single samples of the sampled pixels, such that times n**-1.5 they are squared errors.
-    levels : (n,) uint8
-        Present levels; none gets lower.
-    strata : StratumStatistics
-        Of the pixels that show their pilot sample.
-    goal : float
-    contrasts : (k,) float64
-        Variances of single coverage rays of border pixels.
-    coverage : (k,) uint8
-        Present numbers of `levels.COVERAGES` of these.
+    Returns
+    -------
+    pixels : (n,) int64
+        Levels of the sampled pixels, none lower than at present.
+    strata : (K,) int64
+        Levels of all pixels of a stratum, 0 where they keep their pilot sample.
+    covers : (k,) int64
+        Numbers of `levels.COVERAGES` of border pixels, none lower than at present.
     """
-    sampled, covered = _Histogram.of(variances, levels), _Histogram.of(contrasts, coverage)
+    sampled = _Histogram.of(errors.variances, errors.levels)
+    covered, strata = _Histogram.of(errors.contrasts, errors.coverage), errors.strata
 
     def left(multiplier: float) -> float:
         own = sampled.left(_levels(sampled.typical, multiplier), COUNTS)
@@ -77,10 +72,10 @@ def allocate(
         return own + borders + float((strata.sizes * _strata_levels(strata, multiplier)[1]).sum())
 
     multiplier = _least(left, goal)
-    return Allocation(
-        pixels=np.maximum(_levels(variances, multiplier), levels),
-        strata=_strata_levels(strata, multiplier)[0],
-        covers=np.maximum(_covers(contrasts, multiplier), coverage),
+    return (
+        np.maximum(_levels(errors.variances, multiplier), errors.levels),
+        _strata_levels(strata, multiplier)[0],
+        np.maximum(_covers(errors.contrasts, multiplier), errors.coverage),
     )
 
 

@@ -5,12 +5,12 @@ the sampled nodes of a lens do, and it enters the error of every pixel interpola
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from renderer.adaptive import strata
-from renderer.adaptive.allocation import allocate
+from renderer.adaptive.allocation import ReducibleErrors, allocate
 from renderer.adaptive.error_statistics import ErrorStatistics, error_of, error_statistics, keep_pilots
 from renderer.adaptive.estimate import Estimate, State
 from renderer.adaptive.first_passes import (
@@ -26,7 +26,7 @@ from renderer.adaptive.first_passes import (
     take_nodes,
 )
 from renderer.adaptive.lamps import lit
-from renderer.adaptive.lattice import interpolate, weights
+from renderer.adaptive.lattice import weights
 from renderer.adaptive.levels import COUNTS, COVERAGES, HIGHEST, RAY_PRICE, SAMPLED, Levels, node_level
 from renderer.adaptive.uncertainty import standard_errors
 from renderer.math.arrays import Floats, Integers, Masks
@@ -63,79 +63,6 @@ UNEXPLAINED_ERROR_RATIO = 2.0
 help, so that the stratum itself is sampled."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Borders:
-    """Border pixels (k,) with measured coverage.
-
-    Attributes
-    ----------
-    pixels : (k,) int64
-    contrasts : (k,) float64
-        Variances of single rays, scaled to explain the total variance of the coverage. A pixel's own measured
-        variance is used only where lights are visible, whose outlines are known: a pixel whose rays missed
-        something thin would otherwise get no more rays.
-    coverage : (k,) uint8
-    """
-
-    pixels: Integers
-    contrasts: Floats
-    coverage: Levels
-
-    @classmethod
-    def of(cls, estimate: Estimate) -> "_Borders":
-        """Borders of a picture."""
-        pixels = np.flatnonzero(estimate.coverage)
-        contrasts = estimate.contrasts.ravel()[pixels].astype(np.float64)
-        coverage = estimate.coverage.ravel()[pixels]
-        measured = estimate.coverage_variance.ravel()[pixels] * COVERAGES[coverage] ** 1.5
-        are_lit = lit(estimate.labels, estimate.plan.lamps).ravel()[pixels]
-        shares = COVERAGES[coverage] ** -1.5 * ~are_lit
-        explained = float((contrasts * shares).sum())
-        contrasts *= float((measured * shares).sum()) / explained if explained > 0 else 0.0
-        np.copyto(contrasts, measured, where=are_lit)
-        return cls(pixels, contrasts, coverage)
-
-    def rays(self, sizes: Integers) -> float:
-        """Cost, in camera samples, of raising the coverage to `sizes` (k,)."""
-        return float(RAY_PRICE * COVERAGES[sizes[sizes > self.coverage]].sum())
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _AllocationInput:
-    """Error statistics with the error of interpolated pixels attributed to their nodes.
-
-    Attributes
-    ----------
-    variances : (n,) float64
-        Of the sampled pixels, each times the number of pixels that depend on it.
-    strata : StratumStatistics
-        Errors that more samples of nodes do not reduce.
-    interpolation_error : float
-        Sum of squared errors of interpolation in all other strata.
-    """
-
-    variances: Floats
-    strata: strata.StratumStatistics
-    interpolation_error: float
-
-    @classmethod
-    def of(cls, estimate: Estimate, found: ErrorStatistics) -> "_AllocationInput":
-        """Attribute errors to nodes where these are sampled."""
-        if estimate.piloted:
-            return cls(found.variances, found.strata, 0.0)
-        between, measured = ~estimate.shown, found.strata
-        noises = np.bincount(estimate.strata[between], noise(estimate)[between], minlength=strata.COUNT)
-        inherited = noises / np.maximum(measured.sizes, 1)
-        own = np.maximum(measured.errors - inherited, 0)
-        hidden = measured.errors > UNEXPLAINED_ERROR_RATIO * inherited
-        counted = weights(estimate.axes, estimate.coarsest).ravel()[found.sampled]
-        return cls(
-            variances=found.variances * counted,
-            strata=replace(measured, errors=own * hidden),
-            interpolation_error=float((measured.sizes * own * ~hidden).sum()),
-        )
-
-
 def advance(estimate: Estimate) -> bool:
     """Decide what the next pass requests, after all tiles of this one; False if the picture is done."""
     estimate.state = TRANSITIONS[estimate.state](estimate)
@@ -149,8 +76,6 @@ def _after_lattice(estimate: Estimate) -> State:
     take_nodes(estimate)
     if estimate.piloted:
         cover_borders(estimate)
-    else:
-        interpolate(estimate.values, estimate.axes, estimate.coarsest)
     choose_probes(estimate)
     return State.PROBES
 
@@ -158,9 +83,7 @@ def _after_lattice(estimate: Estimate) -> State:
 def _after_samples(estimate: Estimate) -> State:
     estimate.rounds += 1
     before = estimate.shown.copy()
-    if not estimate.piloted:
-        take_nodes(estimate)
-        interpolate(estimate.values, estimate.axes, estimate.coarsest)
+    take_nodes(estimate)
     more = _sample_more(estimate)
     if estimate.piloted:
         # Nothing says yet that the few samples of a probe are better.
@@ -191,16 +114,53 @@ def _sample_more(estimate: Estimate) -> bool:
     lower_aim(estimate, sampled.bound)
     if _sample_probed_strata(estimate, found):
         found = error_statistics(estimate)
-    allocated, borders = _AllocationInput.of(estimate, found), _Borders.of(estimate)
-    estimate.predicted_rays = _predicted_rays(estimate, found, allocated, borders)
-    spent = int(COUNTS[estimate.have].sum())
+    errors, interpolation = _reducible(estimate, found)
+    estimate.predicted_rays = _predicted_rays(estimate, errors)
+    spent, goal = int(COUNTS[estimate.have].sum()), _sampling_goal(estimate, found) - interpolation
     for backoff in BACKOFF:
-        _allocate(estimate, found, allocated, borders, backoff)
+        _allocate(estimate, found, errors, backoff * max(goal, MIN_GOAL_SHARE * estimate.budget))
         _add_probes(estimate, found, backoff)
         _begin_shown(estimate)
         if estimate.rays_wanted() > MIN_PASS_SHARE * spent:
             break
     return bool(estimate.rays_wanted())
+
+
+def _reducible(estimate: Estimate, found: ErrorStatistics) -> tuple[ReducibleErrors, float]:
+    """Errors with those of interpolated pixels attributed to their nodes, and the sum of what is left there.
+
+    What noise of the nodes explains is theirs; what is much larger is removed only by sampling the stratum.
+    """
+    variances, measured, interpolation = found.variances, found.strata, 0.0
+    if not estimate.piloted:
+        between = ~estimate.shown
+        noises = np.bincount(estimate.strata[between], noise(estimate)[between], minlength=strata.COUNT)
+        inherited = noises / np.maximum(measured.sizes, 1)
+        own = np.maximum(measured.errors - inherited, 0)
+        hidden = measured.errors > UNEXPLAINED_ERROR_RATIO * inherited
+        variances = variances * weights(estimate.axes, estimate.coarsest).ravel()[found.sampled]
+        interpolation = float((measured.sizes * own * ~hidden).sum())
+        measured = replace(measured, errors=own * hidden)
+    levels = estimate.have.ravel()[found.sampled]
+    return ReducibleErrors(variances, levels, measured, *_border_contrasts(estimate)), interpolation
+
+
+def _border_contrasts(estimate: Estimate) -> tuple[Floats, Levels]:
+    """Variances (k,) of single rays at borders, scaled to explain the total measured one, and coverages.
+
+    A pixel's own measured variance is used only where lights are visible, whose outlines are known: a pixel
+    whose rays missed something thin would otherwise get no more rays.
+    """
+    pixels = np.flatnonzero(estimate.coverage)
+    contrasts = estimate.contrasts.ravel()[pixels].astype(np.float64)
+    coverage = estimate.coverage.ravel()[pixels]
+    measured = estimate.coverage_variance.ravel()[pixels] * COVERAGES[coverage] ** 1.5
+    are_lit = lit(estimate.labels, estimate.plan.lamps).ravel()[pixels]
+    shares = COVERAGES[coverage] ** -1.5 * ~are_lit
+    explained = float((contrasts * shares).sum())
+    contrasts *= float((measured * shares).sum()) / explained if explained > 0 else 0.0
+    np.copyto(contrasts, measured, where=are_lit)
+    return contrasts, coverage
 
 
 def lower_aim(estimate: Estimate, bound: float) -> None:
@@ -213,36 +173,22 @@ def lower_aim(estimate: Estimate, bound: float) -> None:
         raise_probe_probability(estimate, expected)
 
 
-def _predicted_rays(
-    estimate: Estimate, found: ErrorStatistics, allocated: _AllocationInput, borders: _Borders
-) -> int:
+def _predicted_rays(estimate: Estimate, errors: ReducibleErrors) -> int:
     """Camera rays of all passes to come, if every stratum's error were certain."""
-    certain = replace(allocated.strata, uncertain=np.zeros(strata.COUNT))
-    have = estimate.have.ravel()[found.sampled]
+    certain = replace(errors.strata, uncertain=np.zeros(strata.COUNT))
     goal = estimate.target**2 * estimate.have.size
-    allotted = allocate(allocated.variances, have, certain, goal, borders.contrasts, borders.coverage)
-    again = (COUNTS[allotted.pixels] - COUNTS[have]).sum() + (COUNTS[allotted.strata] * certain.sizes).sum()
-    return int(again + borders.rays(allotted.covers))
+    pixels, levels, covers = allocate(replace(errors, strata=certain), goal)
+    again = (COUNTS[pixels] - COUNTS[errors.levels]).sum() + (COUNTS[levels] * certain.sizes).sum()
+    return int(again + float(RAY_PRICE * COVERAGES[covers[covers > errors.coverage]].sum()))
 
 
-def _allocate(
-    estimate: Estimate,
-    found: ErrorStatistics,
-    allocated: _AllocationInput,
-    borders: _Borders,
-    backoff: float,
-) -> None:
+def _allocate(estimate: Estimate, found: ErrorStatistics, errors: ReducibleErrors, goal: float) -> None:
     """Request samples where they reduce the error most; whole strata where nodes do not explain it."""
-    goal = _sampling_goal(estimate, found) - allocated.interpolation_error
-    goal = backoff * max(goal, MIN_GOAL_SHARE * estimate.budget)
     have, want = estimate.have.ravel(), estimate.want.ravel()
-    allotted = allocate(
-        allocated.variances, have[found.sampled], allocated.strata, goal, borders.contrasts, borders.coverage
-    )
-    estimate.cover.ravel()[borders.pixels] = allotted.covers
-    want[found.sampled] = allotted.pixels
+    want[found.sampled], of_strata, covers = allocate(errors, goal)
+    estimate.cover[estimate.coverage > 0] = covers
     hidden = np.flatnonzero(~estimate.shown.ravel())
-    levels = allotted.strata[estimate.strata.ravel()[hidden]]
+    levels = of_strata[estimate.strata.ravel()[hidden]]
     if not estimate.piloted:
         levels = np.minimum(levels, np.maximum(have[hidden], node_level(estimate.aim)) + 1) * (levels > 0)
     want[hidden] = levels

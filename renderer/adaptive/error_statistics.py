@@ -16,7 +16,6 @@ from renderer.adaptive.strata import (
     StratumStatistics,
     expected_errors,
     stratum_statistics,
-    typical_error,
 )
 from renderer.adaptive.uncertainty import ErrorEstimate, unseen_glints
 from renderer.film import Image
@@ -178,7 +177,6 @@ def _statistics(estimate: Estimate, shown: Masks, probing: Masks) -> ErrorStatis
             errors=errors,
             noise=noise,
             variances=single[probes],
-            expected=typical_error(strata[probes]),
         ),
     )
 

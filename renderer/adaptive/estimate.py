@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from renderer.adaptive import strata
 from renderer.adaptive.guides import Around
-from renderer.adaptive.lattice import NODE, Axes, Picture
+from renderer.adaptive.lattice import NODE, Axes, Picture, first_stride
 from renderer.adaptive.levels import (
     COUNTS,
     COVERAGES,
@@ -23,7 +23,7 @@ from renderer.adaptive.levels import (
     Levels,
 )
 from renderer.adaptive.rays import Labels
-from renderer.adaptive.requests import AIM_FACTOR, FIRST_AIM, LevelRequest, first_levels, first_stride
+from renderer.adaptive.requests import AIM_FACTOR, FIRST_AIM, LevelRequest, first_levels
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.uncertainty import ErrorEstimate
@@ -31,7 +31,6 @@ from renderer.film import Image
 from renderer.halves import HALVES
 from renderer.interaction import MISS
 from renderer.math.arrays import Floats, Integers, Masks, add, put, taken
-from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 
 
@@ -166,7 +165,7 @@ class Estimate:
             strata=np.full(size, strata.STEPS_PER_KIND - 1),
             probe_probability=np.zeros(strata.COUNT),
             state=State.LATTICE,
-            stride=first_stride(plan),
+            stride=first_stride(plan.document.camera),
         )
 
     @classmethod
@@ -195,24 +194,21 @@ class Estimate:
     @property
     def coarsest(self) -> int:
         """Pixels between the nodes of the first lattice."""
-        return first_stride(self.plan)
+        return first_stride(self.plan.document.camera)
 
     @property
     def target(self) -> float:
         """The target error."""
-        assert isinstance(self.plan.quality, TargetQuality)
         return self.plan.quality.error
 
     @property
     def confidence(self) -> float:
         """The share of such pictures that are to keep the target."""
-        assert isinstance(self.plan.quality, TargetQuality)
         return self.plan.quality.confidence
 
     @property
     def aim(self) -> float:
         """The error that the next pass aims at: coarse first under a time limit, so that it falls fast."""
-        assert isinstance(self.plan.quality, TargetQuality)
         if self.plan.quality.time_limit is None:
             return self.target
         return float(max(self.target, FIRST_AIM * AIM_FACTOR**self.aims))

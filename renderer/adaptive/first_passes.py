@@ -92,13 +92,14 @@ def _ask_for_nodes(estimate: Estimate, fresh: Masks) -> None:
 
 
 def take_nodes(estimate: Estimate) -> None:
-    """Set the values of nodes to the means of their samples."""
+    """Set the values of sampled nodes to the means of their samples, and interpolate between them."""
     if estimate.piloted:
         return
     nodes = estimate.shown & (estimate.have >= SAMPLED)
     for value, halves in zip(estimate.values, estimate.halves.transpose(1, 0, 2, 3), strict=True):
         np.copyto(value, (halves[0] + halves[1]) / 2, where=nodes, casting="same_kind")
     estimate.axes[estimate.shown] = NODE
+    interpolate(estimate.values, estimate.axes, estimate.coarsest)
 
 
 def lattice_errors(

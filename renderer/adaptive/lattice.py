@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 
 from renderer.adaptive.rays import Labels
 from renderer.math.arrays import Floats
+from schemas.cameras import Camera
 
 MAX_STRIDE = 8
 """Most pixels between the first pilot samples: `FIRST_NODES` of them at 1024 x 1024 pixels."""
+
+LENS_STRIDE_FACTOR = 2
+"""Stride of the first lattice through a lens over that of pilot samples: a node costs eight rays or more."""
 
 FIRST_NODES = 16384
 """Pilot samples of the first pass. Half as many would cost as much, as calls dominate, and find less."""
@@ -36,9 +40,11 @@ NODE_KINDS = (((0, 1), ACROSS), ((1, 0), ALONG), ((1, 1), ACROSS))
 """Row and column, modulo 2, of the kinds of nodes of a finer lattice; the last needs the one before it."""
 
 
-def stride_for(width: int, height: int) -> int:
-    """Pixels between the first pilot samples of a picture, a power of two."""
-    return int(2 ** np.clip(np.round(np.log2(width * height / FIRST_NODES) / 2), 0, np.log2(MAX_STRIDE)))
+def first_stride(camera: Camera) -> int:
+    """Pixels between the nodes of the first lattice, a power of two, by the size of the whole picture."""
+    width, height = camera.picture_size
+    steps = np.clip(np.round(np.log2(width * height / FIRST_NODES) / 2), 0, np.log2(MAX_STRIDE))
+    return int(2**steps) * (LENS_STRIDE_FACTOR if camera.lens_radius > 0 else 1)
 
 
 def interpolation_errors(values: Picture, labels: Labels) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

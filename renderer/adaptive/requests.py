@@ -8,32 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.guides import Surroundings
-from renderer.adaptive.lattice import stride_for
+from renderer.adaptive.lattice import first_stride
 from renderer.adaptive.levels import PREVIEWED, SAMPLED, Levels, node_level
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.time_limits import TimeLimit
 from renderer.math.arrays import Masks
-from schemas.quality import TargetQuality
 from schemas.tiles import Tile
 
 FIRST_AIM, AIM_FACTOR = 2.0**-8, 0.5
 """Under a time limit: the first error aimed at, and the ratio of each next one to the last."""
 
-LENS_STRIDE_FACTOR = 2
-"""Stride of the first lattice through a lens over that of pilot samples: a node costs eight rays or more."""
-
-
-def first_stride(plan: TargetPlan) -> int:
-    """Pixels between the nodes of the first lattice, by the size of the whole picture."""
-    return stride_for(*plan.document.camera.picture_size) * (1 if plan.pilot else LENS_STRIDE_FACTOR)
-
 
 def first_levels(plan: TargetPlan, tile: Tile) -> Levels:
     """Levels that the first pass requests of the pixels of a tile, (h, w)."""
-    target = plan.quality
-    assert isinstance(target, TargetQuality)
+    target, stride = plan.quality, first_stride(plan.document.camera)
     aim = target.error if target.time_limit is None else max(target.error, FIRST_AIM)
-    stride = first_stride(plan)
     want = np.zeros((tile.height, tile.width), dtype=np.uint8)
     nodes = np.s_[-tile.y0 % stride :: stride, -tile.x0 % stride :: stride]
     want[nodes] = PREVIEWED if plan.pilot else node_level(aim)

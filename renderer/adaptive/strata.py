@@ -134,7 +134,6 @@ def stratum_statistics(
     errors: Floats,
     noise: Floats,
     variances: Floats,
-    expected: Floats,
 ) -> StratumStatistics:
     """Error of each stratum from probes (n,).
 
@@ -147,17 +146,16 @@ def stratum_statistics(
     noise : (n,) float64
         Variance of `errors`, from the difference of the halves.
     variances : (n,) float64
-    expected : (n,) float64
-        Largest expected squared errors of their strata.
     """
-    counts = np.maximum(np.bincount(strata, minlength=COUNT), 1)
+    found = np.bincount(strata, minlength=COUNT)
+    counts = np.maximum(found, 1)
 
     def mean(values: Floats) -> Floats:
         return np.bincount(strata, values, minlength=COUNT) / counts
 
     typical = typical_error(np.arange(COUNT))
-    unknown = (np.bincount(strata, minlength=COUNT) == 0) & (sizes > 0)
-    unseen = UNSEEN_ERROR_FACTOR * mean(expected) / counts
+    unknown = (found == 0) & (sizes > 0)
+    unseen = UNSEEN_ERROR_FACTOR * mean(typical[strata]) / counts
     return StratumStatistics(
         sizes=sizes,
         errors=np.where(unknown, typical, np.maximum(mean(errors), 0)),

@@ -7,6 +7,7 @@ from renderer.cameras import Window
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.plan.plan import RenderPlan, stage_document
 from schemas.api.plans import PlanDocument
+from schemas.quality import TargetQuality
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -39,6 +40,7 @@ class TargetPlan(RenderPlan):
         Columns and rows of pixels that thin shadows may cross, and the shape that each of them falls on.
     """
 
+    quality: TargetQuality
     pilot: RenderPlan | None
     textured: Masks
     averaged: Masks
@@ -67,7 +69,7 @@ class TargetPlan(RenderPlan):
 
     @classmethod
     def of(cls, plan: RenderPlan, **more: Any) -> Self:
-        """A plan of samples with further fields."""
+        """A plan of samples with the fields of this class."""
         return cls(**{item.name: getattr(plan, item.name) for item in fields(RenderPlan)} | more)
 
     def seen_by(self, camera: Window) -> Self:

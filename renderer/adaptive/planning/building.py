@@ -6,9 +6,8 @@ from functools import partial
 import numpy as np
 
 from renderer.adaptive.edges import edge_pixels
-from renderer.adaptive.lattice import stride_for
+from renderer.adaptive.lattice import first_stride
 from renderer.adaptive.planning import details, explanations, pilots
-from renderer.adaptive.requests import LENS_STRIDE_FACTOR
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.thin_shadows import shadow_pixels
 from renderer.adaptive.thin_shapes import thin_pixels
@@ -60,9 +59,8 @@ def _light_points(document: Scene) -> int:
 def adapted(plan: RenderPlan, request: Request, target: TargetQuality) -> TargetPlan:
     """Build the plan of target quality from that of a request's samples."""
     if request.document.camera.lens_radius > 0:
-        stride = LENS_STRIDE_FACTOR * stride_for(plan.width, plan.height)
         made = _made(plan, target, request, None)
-        return replace(made, entries=explanations.with_lattice(plan, stride))
+        return replace(made, entries=explanations.with_lattice(plan))
     hasty = pilots.in_time(target)
     seen = pilots.request_of(request, hasty, details.materials(request, plan.lightings))
     # Pilot samples share the camera and the shapes, and so what intersectors precompute.
@@ -76,7 +74,8 @@ def _made(plan: RenderPlan, target: TargetQuality, seen: Request, pilot: RenderP
     """Build the plan, where `seen` is the request of pilot samples, or of samples through a lens."""
     detailed = pilots.detailed(seen)
     return TargetPlan.of(
-        replace(plan, quality=target),
+        plan,
+        quality=target,
         pilot=pilot,
         textured=pilots.shapes_with(seen, "color_texture") | detailed,
         averaged=pilots.averaged_shapes(seen),
@@ -93,9 +92,8 @@ def _places(plan: RenderPlan, seen: Request) -> dict[str, Integers]:
     families = [*seen.families, *visible]
     piloted = seen.document.camera.lens_radius == 0
     none = np.zeros((2, 0), dtype=np.int64)
-    stride = stride_for(camera.width, camera.height)
     return {
-        "thin": thin_pixels(camera, families, stride if piloted else LENS_STRIDE_FACTOR * stride),
+        "thin": thin_pixels(camera, families, first_stride(seen.document.camera)),
         "edges": pilots.positions(families, partial(edge_pixels, camera)) if piloted else none,
         "lamps": pilots.positions(visible, partial(edge_pixels, camera)) if piloted else none,
         "thin_shadows": shadow_pixels(plan) if piloted else np.zeros((3, 0), dtype=np.int64),

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from renderer.adaptive.lattice import stride_for
+from renderer.adaptive.lattice import first_stride
 from renderer.adaptive.levels import COVERAGES
 from renderer.adaptive.lighting import MIN_DISTANCE_RATIO, SIDES, PilotLighting
 from renderer.math.arrays import Integers
@@ -47,8 +47,9 @@ def thin_shadows(request: Request, positions: Integers) -> Iterator[Entry]:
         yield Entry("thin shadows", "camera", detail, pointers)
 
 
-def with_lattice(plan: RenderPlan, stride: int) -> tuple[Entry, ...]:
+def with_lattice(plan: RenderPlan) -> tuple[Entry, ...]:
     """Entries of a plan with a lens, with one for the lattice of samples after that of the lens."""
+    stride = first_stride(plan.document.camera)
     detail = f"pixels {stride} apart are sampled, and those between them where the picture is not smooth"
     (at,) = (i for i, entry in enumerate(plan.entries) if entry.name == "lens")
     lattice = Entry("lattice of samples", "camera.lens", detail, plan.entries[at].pointers)
@@ -56,7 +57,7 @@ def with_lattice(plan: RenderPlan, stride: int) -> tuple[Entry, ...]:
 
 
 def _lattice(request: Request) -> str:
-    stride = stride_for(*request.document.camera.picture_size)
+    stride = first_stride(request.document.camera)
     if stride == 1:
         return "one ray through the centre of each pixel"
     far = f"{stride} pixels apart along rows and columns"

@@ -60,7 +60,7 @@ def test_stratum_without_a_probe_is_not_taken_for_exact() -> None:
     """Probes of one stratum find no error; pixels of another have none: their error is unknown, not 0."""
     probes = np.full(50, 7)
     sizes = np.bincount([7, 60], [400, 300], COUNT).astype(np.int64)
-    found = stratum_statistics(probes, sizes, np.zeros(50), np.zeros(50), np.zeros(50), np.zeros(50))
+    found = stratum_statistics(probes, sizes, np.zeros(50), np.zeros(50), np.zeros(50))
     assert found.errors[7] == 0
     assert found.errors[60] > 0
     assert found.uncertain[60] > 0
