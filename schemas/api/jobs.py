@@ -266,11 +266,14 @@ class Job(Message):
 
 
 class JobList(Message):
-    """One page of ``GET /v1/jobs``, newest first."""
+    """One page of ``GET /v1/jobs``."""
 
     jobs: tuple[Job, ...] = Field(description="The jobs of this page.")
     next: str | None = Field(
         default=None, description="Pass it as `cursor` to get the next page; null on the last one."
+    )
+    total: int | None = Field(
+        default=None, description="Number of jobs on all pages, at most 10,000; null unless you asked for it."
     )
 
 

@@ -1,18 +1,18 @@
-"""Requests about jobs: find, list, cancel, delete, wait, focus and pin."""
+"""Requests about jobs: find, cancel, delete, wait, focus and pin."""
 
 from __future__ import annotations
 
 import time
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from fastapi.concurrency import contextmanager_in_threadpool, run_in_threadpool
-from sqlalchemy import CompoundSelect, Select, bindparam, exists, func, select, text, union_all
-from sqlalchemy.orm import Session, aliased, defer, joinedload
+from sqlalchemy import bindparam, func, select, text
+from sqlalchemy.orm import Session
 
-from schemas.api.jobs import Job, JobList, JobState, Region
+from schemas.api.jobs import Job, JobState, Region
 from schemas.api.plans import PlanDocument
 from schemas.reading import read_document
 from service.access.principals import Principal
@@ -21,7 +21,7 @@ from service.jobs.context import Service
 from service.lifecycle import damage, rows, sharing
 from service.lifecycle.documents import documents
 from service.settings import Settings
-from service.storage.database.models import JobRow, LabelRow, RenderRow, RequestRow
+from service.storage.database.models import JobRow, RenderRow, RequestRow
 
 # How long a request waits for the workers of a job it must stop, beyond their grace period.
 STOP_SECONDS = 5.0
@@ -32,18 +32,6 @@ _STATUS = (
     .outerjoin(RenderRow, JobRow.render_number == RenderRow.number)
     .where(JobRow.id == bindparam("id"))
 )
-
-
-# A list shows neither passes nor what is needed to encode the picture or to check its files.
-_LISTED = select(JobRow).options(
-    joinedload(JobRow.render).options(
-        defer(RenderRow.passes), defer(RenderRow.display), defer(RenderRow.checksums)
-    )
-)
-_LABELLED = select(LabelRow.job).join(JobRow, JobRow.number == LabelRow.job)
-_Other = aliased(LabelRow)
-Labels = Mapping[str, Sequence[str]]
-"""Names of labels, and the values of each of which a job has one."""
 
 
 class JobStatus(NamedTuple):
@@ -99,64 +87,6 @@ def shown(session: Session, job_id: str, settings: Settings) -> Job:
         raise UnknownJobError
     [job] = documents(session, found, settings.keep_seconds)
     return job
-
-
-def page(
-    service: Service,
-    limit: int,
-    cursor: int | None,
-    *,
-    owner: str | None,
-    state: JobState | None,
-    labels: Labels,
-) -> JobList:
-    """Describe the newest jobs, or those older than the last one of the page before.
-
-    Parameters
-    ----------
-    owner, state, labels
-        Only jobs of this user, in this state, with one of the values of each label; None takes all.
-    """
-    query = _listed(owner, state, labels, cursor, limit + 1)
-    with service.database.reading() as session:
-        found = damage.load(session, query)
-        following = str(found[limit - 1].number) if len(found) > limit else None
-        jobs = documents(session, found[:limit], service.settings.keep_seconds)
-    return JobList(jobs=jobs, next=following)
-
-
-def _listed(
-    owner: str | None, state: JobState | None, labels: Labels, cursor: int | None, limit: int
-) -> Select[JobRow]:
-    """Select jobs so that an index has them in order: a page reads no more rows than it shows."""
-    query = _LISTED.order_by(JobRow.number.desc()).limit(limit)
-    if labels:
-        return query.where(JobRow.number.in_(_labelled(owner, state, labels, cursor, limit)))
-    if owner is not None:
-        query = query.where(JobRow.owner == owner)
-    return _after(query, JobRow.number, state, cursor)
-
-
-def _labelled(
-    owner: str | None, state: JobState | None, labels: Labels, cursor: int | None, limit: int
-) -> CompoundSelect[int]:
-    """Select the newest jobs with each value of the first label, which have one of those of the others."""
-    (name, values), *others = labels.items()
-    query = _LABELLED.where(LabelRow.name == name).order_by(LabelRow.job.desc()).limit(limit)
-    if owner is not None:
-        query = query.where(LabelRow.owner == owner)
-    for other, wanted in others:
-        same = _Other.job == LabelRow.job, _Other.name == other
-        query = query.where(exists().where(*same, _Other.value.in_(wanted)))
-    query = _after(query, LabelRow.job, state, cursor)
-    parts = (query.where(LabelRow.value == value).subquery() for value in dict.fromkeys(values))
-    return union_all(*(select(part.c.job) for part in parts))
-
-
-def _after(query: Select[Any], number: Any, state: JobState | None, cursor: int | None) -> Select[Any]:
-    if state is not None:
-        query = query.where(JobRow.state == state)
-    return query if cursor is None else query.where(number < cursor)
 
 
 def plan_of(service: Service, job_id: str) -> PlanDocument:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
 from schemas.api.jobs import Job, JobList, JobLog, JobRequest, JobState, Region
@@ -23,10 +23,12 @@ from service.api.routes.parameters import (
 )
 from service.errors import BusyError
 from service.jobs import lifecycle as jobs
+from service.jobs import listing
 from service.jobs import logs as job_logs
 from service.jobs import submission as submissions
 from service.jobs.context import Here
 from service.jobs.entry import enter
+from service.jobs.listing import NEWEST_FIRST, Listing, Sort
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
@@ -107,17 +109,8 @@ async def submit(
     return job
 
 
-@router.get("", summary="List jobs", response_description="One page of jobs, newest first.")
-def list_jobs(
-    here: Here,
+def _listing(
     user: CurrentUser,
-    limit: Annotated[int, Query(ge=1, le=100, description="Jobs on a page.")] = 20,
-    cursor: Annotated[
-        int | None,
-        Query(
-            ge=1, le=2**31 - 1, description="`next` of the previous page. Without it you get the newest jobs."
-        ),
-    ] = None,
     state: Annotated[JobState | None, Query(description="Only jobs in this state.")] = None,
     label: Annotated[
         list[LabelFilter] | None,
@@ -127,13 +120,41 @@ def list_jobs(
             "each name.",
         ),
     ] = None,
-) -> JobList:
-    """List jobs, newest first: your own, or everyone's if you are staff."""
+    search: Annotated[
+        str,
+        Query(
+            max_length=200,
+            pattern=r"^[^\x00]*$",
+            description="Only jobs with this text in their name or in a label `name:value`; the case of "
+            "ASCII letters is ignored.",
+        ),
+    ] = "",
+    sort: Annotated[
+        Sort, Query(description="The order; `-` reverses it. Equal names and users: newest first.")
+    ] = NEWEST_FIRST,
+) -> Listing:
     labels: dict[str, list[str]] = {}
     for name, value in (text.split(":", 1) for text in label or ()):
         labels.setdefault(name, []).append(value)
-    owner = None if user.sees_all else user.name
-    return jobs.page(here, limit, cursor, owner=owner, state=state, labels=labels)
+    return Listing(None if user.sees_all else user.name, state, labels, search, sort)
+
+
+@router.get("", summary="List jobs", response_description="One page of jobs.")
+def list_jobs(
+    here: Here,
+    wanted: Annotated[Listing, Depends(_listing)],
+    limit: Annotated[int, Query(ge=1, le=100, description="Jobs on a page.")] = 20,
+    cursor: Annotated[
+        int | None,
+        Query(ge=1, le=2**31 - 1, description="`next` of the previous page. Without it you get the first."),
+    ] = None,
+    total: Annotated[bool, Query(description="Whether to count the jobs of all pages.")] = False,
+) -> JobList:
+    """List jobs: your own, or everyone's if you are staff.
+
+    Searching, counting, and any order but newest first see the newest 10,000 of them.
+    """
+    return listing.page(here, wanted, limit, cursor, total=total)
 
 
 @router.get("/{job_id}", summary="Get a job", response_description="The job as it is now.", responses=UNKNOWN)

@@ -10,18 +10,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import event
+from sqlalchemy import event, insert
 
 from schemas.api.jobs import JobState
 from schemas.tiles import Pass
 from service.app import assemble
 from service.dispatch.job_events import JobEvents
-from service.jobs import lifecycle
+from service.jobs import listing
 from service.jobs.context import Service
 from service.jobs.sweep import Rules
 from service.lifecycle import fairness, totals
 from service.settings import Settings
-from service.storage.database.models import LabelRow, RenderRow
+from service.storage.database.models import JobRow, LabelRow, RenderRow
 from tests.service.support import job_with
 
 QUEUED, FEW, MANY = 60, 150, 600
@@ -30,9 +30,8 @@ RULES = Rules(keep_seconds=86400.0, max_stored_bytes=2**40, keep_asset_seconds=8
 Look = Callable[[Service], object]
 
 
-def page(cursor: int | None = None, **chosen: Any) -> Look:
-    wanted = {"owner": None, "state": None, "labels": {}} | chosen
-    return lambda service: lifecycle.page(service, 3, cursor, **wanted)
+def page(**chosen: Any) -> Look:
+    return lambda service: listing.page(service, listing.Listing(**chosen), 3, None)
 
 
 LOOKS: Mapping[str, Look] = {
@@ -117,6 +116,26 @@ def work(service: Service, look: Look) -> int:
     look(service)
     event.remove(service.database.engine, "checkout", watch)
     return instructions
+
+
+def test_the_newest_ten_thousand_are_searched_sorted_and_counted(tmp_path: Path) -> None:
+    service, now = filled(tmp_path, 0), datetime.now(UTC)
+    fields = {"owner": "many", "state": JobState.CANCELLED, "created_at": now, "finished_at": now}
+    empty = {"labels": {}, "quality": {}, "plan": {}, "warnings": [], "predicted_cpu_seconds": 0.0}
+    with service.database.writing() as session:
+        many = [{"id": f"m{number}", "name": f"job {number}."} for number in range(10_002)]
+        session.execute(insert(JobRow), [fields | empty | job for job in many])
+
+    def found(**wanted: Any) -> tuple[list[str | None], int | None]:
+        answer = listing.page(service, listing.Listing(**wanted), 1, None, total=True)
+        return [job.id for job in answer.jobs], answer.total
+
+    assert found(owner="many") == (["m10001"], 10_000)
+    assert found(owner="many", sort="created") == (["m2"], 10_000)
+    assert found(owner="many", search="job 2.") == (["m2"], 1)
+    assert found(owner="many", search="job 1.") == ([], 0)
+    assert found(owner="user 1", search=":rare") == (["j56"], 2)
+    service.database.close()
 
 
 @pytest.mark.parametrize("look", LOOKS.values(), ids=LOOKS)

@@ -97,10 +97,39 @@ def test_list_is_filtered_by_label_and_state_and_comes_in_pages(api: httpx2.Clie
     assert api.get("/v1/jobs", params={"label": "found:\0"}).status_code in (200, 422)
 
 
+@API_ON_BOTH
+def test_list_is_searched_sorted_and_counted(api: httpx2.Client) -> None:
+    names = ("Torus 50%", "torus_2", "cube", "a torus", "sphere")
+    for number, name in enumerate(names):
+        post(api, {"scene": scene(8, 8) | {"name": name}, "labels": {"hand-in": f"week {number} late"}})
+    mine = {"search": "k ", "total": True}
+
+    def found(**params: Any) -> list[str]:
+        return [job["name"] for job in api.get("/v1/jobs", params=mine | params).json()["jobs"]]
+
+    assert found(search="torus") == ["a torus", "torus_2", "Torus 50%"]
+    assert found(search="%") == ["Torus 50%"]
+    assert found(search="s_2") == ["torus_2"]
+    assert found(search="IN:Week 2 ") == ["cube"]
+    assert found(search="torus", label="hand-in:week 1 late") == ["torus_2"]
+    assert found(search="torus", state="cancelled") == []
+    assert found(sort="created") == list(names)
+    by_name = sorted(names, key=str.lower)
+    assert (found(sort="name"), found(sort="-name")) == (by_name, by_name[::-1])
+    assert found(sort="user") == found()
+    for sort, order in (("name", by_name), ("created", list(names)), ("-created", names[::-1])):
+        first = api.get("/v1/jobs", params=mine | {"limit": 2, "sort": sort}).json()
+        rest = api.get("/v1/jobs", params=mine | {"sort": sort, "cursor": first["next"]}).json()
+        assert [job["name"] for job in first["jobs"] + rest["jobs"]] == list(order)
+        assert (first["total"], rest["total"], rest["next"]) == (5, 5, None)
+    assert api.get("/v1/jobs").json()["total"] is None
+
+
 def test_list_refuses_a_parameter_that_means_nothing(api: httpx2.Client) -> None:
     cursors = [{"cursor": cursor} for cursor in ("0", "abc", "-3", "9" * 30)]
     labels = [{"label": label} for label in ("found", ":x", "two words:x", "a:" + "x" * 201)]
-    for params in cursors + labels:
+    others = [{"search": "x\0"}, {"search": "x" * 201}, {"sort": "state"}]
+    for params in cursors + labels + others:
         assert problem_of(api.get("/v1/jobs", params=params), 422)["code"] == "parameters"
 
 
