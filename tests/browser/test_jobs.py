@@ -1,4 +1,4 @@
-"""The list of jobs: filtered, followed, cancelled, deleted, paged."""
+"""The table of jobs: searched, sorted, followed, cancelled, deleted, paged."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import httpx2
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.browser.conftest import Open
+from tests.browser.conftest import Open, Shoot
 from tests.browser.scenes import TIMEOUT, endless, small
 from tests.service.support import finish, submit
 
@@ -25,7 +25,7 @@ def done(client: httpx2.Client, name: str) -> str:
 
 
 def row(page: Page, name: str) -> Locator:
-    return page.get_by_role("listitem").filter(has=page.get_by_role("link", name=name, exact=True))
+    return page.get_by_role("row").filter(has=page.get_by_role("link", name=name, exact=True))
 
 
 def test_jobs_by_state(open_page: Open, client: httpx2.Client) -> None:
@@ -51,10 +51,18 @@ def test_jobs_by_label(open_page: Open, client: httpx2.Client) -> None:
         finish(client, submit(client, document(name), labels={"week": week}))
     page = open_page("/jobs")
     row(page, "early").get_by_role("button", name="week:1").click()
-    expect(page.get_by_role("searchbox", name="Label")).to_have_value("week:1")
     expect(row(page, "late")).to_have_count(0)
     expect(row(page, "early")).to_have_count(1)
     assert page.url.endswith("/jobs?label=week%3A1")
+    page.get_by_role("button", name="not only week:1").click()
+    expect(row(page, "late")).to_have_count(1)
+    page.get_by_role("searchbox", name="Name or label").fill("EK:12")
+    expect(row(page, "early")).to_have_count(0)
+    expect(row(page, "late")).to_have_count(1)
+    expect(page.get_by_role("main")).to_contain_text("1 matching job")
+    page.reload()
+    expect(page.get_by_role("searchbox", name="Name or label")).to_have_value("EK:12")
+    expect(row(page, "late")).to_have_count(1)
 
 
 def test_job_is_cancelled_from_the_list(open_page: Open, client: httpx2.Client) -> None:
@@ -94,21 +102,60 @@ def test_two_jobs_are_compared(open_page: Open, client: httpx2.Client) -> None:
 
 
 @pytest.mark.slow
-def test_older_jobs_by_page(open_page: Open, client: httpx2.Client) -> None:
+def test_many_jobs_are_chosen_at_once(open_page: Open, client: httpx2.Client) -> None:
+    for name in ("many c", "many a", "many d", "many b"):
+        done(client, name)
+    running = endless(client, "many e")
+    page = open_page("/jobs?search=many&sort=name")
+    names = page.get_by_role("rowheader")
+    expect(names).to_have_text([f"many {letter}" for letter in "abcde"])
+    page.get_by_role("button", name="Name").click()
+    expect(names).to_have_text([f"many {letter}" for letter in "edcba"])
+    group = page.get_by_role("group", name="Chosen jobs")
+    expect(group.get_by_role("button", name="Delete")).to_be_disabled()
+    page.get_by_role("checkbox", name="Choose all").check()
+    expect(group.get_by_role("button", name="Delete 5")).to_be_enabled()
+    group.get_by_role("button", name="Cancel 1").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel it").click()
+    expect(row(page, "many e")).to_contain_text("cancelled", timeout=TIMEOUT)
+    assert client.get(f"/v1/jobs/{running}").json()["state"] == "cancelled"
+    page.get_by_role("checkbox", name="Choose all").uncheck()
+    page.get_by_role("checkbox", name="Choose many d").check()
+    page.get_by_role("checkbox", name="Choose many b").click(modifiers=["Shift"])
+    group.get_by_role("button", name="Delete 3").click()
+    page.get_by_role("dialog").get_by_role("button", name="Delete").click()
+    expect(names).to_have_text(["many e", "many a"])
+    assert len(client.get("/v1/jobs?search=many").json()["jobs"]) == 2
+
+
+@pytest.mark.slow
+def test_more_jobs_by_page(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
     names = [f"number {number}" for number in range(22)]
-    for job in [submit(client, document(name)) for name in names]:
+    for job in [submit(client, document(name), labels={"course": "graphics"}) for name in names]:
         finish(client, job)
     running = endless(client, "makes the list lively")
-    page = open_page("/jobs?label=")
-    expect(row(page, names[-1])).to_have_count(1)
+    page = open_page("/jobs?search=", width=1440)
+    expect(page.get_by_role("rowheader")).to_have_count(20)
+    bottom = page.get_by_role("rowheader").last.bounding_box()
+    assert bottom
+    assert bottom["y"] + bottom["height"] <= 900
+    shoot(page, "jobs")
     expect(row(page, names[0])).to_have_count(0)
-    page.get_by_role("button", name="Older jobs").click()
+    page.get_by_role("button", name="More jobs").click()
     expect(row(page, names[0])).to_have_count(1)
     # While a job is active the newest are fetched again and again, the older ones are not.
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
-    while sum(url.endswith("limit=20") for url in asked) < 4:
+    while sum("limit=20&" in url for url in asked) < 4:
         page.wait_for_event("request", timeout=TIMEOUT)
-    assert sum(url.endswith("limit=40") for url in asked) < 3
-    assert not any("state=" in url for url in asked)
+    assert sum("limit=100&" in url for url in asked) < 3
     client.post(f"/v1/jobs/{running}/cancel")
+    row(page, names[0]).scroll_into_view_if_needed()
+    page.evaluate("scrollTo(0, document.body.scrollHeight)")
+    top = page.evaluate("scrollY")
+    page.wait_for_function("() => history.state?.jobs.top === scrollY")
+    row(page, names[0]).get_by_role("link").click()
+    page.wait_for_url("**/jobs/*")
+    page.go_back()
+    expect(row(page, names[0])).to_be_in_viewport()
+    assert page.evaluate("scrollY") == top > 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 
 import httpx2
@@ -15,7 +16,7 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from tests.browser.conftest import Open
 from tests.browser.scenes import PASTE, TIMEOUT, editor, endless, opened, small, write
-from tests.service.support import until
+from tests.service.support import finish, submit, until
 
 
 @pytest.fixture(scope="module")
@@ -184,3 +185,23 @@ def test_session_that_ends_while_watching(open_page: Open, server: RunningServer
         give(page, key)
         expect(page.locator(".job-progress .state")).to_have_text("▶ running", timeout=TIMEOUT)
         client.post(f"/v1/jobs/{job}/cancel")
+
+
+@pytest.mark.slow
+def test_staff_see_owners_and_buttons_that_work(open_page: Open, server: RunningServer, key: str) -> None:
+    database = Database(Settings(data=server.data).database_url)
+    with database.writing() as session:
+        staff = str(keys.add(session, "grace", Role.STAFF))
+    database.close()
+    for one, name in ((key, "of ada"), (staff, "of grace")):
+        with httpx2.Client(base_url=server.url, headers={"Authorization": f"Bearer {one}"}) as client:
+            finish(client, submit(client, json.loads(small("basic", name=name))))
+    page = open_page("/jobs")
+    give(page, staff)
+    expect(page.get_by_role("row").filter(has_text="of ada")).to_be_visible()
+    expect(page.get_by_role("cell", name="ada", exact=True)).to_be_visible()
+    expect(page.get_by_role("columnheader", name="User")).to_be_visible()
+    expect(page.get_by_role("button", name="Delete of grace")).to_be_visible()
+    expect(page.get_by_role("button", name="Delete of ada")).to_be_hidden()
+    page.get_by_role("checkbox", name="Choose all").check()
+    expect(page.get_by_role("button", name="Delete 1")).to_be_enabled()

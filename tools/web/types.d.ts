@@ -48,6 +48,7 @@ interface PixelPlace {
 interface JobDocument {
   id: string;
   name: string | null;
+  user: string;
   state: JobState;
   paused: boolean;
   width: number;
@@ -87,6 +88,8 @@ interface JobListDocument {
   jobs: JobDocument[];
   /** The cursor of older jobs; null if there are none. */
   next: string | null;
+  /** How many there are on all pages, where the list was asked to count them. */
+  total: number | null;
 }
 
 interface WorkerDocument {

@@ -1,28 +1,29 @@
-// All jobs, newest first, with filters, actions, and a choice of two to compare.
+// The table of jobs: searched, filtered and sorted by the service, many chosen at once.
 
-import { get, jobPath, messageOf, request } from "../api.js";
-import { confirmed } from "../dialog.js";
-import { announce, debounced, h, pause } from "../dom.js";
-import { plural } from "../format.js";
-import { navigate } from "../navigation.js";
-import { cancel } from "./job/cancel.js";
-import { NAMES, nameOf, stateName } from "./job/state.js";
+import { get, messageOf } from "../api.js";
+import { debounced, h, pause } from "../dom.js";
 import { skeleton } from "../elements.js";
-import { labelsOf, makeRow } from "./jobs/row.js";
+import { plural } from "../format.js";
+import { amend } from "../navigation.js";
+import { FINAL } from "../watch.js";
+import { NAMES, stateName } from "./job/state.js";
+import { makeChosen } from "./jobs/chosen.js";
+import { COLUMNS, makeRow } from "./jobs/row.js";
 
 export const title = "Jobs";
 
-const PAGE = 20;
-// The most jobs that the service puts on a page.
-const MOST = 100;
+// As many as one screen shows, and as many as the service puts on a page.
+const SCREEN = 20;
+const PAGE = 100;
 // The newest jobs are fetched again this often while one is queued or running, and all that are shown this often.
 const BUSY_MS = 1500;
 const CALM_MS = 10000;
 const TYPING_MS = 300;
-// The service filters by a whole label, name:value; the page filters by a part of one.
-const WHOLE_LABEL = /^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}:/;
+const SCROLLING_MS = 150;
+const NEWEST_FIRST = "-created";
 
-/** @typedef {{state: string, label: string}} Filter Empty where there is none. */
+/** @typedef {Record<"state" | "label" | "search" | "sort", string>} Listing Empty where nothing is asked for. */
+/** @typedef {{number: number, top: number}} Place How many jobs are shown, and how far the page is scrolled. */
 
 /** @param {HTMLElement} root @param {ViewParams} params */
 export function mount(root, { query }) {
@@ -30,215 +31,243 @@ export function mount(root, { query }) {
   const { signal } = life;
   /** @type {Map<string, import("./jobs/row.js").Row>} */
   const rows = new Map();
-  const filter = { state: query.get("state") ?? "", label: query.get("label") ?? "" };
+  /** @type {Listing} */
+  const wanted = { state: "", label: "", search: "", sort: NEWEST_FIRST };
+  for (const name of /** @type {(keyof Listing)[]} */ (Object.keys(wanted)))
+    wanted[name] = query.get(name) ?? wanted[name];
+  /** @type {Place | undefined} */
+  let place = history.state?.jobs;
+  let number = place?.number ?? SCREEN;
   /** @type {string | null} */
   let next = null;
-  let pages = 1;
+  let total = 0;
+  // An answer that others have overtaken is not shown.
+  let reloads = 0;
   /** @type {JobDocument[]} */
   let known = [];
+  /** @type {{user: string, role: string} | null} */
+  let who = null;
 
-  const list = h("ul", { className: "jobs" });
+  const mayChange = (/** @type {JobDocument} */ { user }) => who?.role === "admin" || who?.user === user;
+  const chosen = makeChosen(() => known.flatMap(({ id }) => rows.get(id) ?? []), mayChange, attempt);
+  /** @type {import("./jobs/row.js").Acts} */
+  const acts = {
+    mayChange,
+    onCancel: chosen.cancel,
+    onDelete: chosen.remove,
+    onPick: chosen.pick,
+    onLabel: (name) => change({ label: name }),
+  };
+  const body = h("tbody");
   const waiting = skeleton(5);
   const lead = h("p", { className: "lead", role: "status" });
   const trouble = h("p", { className: "problem", role: "alert", hidden: true });
-  const more = h(
-    "button",
-    { type: "button", onclick: () => (pages++, reload()), hidden: true },
-    "Older jobs",
+  const more = h("button", { type: "button", onclick: showMore, hidden: true }, "More jobs");
+  const heads = COLUMNS.map(([column, name, key]) =>
+    h("th", { scope: "col", className: column }, key ? sorter(name, key) : name),
   );
-  const compare = h("button", { type: "button", disabled: true, onclick: openComparison }, "Compare two");
+  const table = h(
+    "table",
+    { className: "jobs", hidden: true },
+    h(
+      "thead",
+      {},
+      h(
+        "tr",
+        {},
+        h("td", { className: "pick" }, h("label", {}, chosen.all)),
+        h("td", { className: "thumbnail" }),
+        heads,
+        h("td", { className: "act" }),
+      ),
+    ),
+    body,
+  );
   /** @type {HTMLSelectElement} */
   const state = h(
     "select",
-    { onchange: () => change("state", state.value) },
+    { onchange: () => change({ state: state.value }) },
     h("option", { value: "" }, "all states"),
     NAMES.map((name) => h("option", { value: name }, stateName(name))),
   );
-  const label = h("input", { type: "search", value: filter.label, autocomplete: "off" });
-  state.value = filter.state;
-  label.addEventListener(
+  state.value = wanted.state;
+  const search = h("input", { type: "search", value: wanted.search, autocomplete: "off" });
+  search.addEventListener(
     "input",
-    debounced(TYPING_MS, () => change("label", label.value.trim()), signal),
+    debounced(TYPING_MS, () => change({ search: search.value.trim() }), signal),
   );
+  const label = h("button", { type: "button", className: "label", onclick: () => change({ label: "" }) });
 
-  /** @type {import("./jobs/row.js").Acts} */
-  const acts = {
-    onCancel: (job) => attempt(() => cancel(job)),
-    onDelete: remove,
-    onPick: picked,
-    onLabel: (name) => ((label.value = name), change("label", name)),
-  };
-
-  /** @param {keyof Filter} name @param {string} value */
-  function change(name, value) {
-    filter[name] = value;
-    pages = 1;
-    const asked = new URLSearchParams(Object.entries(filter).filter(([, value]) => value));
-    history.replaceState(null, "", asked.size ? `/jobs?${asked}` : "/jobs");
+  /** @param {Partial<Listing>} part */
+  function change(part) {
+    Object.assign(wanted, part);
+    number = SCREEN;
+    amend(Object.fromEntries(Object.entries(part).map(([name, value]) => [name, value || null])));
+    remember();
+    showOrder();
     reload();
   }
 
+  /** @param {string} name @param {string} key */
+  function sorter(name, key) {
+    const sort = () => change({ sort: wanted.sort === key ? `-${key}` : key });
+    return h("button", { type: "button", className: "plain", onclick: sort }, name);
+  }
+
+  function showOrder() {
+    label.hidden = !wanted.label;
+    label.textContent = `${wanted.label} ✕`;
+    label.setAttribute("aria-label", `Show jobs with any label, not only ${wanted.label}`);
+    COLUMNS.forEach(([, , key], i) => {
+      if (key && wanted.sort.endsWith(key))
+        heads[i].setAttribute("aria-sort", wanted.sort === key ? "ascending" : "descending");
+      else heads[i].removeAttribute("aria-sort");
+    });
+  }
+
+  function showMore() {
+    number = (Math.floor(number / PAGE) + 1) * PAGE;
+    remember();
+    reload();
+  }
+
+  /** Keep the place in the history, for a return to it. */
+  function remember() {
+    history.replaceState({ ...history.state, jobs: { number, top: scrollY } }, "");
+  }
+
   async function reload({ newest = false } = {}) {
+    const current = ++reloads;
     try {
-      known = newest ? await withNewest() : await fetchJobs();
-      const jobs = known.filter((job) => fits(job, filter));
-      show(jobs, jobs.some(isActive) || (await anyActive()));
+      who ??= await get("/v1/session", { signal });
+      const jobs = await (newest ? withNewest() : fetchJobs());
+      if (current !== reloads || signal.aborted) return;
+      known = jobs;
+      show();
       trouble.hidden = true;
     } catch (error) {
-      if (signal.aborted) return;
+      if (current !== reloads || signal.aborted) return;
       waiting.remove();
       trouble.textContent = messageOf(error);
       trouble.hidden = false;
     }
   }
 
-  /** @param {number} limit @param {string | null} cursor @returns {Promise<JobListDocument>} */
-  function fetchPage(limit, cursor) {
-    const asked = new URLSearchParams({ limit: String(limit) });
-    if (filter.state) asked.set("state", filter.state);
-    if (WHOLE_LABEL.test(filter.label)) asked.set("label", filter.label);
-    if (cursor) asked.set("cursor", cursor);
-    return get(`/v1/jobs?${asked}`, { signal });
+  /** @param {number} limit @param {string | null} cursor */
+  async function fetchPage(limit, cursor) {
+    const page = new URLSearchParams({ limit: String(limit) });
+    for (const [name, value] of Object.entries({ ...wanted, cursor })) if (value) page.set(name, value);
+    if (!cursor) page.set("total", "true");
+    /** @type {JobListDocument} */
+    const answer = await get(`/v1/jobs?${page}`, { signal });
+    total = answer.total ?? total;
+    return answer;
   }
 
   async function fetchJobs() {
-    /** @type {JobDocument[]} */
-    const jobs = [];
+    /** @type {Map<string, JobDocument>} */
+    const jobs = new Map();
     /** @type {string | null} */
     let cursor = null;
     do {
       /** @type {JobListDocument} */
-      const answer = await fetchPage(Math.min(MOST, PAGE * pages - jobs.length), cursor);
-      jobs.push(...answer.jobs);
+      const answer = await fetchPage(Math.min(PAGE, number - jobs.size), cursor);
+      for (const job of answer.jobs) jobs.set(job.id, job);
       cursor = answer.next;
-    } while (cursor && jobs.length < PAGE * pages);
+    } while (cursor && jobs.size < number);
     next = cursor;
-    return jobs;
+    return [...jobs.values()];
   }
 
   /** The jobs that are shown, with the newest ones as they are now. */
   async function withNewest() {
-    const { jobs } = await fetchPage(PAGE, null);
-    const last = jobs.at(-1);
-    if (!last) return [];
-    const older = known.findIndex(({ id }) => id === last.id);
+    const { jobs } = await fetchPage(SCREEN, null);
+    const oldest = jobs.at(-1);
+    if (!oldest) return [];
+    const older = known.findIndex(({ id }) => id === oldest.id);
     return [
       ...jobs,
-      ...(older < 0 ? known.filter(({ created_at: at }) => at < last.created_at) : known.slice(older + 1)),
+      ...(older < 0 ? known.filter(({ created_at: at }) => at < oldest.created_at) : known.slice(older + 1)),
     ];
   }
 
-  /** Whether the service has an active job that the list does not show. */
-  async function anyActive() {
-    // Without a filter a list that has no older jobs shows all there are.
-    if (!filter.state && !filter.label && next === null) return false;
-    for (const state of ACTIVE) {
-      /** @type {JobListDocument} */
-      const { jobs } = await get(`/v1/jobs?state=${state}&limit=1`, { signal });
-      if (jobs.length) return true;
-    }
-    return false;
-  }
-
-  /** @param {JobDocument[]} jobs @param {boolean} active - Whether any job is, also one that is not shown. */
-  function show(jobs, active) {
+  function show() {
     waiting.remove();
-    const wanted = new Set(jobs.map(({ id }) => id));
-    for (const [id, row] of rows) if (!wanted.has(id)) (row.element.remove(), rows.delete(id));
-    jobs.forEach((job, place) => {
+    const shown = new Set(known.map(({ id }) => id));
+    for (const [id, row] of rows) if (!shown.has(id)) (row.element.remove(), rows.delete(id));
+    known.forEach((job, i) => {
       const row = rows.get(job.id) ?? makeRow(job, acts);
       if (rows.has(job.id)) row.update(job);
       rows.set(job.id, row);
-      if (list.children[place] !== row.element) list.insertBefore(row.element, list.children[place] ?? null);
+      if (body.children[i] !== row.element) body.insertBefore(row.element, body.children[i] ?? null);
     });
-    more.hidden = next === null;
-    lead.replaceChildren(...summary(jobs, filter, active));
-    picked();
-  }
-
-  function picked() {
-    const chosen = [...rows.values()].filter((row) => row.picked);
-    compare.disabled = chosen.length !== 2;
-    compare.textContent = chosen.length === 1 ? "Compare: choose another" : "Compare two";
-  }
-
-  function openComparison() {
-    const chosen = [...rows.values()].filter((row) => row.picked);
-    const [b, a] = [...list.children].flatMap(
-      (element) => chosen.find((row) => row.element === element) ?? [],
+    table.hidden = !known.length;
+    table.classList.toggle(
+      "of-others",
+      known.some(({ user }) => user !== who?.user),
     );
-    navigate(`/compare/${a.id}/${b.id}`);
-  }
-
-  /** @param {JobDocument} job */
-  async function remove(job) {
-    const name = nameOf(job);
-    if (!(await confirmed(`Delete ${name} and its picture?`, "Delete"))) return;
-    await attempt(() => request(jobPath(job.id), { method: "DELETE" }));
-    announce(`${name} was deleted.`);
+    more.hidden = next === null;
+    lead.replaceChildren(...summary(total, wanted));
+    chosen.show();
+    if (place) scrollTo(0, place.top);
+    place = undefined;
   }
 
   /** @param {() => Promise<unknown>} action */
   async function attempt(action) {
-    try {
-      await action();
-    } catch (error) {
-      trouble.textContent = messageOf(error);
-      trouble.hidden = false;
-      return;
-    }
+    const failure = await action().then(
+      () => "",
+      (error) => messageOf(error),
+    );
     await reload();
+    if (!failure) return;
+    trouble.textContent = failure;
+    trouble.hidden = false;
   }
 
   async function follow() {
-    let all = 0;
+    let whole = 0;
     while (!signal.aborted) {
-      const newest = Date.now() < all + CALM_MS;
-      if (!newest) all = Date.now();
+      const newest = Date.now() < whole + CALM_MS && wanted.sort === NEWEST_FIRST;
+      if (!newest) whole = Date.now();
       if (!document.hidden) await reload({ newest });
-      await pause(known.some(isActive) ? BUSY_MS : CALM_MS, signal);
+      await pause(known.some(({ state }) => !FINAL.has(state)) ? BUSY_MS : CALM_MS, signal);
     }
   }
 
   root.append(
-    h("h1", {}, "Jobs"),
-    lead,
+    h("div", { className: "row jobs-head" }, h("h1", {}, "Jobs"), lead),
     h(
       "div",
       { className: "row filters" },
-      h("label", { className: "field" }, h("span", { className: "label" }, "State"), state),
-      h("label", { className: "field" }, h("span", { className: "label" }, "Label, as name:value"), label),
-      compare,
+      field("Name or label", search),
+      field("State", state),
+      label,
+      chosen.element,
     ),
     trouble,
     waiting,
-    list,
+    table,
     more,
+  );
+  showOrder();
+  addEventListener(
+    "scroll",
+    debounced(SCROLLING_MS, () => place || remember(), signal),
+    { signal },
   );
   follow();
   return () => life.abort();
 }
 
-// In the order in which the service is asked: where a job waits, another is usually being rendered.
-const ACTIVE = ["running", "queued"];
-/** @param {JobDocument} job */
-const isActive = ({ state }) => ACTIVE.includes(state);
+/** @param {string} name @param {HTMLElement} control */
+const field = (name, control) =>
+  h("label", { className: "row" }, h("span", { className: "soft small" }, name), control);
 
-/** The filter that the service does not have: a part of a label. @param {JobDocument} job @param {Filter} filter */
-function fits(job, { state, label }) {
-  return (!state || job.state === state) && (!label || labelsOf(job).some((own) => own.includes(label)));
-}
-
-/** @param {JobDocument[]} jobs @param {Filter} filter @param {boolean} active */
-function summary(jobs, filter, active) {
-  const filtered = filter.state || filter.label;
-  const shown = jobs.length ? "" : "No matching jobs. ";
-  if (jobs.length || filtered) {
-    const number = jobs.filter(isActive).length;
-    if (!active) return [`${shown}No job is queued or running.`];
-    return [
-      number ? `${plural(number, "job")} queued or running.` : `${shown}Other jobs are queued or running.`,
-    ];
-  }
-  return ["Nothing has been rendered yet. ", h("a", { href: "/" }, "Render a scene"), "."];
+/** @param {number} total @param {Listing} wanted */
+function summary(total, { state, label, search }) {
+  if (state || label || search) return [total ? plural(total, "matching job") : "No matching jobs."];
+  return total
+    ? [plural(total, "job")]
+    : ["Nothing has been rendered yet. ", h("a", { href: "/" }, "Render a scene"), "."];
 }

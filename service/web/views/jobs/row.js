@@ -1,89 +1,97 @@
-// One job in the list. Updates change a row in place, so that it keeps the focus.
+// A job in the table. Updates change a row in place, so that it keeps the focus.
 
 import { h } from "../../dom.js";
-import { ago, codeValues, percent, plural, qualityName, seconds } from "../../format.js";
+import { ago, codeValues, percent, qualityName, seconds } from "../../format.js";
 import { FINAL } from "../../watch.js";
 import { existedAlready, nameOf, standing, stateMark } from "../job/state.js";
 
 /**
  * @typedef {object} Acts
+ * @property {(job: JobDocument) => boolean} mayChange - Whether the user may cancel and delete it.
  * @property {(job: JobDocument) => void} onCancel
  * @property {(job: JobDocument) => void} onDelete
- * @property {() => void} onPick
+ * @property {(id: string, event: MouseEvent) => void} onPick
  * @property {(label: string) => void} onLabel
  * @typedef {ReturnType<typeof makeRow>} Row
  */
+
+/** The headings of the columns, and what the service sorts some of them by. @type {[string, string, string?][]} */
+export const COLUMNS = [
+  ["name", "Name", "name"],
+  ["standing", "State"],
+  ["user", "User", "user"],
+  ["size", "Size"],
+  ["quality", "Quality"],
+  ["error", "Error"],
+  ["took", "Took"],
+  ["created", "Submitted", "created"],
+];
 
 /** @param {JobDocument} first @param {Acts} acts */
 export function makeRow(first, acts) {
   let job = first;
   const name = nameOf(first);
-  const picture = h("img", { alt: "", loading: "lazy", width: 96, height: 96 });
-  const thumbnail = h(
-    "a",
-    { className: "thumbnail", href: `/jobs/${first.id}`, tabIndex: -1, "aria-hidden": "true" },
-    picture,
-  );
-  const state = h("span");
-  const facts = h("p", { className: "soft small" });
-  const labels = h("span", { className: "labels" });
+  const picture = h("img", { alt: "", loading: "lazy", width: 28, height: 28 });
   const pick = h("input", {
     type: "checkbox",
-    onchange: acts.onPick,
-    "aria-label": `Choose ${name} for a comparison`,
+    onclick: (event) => acts.onPick(first.id, event),
+    "aria-label": `Choose ${name}`,
   });
-  const cancel = h(
-    "button",
-    { type: "button", "aria-label": `Cancel ${name}`, onclick: () => acts.onCancel(job) },
-    "Cancel",
-  );
-  const remove = h(
-    "button",
-    { type: "button", "aria-label": `Delete ${name}`, onclick: () => acts.onDelete(job) },
-    "Delete",
-  );
-  const link = h("a", { className: "name", href: `/jobs/${first.id}` }, name);
+  const act = h("button", { type: "button", className: "plain", onclick: () => perform() });
+  const link = h("a", { className: "name", href: `/jobs/${first.id}`, title: name }, name);
+  const labels = h("span", { className: "labels" });
+  const cells = COLUMNS.slice(1).map(([column]) => h("td", { className: column }));
   const element = h(
-    "li",
-    { className: "job-row" },
-    h("label", { className: "pick", title: "Compare" }, pick),
-    thumbnail,
-    h("div", { className: "what" }, h("div", { className: "row" }, link, state, labels), facts),
-    h("div", { className: "row acts" }, cancel, remove),
+    "tr",
+    {},
+    h("td", { className: "pick" }, h("label", {}, pick)),
+    h("td", { className: "thumbnail" }, picture),
+    h("th", { scope: "row", className: "name" }, h("div", { className: "named" }, link, labels)),
+    ...cells,
+    h("td", { className: "act" }, act),
   );
   /** @type {string | null} */
   let shown = null;
 
+  const perform = () => (FINAL.has(job.state) ? acts.onDelete : acts.onCancel)(job);
+
   /** @param {JobDocument} newest */
   function update(newest) {
     job = newest;
-    state.replaceChildren(stateMark(standing(job)));
-    facts.textContent = factsOf(job);
     labels.replaceChildren(...labelsOf(job).map((label) => labelButton(label, acts.onLabel)));
-    cancel.hidden = FINAL.has(job.state);
-    pick.disabled = job.state !== "succeeded";
-    const version =
-      job.last_seq > 0 && !["failed", "cancelled", "expired"].includes(job.state)
-        ? `${job.links.image_png}?after=${job.last_seq}&width=`
-        : null;
-    if (version !== shown) {
-      shown = version;
-      if (version) Object.assign(picture, { srcset: `${version}192 2x`, src: `${version}96` });
-      else for (const name of ["src", "srcset"]) picture.removeAttribute(name);
-      picture.hidden = !version;
-    }
+    valuesOf(job).forEach((value, i) => {
+      cells[i].replaceChildren(value);
+      cells[i].title = cells[i].textContent ?? "";
+    });
+    const verb = FINAL.has(job.state) ? "Delete" : "Cancel";
+    act.textContent = verb;
+    act.setAttribute("aria-label", `${verb} ${name}`);
+    act.hidden = !acts.mayChange(job);
+    show(hasPicture(job) ? `${job.links.image_png}?after=${job.last_seq}&width=` : null);
+  }
+
+  /** @param {string | null} version - Address of the picture, without its width. */
+  function show(version) {
+    if (version === shown) return;
+    shown = version;
+    if (version) Object.assign(picture, { srcset: `${version}192 2x`, src: `${version}96` });
+    else for (const name of ["src", "srcset"]) picture.removeAttribute(name);
   }
 
   update(first);
   return {
     element,
     update,
-    id: first.id,
-    get picked() {
-      return pick.checked && !pick.disabled;
+    pick,
+    get job() {
+      return job;
     },
   };
 }
+
+/** @param {JobDocument} job */
+const hasPicture = ({ last_seq: seq, state }) =>
+  seq > 0 && !["failed", "cancelled", "expired"].includes(state);
 
 /** @param {string} label @param {(label: string) => void} onLabel */
 function labelButton(label, onLabel) {
@@ -100,22 +108,33 @@ function labelButton(label, onLabel) {
 }
 
 /** The labels of a job, in the form of the service's filter. @param {JobDocument} job */
-export function labelsOf({ labels = {} }) {
+function labelsOf({ labels = {} }) {
   return Object.entries(labels).map(([name, value]) => `${name}:${value}`);
 }
 
+/** What the columns after the name show. @param {JobDocument} job @returns {(string | Node)[]} */
+function valuesOf(job) {
+  return [
+    h("span", {}, stateMark(standing(job)), ahead(job)),
+    job.user,
+    `${job.width} × ${job.height}`,
+    job.damage ?? job.failure?.message ?? qualityName(job.quality),
+    job.error ? `${codeValues(job.error.estimate)} / 255` : "",
+    took(job),
+    ago(job.created_at),
+  ];
+}
+
 /** @param {JobDocument} job */
-function factsOf(job) {
-  if (job.damage) return `${job.damage}  ·  ${ago(job.created_at)}`;
-  const facts = [`${job.width} × ${job.height}`, qualityName(job.quality)];
-  if (job.state === "running") facts.push(percent(job.progress.share));
-  if (job.state === "queued" && job.queue_position !== null)
-    facts.push(job.queue_position ? `${plural(job.queue_position, "job")} ahead` : "next");
-  if (job.error) facts.push(`error ${codeValues(job.error.estimate)} code values`);
-  if (existedAlready(job)) facts.push("existed already");
-  else if (job.finished_at && job.started_at)
-    facts.push(`took ${seconds((Date.parse(job.finished_at) - Date.parse(job.started_at)) / 1000)}`);
-  if (job.failure) facts.push(job.failure.message);
-  facts.push(ago(job.created_at));
-  return facts.join("  ·  ");
+function ahead({ state, progress, queue_position: position }) {
+  if (state === "running") return ` ${percent(progress.share)}`;
+  if (state !== "queued" || position === null) return "";
+  return position ? `, ${position} ahead` : ", next";
+}
+
+/** @param {JobDocument} job */
+function took(job) {
+  if (existedAlready(job)) return "existed already";
+  if (!job.finished_at || !job.started_at) return "";
+  return seconds((Date.parse(job.finished_at) - Date.parse(job.started_at)) / 1000);
 }
