@@ -259,7 +259,7 @@ def _save_roster(run: ClassRun, grades: Mapping[Student, Grade]) -> None:
     """Write the roster with points, for the system that it is from."""
     if run.roster is None:
         return
-    others = [student.name for student in grades if run.roster.place(student) is None]
+    others = [student.name for student in grades if not run.roster.places(student)]
     if others:
         output.say(f"Not in the roster: {output.harmless(', '.join(others))}.")
     filled = run.roster.filled(grades, run.manifest.title)

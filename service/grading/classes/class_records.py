@@ -72,6 +72,10 @@ class Student:
         """Whether a table means this student: by name or by number."""
         return word in {self.name, self.number}
 
+    def is_group(self, word: str) -> bool:
+        """Whether this is the download of a group of Moodle, which separates its parts by underscores."""
+        return self.name == f"{word.replace('_', ' ')}_{self.number}"
+
 
 def submissions(folder: Path) -> tuple[tuple[Student, ...], tuple[str, ...]]:
     """The submissions of a class, by name, and the names of whatever else people see there.

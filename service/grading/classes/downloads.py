@@ -15,11 +15,13 @@ from service.grading.folders import MOST_BYTES, MOST_FILES, is_hidden, readable
 
 NAMES = (
     re.compile(r"(?P<name>.+)_(?P<number>\d+)_assignsubmission_file_?(?P<file>.*)"),
-    re.compile(r"(?P<name>anon)_(?:LATE_)?(?P<number>[0-9A-Za-z]+)_\d+_(?P<file>.+)"),
-    re.compile(r"(?P<name>\w+?)_(?:LATE_)?(?P<number>\d+)_\d+_(?P<file>.+)"),
+    re.compile(r"(?:LATE_)?(?P<name>anon)_(?P<number>[0-9A-Za-z]+)_\d+_(?P<file>.+)"),
+    # A name may have marks, such as accents and vowels of Hindi, which are no \w.
+    re.compile(r"(?P<name>[^\s.]+?)_(?:LATE_)?(?P<number>\d+)_\d+_(?P<file>.+)"),
 )
-"""Names in a download of Moodle (full name, participant, and a folder or each file) and of Canvas (name or
-anon, LATE, user, attachment, file: https://github.com/instructure/canvas-lms/blob/master/lib/content_zipper.rb).
+"""Names in a download of Moodle (full name and participant, or group and its number; a folder or each file:
+https://github.com/moodle/moodle/blob/main/mod/assign/classes/downloader.php) and of Canvas (name, LATE, user,
+attachment, file: https://github.com/instructure/canvas-lms/blob/master/lib/content_zipper.rb).
 """
 
 AGAIN = re.compile(r"-\d+(?=\.[^.]*$)")

@@ -26,10 +26,16 @@ IDS = ("student", "Identifier", "ID")
 TIMES = ("submitted_at", "Last modified (submission)")
 """Columns with times of submission: of any table, and of Moodle's grading worksheet."""
 
+GROUP = "Group"
+"""Column of Moodle's worksheet where groups submit: their downloads have the name and number of the group."""
+
 MOODLE_POINTS = "Grade"
 
-MOODLE_TIME = "%A, %d %B %Y, %I:%M %p"
-"""Times of Moodle in English: Saturday, 21 November 2026, 8:15 PM."""
+MOODLE_TIMES = ("%A, %d %B %Y, %I:%M %p", "%A, %B %d, %Y, %I:%M %p")
+"""Times of Moodle in English, of the world and of the United States: Saturday, 21 November 2026, 8:15 PM."""
+
+EXCUSED = "EX"
+"""Canvas' points of a student who is excused."""
 
 PARTICIPANT = re.compile(r"^Participant (?=\d+$)")
 """Moodle's identifier of a submission; names of downloaded files have the number alone."""
@@ -45,7 +51,9 @@ class Roster:
     rows : tuple of dict
         By column.
     students : tuple of str
-        The name or number of each row; empty in rows of another kind.
+        The name or number of each row, empty in rows of another kind; or the name of its group.
+    in_groups : bool
+        Whether groups submit.
     times : tuple of str or None
         The time of each submission, ISO 8601.
     separator : str
@@ -56,6 +64,7 @@ class Roster:
     columns: tuple[str, ...]
     rows: tuple[dict[str, str], ...]
     students: tuple[str, ...]
+    in_groups: bool
     times: tuple[str | None, ...]
     separator: str
     encoding: str
@@ -76,43 +85,51 @@ class Roster:
             reason = f"no column is called {' or '.join(IDS)}" if name is None else "a row is too long"
             raise AdjustmentError(f"{reason}. Give a table with a row for each student.")
         time = next((time for time in TIMES if time in columns), name)
-        found = (PARTICIPANT.sub("", (row[name] or "").strip()) for row in rows)
+        in_groups = name == "Identifier" and GROUP in columns
+        found = (PARTICIPANT.sub("", (row[GROUP if in_groups else name] or "").strip()) for row in rows)
         times = [None if time == name else _moment(row[time] or "", at) for at, row in enumerate(rows, 2)]
         encoding = "utf-8-sig" if content.startswith(BOM_UTF8) else "utf-8"
-        return cls(columns, rows, tuple(found), tuple(times), reader.reader.dialect.delimiter, encoding)
+        separator = reader.reader.dialect.delimiter
+        return cls(columns, rows, tuple(found), in_groups, tuple(times), separator, encoding)
 
-    def place(self, student: Student) -> int | None:
-        """The row of a student."""
-        return next((at for at, name in enumerate(self.students) if student.is_called(name)), None)
+    def places(self, student: Student) -> list[int]:
+        """The row of a student, or those of the members of a group."""
+        # Moodle numbers groups and participants apart.
+        is_meant = student.is_group if self.in_groups else student.is_called
+        return [at for at, name in enumerate(self.students) if is_meant(name)]
 
     def submitted(self, student: Student) -> str | None:
         """The time of a submission; None if it is not in the table."""
-        place = self.place(student)
-        return None if place is None else self.times[place]
+        return next((self.times[at] for at in self.places(student)), None)
 
     def filled(self, grades: Mapping[Student, Grade], title: str) -> bytes | None:
         """The same table with points; None if it has no column for those of the assignment.
 
-        Rows without a submission keep what they have, as do those whose points are not final.
+        Rows without a submission keep what they have, as do those whose points are not final, and students
+        who are excused.
         """
         # Canvas adds a number to the title.
         column = re.compile(rf"{MOODLE_POINTS}|{re.escape(title)}(?: \(\d+\))?")
         name = next(filter(column.fullmatch, self.columns), None)
         if name is None:
             return None
-        final = {self.place(student): grade for student, grade in grades.items() if not grade.is_open}
+        closed = ((student, grade) for student, grade in grades.items() if not grade.is_open)
+        final = {at: rounded(grade.score) for student, grade in closed for at in self.places(student)}
         text = io.StringIO(newline="")
         writer = csv.DictWriter(text, self.columns, delimiter=self.separator)
         writer.writeheader()
         for at, row in enumerate(self.rows):
-            writer.writerow(row | ({name: rounded(final[at].score)} if at in final else {}))
+            points = EXCUSED if row[name] == EXCUSED else final.get(at, row[name])
+            writer.writerow(row | {name: points})
         return text.getvalue().encode(self.encoding)
 
 
 def _moment(text: str, row: int) -> str | None:
     if text.strip() in {"", "-"}:
         return None
-    for read in (datetime.fromisoformat, lambda text: datetime.strptime(text, MOODLE_TIME)):  # noqa: DTZ007
+    with suppress(ValueError):
+        return datetime.fromisoformat(text.strip()).isoformat()
+    for form in MOODLE_TIMES:
         with suppress(ValueError):
-            return read(text.strip()).isoformat()
+            return datetime.strptime(text.strip(), form).isoformat()  # noqa: DTZ007 - that of the deadline
     raise AdjustmentError(f"row {row}: {text!r} is no time. Write it as 2026-11-21T20:15:00+01:00.")
