@@ -5,7 +5,7 @@ FROM python:3.11-slim AS build
 WORKDIR /source
 COPY . .
 RUN python -m venv /opt/penumbra \
- && /opt/penumbra/bin/pip install --no-cache-dir --constraint constraints.txt '.[mesh,exr,study,postgres,dask,s3,traces]'
+ && /opt/penumbra/bin/pip install --no-cache-dir --constraint constraints.txt '.[server,mesh,exr,study,postgres,dask,s3,traces]'
 
 FROM python:3.11-slim
 LABEL org.opencontainers.image.title="Penumbra" \

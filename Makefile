@@ -6,7 +6,7 @@ CONSTRAINTS ?= --constraint constraints.txt
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet $(CONSTRAINTS)
 # What `make install` installs beside the package, and what tests need besides.
-EXTRAS := mesh,exr,study,postgres
+EXTRAS := server,mesh,exr,study,postgres
 ALL_EXTRAS := $(EXTRAS),dask,flip,s3,traces
 # Narrower: make test TESTS=tests/renderer
 TESTS ?= tests

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -12,6 +12,7 @@ import typer
 
 from service.cli import output
 from service.cli.errors import CommandError, ExitCode
+from service.cli.extras import has_server, installation, missing, packages_of_extras
 from service.cli.options import ConfigOption, DatabaseOption, JsonOption
 from service.cli.serve import read_settings
 
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
 
 Level = Literal["ok", "warn", "fail"]
 COLORS: dict[Level, str] = {"ok": "green", "warn": "yellow", "fail": "red"}
-LIBRARIES = ("numpy", "pillow", "pydantic", "fastapi", "uvicorn", "sqlalchemy", "alembic", "httpx2")
+LIBRARIES = ("numpy", "pillow", "pydantic", "httpx2")
+SERVER_LIBRARIES = ("fastapi", "uvicorn", "sqlalchemy", "alembic")
 TRACES = ("opentelemetry-sdk", "opentelemetry-exporter-otlp-proto-http")
 PREFIX = "PENUMBRA_"
 CLIENT = ("SERVER", "KEY", "CONFIG")
@@ -86,7 +88,7 @@ def doctor(
         check_numerics(as_json=as_json)
         return
     checks = list(_all_checks(config))
-    settings = list(_settings(config))
+    settings = list(_settings(config)) if has_server() else []
     lines = [
         *(line for check in checks for line in _lines(check)),
         *(f"      {each['name']:<24} {each['value']:<24} {each['source']}" for each in settings),
@@ -102,8 +104,9 @@ def _all_checks(config: Path | None) -> Iterator[Check]:
     yield _simd()
     yield _processors()
     yield _memory()
-    yield from _variables()
-    yield from _service(config)
+    if has_server():
+        yield from _variables()
+        yield from _service(config)
     yield from _extras()
 
 
@@ -120,7 +123,8 @@ def _software() -> Iterator[Check]:
 
     yield Check("penumbra", "ok", f"{version('penumbra-render')} in {Path(__file__).parents[2]}")
     yield Check("python", "ok", f"{platform.python_version()} on {platform.platform()}")
-    yield Check("libraries", "ok", ", ".join(f"{name} {version(name)}" for name in LIBRARIES))
+    names = LIBRARIES + (SERVER_LIBRARIES if has_server() else ())
+    yield Check("libraries", "ok", ", ".join(f"{name} {version(name)}" for name in names))
 
 
 def _simd() -> Check:
@@ -257,7 +261,7 @@ def _traces() -> Check:
     address = urlsplit(os.environ[variable])
     host = address.netloc.rpartition("@")[2]
     shown = f"{address.scheme}://{host} (from {variable})"
-    if any(_missing(TRACES)):
+    if any(missing(TRACES)):
         return Check("traces", "warn", f"not sent to {shown}", MISSING)
     return Check("traces", "ok", f"sent to {shown}")
 
@@ -308,27 +312,8 @@ def _source(setting: str) -> str:
 
 
 def _extras() -> Iterator[Check]:
-    """Each optional group of packages, as the project's own metadata lists them."""
-    import re
-    from importlib.metadata import requires
-
-    groups: dict[str, list[str]] = {}
-    for requirement in requires("penumbra-render") or ():
-        match = re.match(r"([\w.-]+).*\bextra == ['\"]([\w-]+)['\"]", requirement)
-        if match:
-            groups.setdefault(match[2], []).append(match[1])
-    for extra, packages in groups.items():
-        missing = ", ".join(_missing(packages))
-        cure = f"If you need it: pip install 'penumbra-render[{extra}]'" if missing else ""
-        found = f"missing: {missing}" if missing else ", ".join(packages)
-        yield Check(f"[{extra}]", "warn" if missing else "ok", found, cure)
-
-
-def _missing(packages: Iterable[str]) -> Iterator[str]:
-    from importlib.metadata import PackageNotFoundError, version
-
-    for name in packages:
-        try:
-            version(name)
-        except PackageNotFoundError:
-            yield name
+    for extra, packages in packages_of_extras().items():
+        absent = ", ".join(missing(packages))
+        cure = f"If you need it: {installation(extra)}" if absent else ""
+        found = f"missing: {absent}" if absent else ", ".join(packages)
+        yield Check(f"[{extra}]", "warn" if absent else "ok", found, cure)

@@ -20,6 +20,7 @@ from service.cli.errors import (
     ServiceStartError,
     UnusableSceneError,
 )
+from service.cli.extras import SERVER, has_server, installation
 from service.cli.output import excerpts
 from service.cli.wording import plain
 from service.client.errors import (
@@ -63,6 +64,8 @@ def report(error: BaseException, *, as_json: bool) -> ExitCode:
     ExitCode
         The code to leave with.
     """
+    if isinstance(error, ModuleNotFoundError) and not has_server():
+        error = CommandError(f"A service needs more packages. Install them with: {installation(SERVER)}")
     code, title = _outcome(error)
     if title == UNKNOWN:
         traceback.print_exception(error)

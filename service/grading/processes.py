@@ -185,7 +185,8 @@ def _do(answer: Connection, call: Callable[[], Any], memory: int | None) -> None
     # Ctrl-C at a terminal goes to the parent, which ends this process.
     os.setsid()
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    if memory is not None:
+    # macOS refuses a limit below what every process has mapped from its start.
+    if memory is not None and sys.platform == "linux":
         most = _taken() + memory
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
     # Stdout carries nothing but the document of the command.

@@ -6,6 +6,7 @@ import json
 import os
 import resource
 import signal
+import sys
 import threading
 import time
 from contextlib import suppress
@@ -304,7 +305,9 @@ def _prepare(setup: WorkerSetup) -> None:
     os.environ.update(setup.limits.variables())
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_AS, (setup.memory_bytes, setup.memory_bytes))
+    # macOS refuses a limit below what every process has mapped from its start.
+    if sys.platform == "linux":
+        resource.setrlimit(resource.RLIMIT_AS, (setup.memory_bytes, setup.memory_bytes))
 
 
 def _outcome(worker: Worker, task: Task, setup: WorkerSetup) -> Outcome:

@@ -20,6 +20,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
+from tests.acceptance.test_grading import grey_assignment
 from tests.postgres_server import PostgresServer, programs
 from tests.s3_server import BUCKET, S3Server
 from tests.service.cli.conftest import CLEAN, ROOT, Outcome
@@ -35,6 +36,10 @@ GALLERY = ROOT / "scenes" / "gallery"
 # Nothing is compiled as it is installed, to save time: what is imported has to stay compiled.
 LEFT_OUT = ("PYTHONPATH", "PYTHONDONTWRITEBYTECODE", "VIRTUAL_ENV", "OTEL_", "AWS_")
 VARIABLES = {name: value for name, value in CLEAN.items() if not name.startswith(LEFT_OUT)}
+
+
+CLOSED = "http://127.0.0.1:9"
+NO_SERVER = "error: A service needs more packages. Install them with: pip install 'penumbra-render[server]'\n"
 
 
 class Environment:
@@ -97,8 +102,23 @@ def plain(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Environment:
     """A fresh environment with the wheel and no extra."""
     made = fresh(tmp_path_factory.mktemp("plain"))
     made.install(wheel)
+    return made
+
+
+@pytest.fixture(scope="module")
+def with_server(wheel: Path, plain: Environment, tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    made = extended(plain, "server", wheel, tmp_path_factory.mktemp("server"))
     # Compiles it once: the processes of a service would each do so, and be slow to start.
     made.run("-c", "import service.app, service.server, service.workers.worker")
+    return made
+
+
+def extended(environment: Environment, extra: str, wheel: Path, folder: Path) -> Environment:
+    """A copy of an environment, with an extra."""
+    # Links take no time and no space; pip replaces files and changes none.
+    shutil.copytree(environment.root, folder / "env", symlinks=True, copy_function=os.link)
+    made = Environment(folder)
+    made.install(f"{wheel}[{extra}]")
     return made
 
 
@@ -109,17 +129,29 @@ def test_wheel_has_every_file_of_the_packages(wheel: Path) -> None:
         assert {name for name in archive.namelist() if ".dist-info/" not in name} == sources
 
 
-def test_fresh_environment_runs_the_demo(plain: Environment) -> None:
+def test_fresh_environment_renders_grades_and_reaches_services(plain: Environment) -> None:
     command = [plain.root / "bin" / "penumbra", "--version"]
     said = subprocess.run(command, env=VARIABLES, capture_output=True, text=True, check=True)
     assert said.stdout == f"{PROJECT['project']['version']}\n"
-    done = plain.penumbra("demo", "--json")
+    (plain.folder / "small.json").write_text(json.dumps(scene(8, 8, samples=1)))
+    assert plain.penumbra("render", "small.json", "-o", "small.png").code == 0
+    assignment = grey_assignment(plain.folder / "grey")
+    graded = plain.penumbra("grade", assignment / "manifest.yaml", "--submission", assignment, "--json")
+    assert graded.code == 0, graded.err
+    assert graded.document["score"] == graded.document["max_score"] == 10
+    assert "There is no server at" in plain.penumbra("submit", "small.json", "--server", CLOSED).err
+    assert plain.penumbra("doctor").code == 0
+    assert plain.penumbra("keys", "ls").err == NO_SERVER
+
+
+def test_server_runs_the_demo(with_server: Environment) -> None:
+    done = with_server.penumbra("demo", "--json")
     assert done.code == 0, done.err
     job = done.document["job"]
     assert job["state"] == "succeeded"
     assert done.document["first_pixels_seconds"] < done.document["seconds"]
     assert "tile " in done.err
-    with Image.open(plain.folder / "out" / "demo.png") as picture:
+    with Image.open(with_server.folder / "out" / "demo.png") as picture:
         assert picture.size == (job["width"], job["height"])
 
 
@@ -127,12 +159,12 @@ def test_client_needs_three_packages(wheel: Path, tmp_path: Path) -> None:
     alone = fresh(tmp_path)
     alone.install("httpx2", "pydantic", "numpy")
     alone.install("--no-deps", wheel)
-    program = """
+    program = f"""
 import pkgutil, importlib, service.client
 for module in pkgutil.walk_packages(service.client.__path__, "service.client."):
     importlib.import_module(module.name)
 try:
-    list(service.client.Client("http://127.0.0.1:9").jobs())
+    list(service.client.Client("{CLOSED}").jobs())
 except service.client.UnreachableError as error:
     print(type(error).__name__)
 """
@@ -221,16 +253,12 @@ PROMISES: dict[str, Callable[[Environment], Said]] = {
 }
 
 
-@pytest.mark.parametrize("extra", EXTRAS)
+@pytest.mark.parametrize("extra", sorted(set(EXTRAS) - {"server"}))
 def test_extra_does_what_it_promises_and_is_named_without_it(
-    extra: str, wheel: Path, plain: Environment, tmp_path: Path
+    extra: str, wheel: Path, plain: Environment, with_server: Environment, tmp_path: Path
 ) -> None:
-    works, said = PROMISES[extra](plain)
+    works, said = PROMISES[extra](with_server)
     assert not works
     assert f"pip install 'penumbra-render[{extra}]'" in said.replace("\n", " ")
-    # Links take no time and no space; pip replaces files and changes none.
-    shutil.copytree(plain.root, tmp_path / "env", symlinks=True, copy_function=os.link)
-    extended = Environment(tmp_path)
-    extended.install(f"{wheel}[{extra}]")
-    works, said = PROMISES[extra](extended)
+    works, said = PROMISES[extra](extended(plain, extra, wheel, tmp_path))
     assert works, said
