@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 SIZE = (6.4, 4.2)
 """Inches."""
 
-ROOM = 1.3
+FRAME_FACTOR = 1.3
 """Between what is shown and the frame, as a factor."""
 
-FAR = 30
+MAX_HALVING_COST = 30
 """Half the error is not drawn where it takes more than that many times as long: points would be crowded."""
 
-WRAPPED = 60
+LINE_LETTERS = 60
 """Letters in a line of a sentence on the plot."""
 
 
@@ -73,7 +73,7 @@ def _fill(
 ) -> None:
     points = [entry for entry in passes if entry["cpu_seconds"] > 0 and entry["error"]["estimate"] > 0]
     if not points:
-        text = fill(unknown or "No error above 0 is known yet.", WRAPPED)
+        text = fill(unknown or "No error above 0 is known yet.", LINE_LETTERS)
         panel.text(0.5, 0.5, text, transform=panel.transAxes, ha="center", va="center")
         panel.set(xticks=[], yticks=[])
         return
@@ -118,9 +118,9 @@ def _halving(
     """Mark where half the error would be reached, if that is not too far, and have it on the axes."""
     spent, half = newest["cpu_seconds"], newest["error"]["estimate"] / 2
     cost = law.falling(spent)
-    if cost is None or cost.estimate > FAR * spent:
+    if cost is None or cost.estimate > MAX_HALVING_COST * spent:
         return
-    high = cost.high if cost.high <= FAR * spent else cost.estimate
+    high = cost.high if cost.high <= MAX_HALVING_COST * spent else cost.estimate
     bars = [[cost.estimate - cost.low], [high - cost.estimate]]
     end = "or more" if cost.high == inf else f"to {_short(cost.high)}"
     label = f"half the error: {_short(cost.estimate)} CPU s more ({_short(cost.low)} {end})"
@@ -152,7 +152,7 @@ def _axes(panel: Axes, times: Sequence[float], errors: Sequence[float]) -> None:
     ):
         low, high = min(values), max(values)
         # At least a decade, so that there are numbers to read.
-        room = max(ROOM, np.sqrt(10 * low / high))
+        room = max(FRAME_FACTOR, np.sqrt(10 * low / high))
         limits(low / room, high * room)
         many = high * room > 1000 * low / room
         number_plainly(axis, (1.0,) if many else (1.0, 2.0, 5.0))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 BLUE, CYAN, RED, YELLOW, GREEN, PURPLE = "#4477aa", "#66ccee", "#ee6677", "#ccbb44", "#228833", "#aa3377"
 """Paul Tol's bright scheme, which people with any colour vision can distinguish."""
 
-DOTS = 150
+DOTS_PER_INCH = 150
 """Of a PNG, an inch."""
 
 # Settings of the library belong to the process, and threads of a server draw at the same time.
@@ -78,7 +78,7 @@ def drawn(
         figure = Figure(figsize=size, layout="constrained")
         fill(figure)
         metadata = {"Date": None} if form == "svg" else {"Software": None}
-        figure.savefig(file, format=form, dpi=DOTS, metadata=metadata)
+        figure.savefig(file, format=form, dpi=DOTS_PER_INCH, metadata=metadata)
     return file.getvalue()
 
 
@@ -92,7 +92,7 @@ def number_plainly(axis: Axis, steps: Sequence[float], write: Callable[[float], 
 
 
 def reach(intervals: Sequence[Mapping[str, float]]) -> list[list[float]]:
-    """How far intervals reach below and above their estimates, as error bars are drawn."""
+    """Lengths of intervals below and above their estimates, as error bars are drawn."""
     return [
         [max(0.0, one["estimate"] - one["low"]) for one in intervals],
         [max(0.0, one["high"] - one["estimate"]) for one in intervals],

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from renderer.math.arrays import Floats
 from renderer.math.intervals import NORMAL, Interval, student
 
-BELIEVED = 4
+USUAL_DEGREES = 4
 """Degrees of freedom that the usual deviation counts for: of two or three samples, the deviation is
 chance."""
 
@@ -58,8 +58,10 @@ def mean(values: npt.ArrayLike, usual: float, covered: float = 0.0) -> Interval:
     """
     values = np.asarray(values, dtype=np.float64)
     middle = max(float(values.mean()), 0.0)
-    freedom = values.size - 1 + BELIEVED
-    variance = (float(np.sum((values - values.mean()) ** 2)) + BELIEVED * (usual * middle) ** 2) / freedom
+    freedom = values.size - 1 + USUAL_DEGREES
+    variance = (
+        float(np.sum((values - values.mean()) ** 2)) + USUAL_DEGREES * (usual * middle) ** 2
+    ) / freedom
     half = student(freedom) * sqrt(variance / values.size * max(1 - covered, 0.0))
     return Interval(middle, max(middle - half, 0.0), middle + half)
 

@@ -20,7 +20,7 @@ SIDE, SAMPLES, LIGHT_SAMPLES = 128, 4, 16
 """Longer side, and most camera samples and light points, of the pictures of `marginal_costs`."""
 
 ROUNDS = 3
-"""How often each of them is rendered; the fastest counts, as nothing can make a picture faster than it is."""
+"""Renders of each picture; the fastest counts, as nothing can make a picture faster than it is."""
 
 STRENGTHS = {
     "specular": "highlights",
@@ -147,7 +147,7 @@ def _without_part(document: Scene, effect: str, part: str, off: dict[str, Any]) 
 
 @dataclass(frozen=True, slots=True)
 class Marginal:
-    """What one effect adds to a picture.
+    """The cost of one effect, and what it changes in the picture.
 
     Attributes
     ----------

@@ -20,7 +20,7 @@ from renderer.waves import COUNTED_AS, KINDS, camera_wave, joined
 from schemas.api.layers import checked_layers
 from schemas.quality import Quality, TargetQuality
 
-SIDE = 32
+FOLLOWED_SIDE = 32
 """Camera rays along each axis of the picture whose paths are followed to price bounces."""
 
 
@@ -108,13 +108,13 @@ def _bounces(plan: RenderPlan) -> Counter[str]:
     scene takes more than a ray for each path and bounce (Knuth, "Estimating the efficiency of backtrack
     programs", 1975). Right within a factor of 2 for balls of glass, in and beside one another.
     """
-    x, y = ((np.arange(SIDE) + 0.5) * size / SIDE for size in (plan.width, plan.height))
-    wave = camera_wave(_rays(plan, np.tile(x, SIDE), y.repeat(SIDE)))
+    x, y = ((np.arange(FOLLOWED_SIDE) + 0.5) * size / FOLLOWED_SIDE for size in (plan.width, plan.height))
+    wave = camera_wave(_rays(plan, np.tile(x, FOLLOWED_SIDE), y.repeat(FOLLOWED_SIDE)))
     random, stands_for = np.random.default_rng(plan.seed), np.ones(wave.size)
     means = Counter[str](mirror=0, transmission=0)
     while scattered := successors(plan, intersect(plan, wave.rays, lights=False), wave):
         leaving = joined(scattered)
-        counts = np.bincount(leaving.kinds, stands_for[leaving.parents], len(KINDS)) / SIDE**2
+        counts = np.bincount(leaving.kinds, stands_for[leaving.parents], len(KINDS)) / FOLLOWED_SIDE**2
         for kind, count in zip(KINDS, counts.tolist(), strict=True):
             means[COUNTED_AS[kind]] += count
         # The heavier a ray, the more it still sends on, but not in proportion.

@@ -39,7 +39,7 @@ class PowerLaw:
         A point of the fitted line, in the middle of the points.
     margin : float
         Half the interval of the logarithm of an error that is as sure as the surest point.
-    spread : float
+    squares : float
         Sum of the squared distances of the points from the middle, in logarithms of times and by weight.
     newest, weight : float
         Distance of the latest point from the middle, and its weight; that of the surest point is 1.
@@ -49,7 +49,7 @@ class PowerLaw:
     time: float
     error: float
     margin: float
-    spread: float
+    squares: float
     newest: float
     weight: float
 
@@ -69,8 +69,8 @@ class PowerLaw:
         if steep <= 0:
             return None
         # The logarithm of the time grows by d, where (steep d - wanted)^2 is at most the square of the margin
-        # times 2 / weight + (d^2 + 2 d newest) / spread.
-        doubt = self.margin**2 / self.spread
+        # times 2 / weight + (d^2 + 2 d newest) / squares.
+        doubt = self.margin**2 / self.squares
         square = steep**2 - doubt
         linear = steep * wanted + doubt * self.newest
         constant = wanted**2 - 2 * self.margin**2 / self.weight
@@ -187,19 +187,19 @@ def _line(x: Floats, y: Floats, weights: Floats, deviation: float) -> PowerLaw:
     total = weights.sum()
     middle, height = (weights * x).sum() / total, (weights * y).sum() / total
     across, up = x - middle, y - height
-    spread = (weights * across**2).sum()
-    order = float((weights * across * up).sum() / spread)
+    squares = (weights * across**2).sum()
+    order = float((weights * across * up).sum() / squares)
     freedom = x.size - 2
     scatter = np.sqrt((weights * (up - order * across) ** 2).sum() / freedom)
     latest = int(np.argmax(x))
     margin = float(max(NORMAL * deviation, student(freedom) * scatter))
-    half = margin / float(np.sqrt(spread))
+    half = margin / float(np.sqrt(squares))
     return PowerLaw(
         order=Interval(order, order - half, order + half),
         time=float(np.exp(middle)),
         error=float(np.exp(height)),
         margin=margin,
-        spread=float(spread),
+        squares=float(squares),
         newest=float(across[latest]),
         weight=float(weights[latest]),
     )

@@ -52,10 +52,10 @@ class SequenceLens(ThinLens):
 
 
 def in_sequence(light: Emitter) -> SequenceEmitter:
-    """The same light with its points in a sequence a half."""
+    """The same light, with one sequence of points per half."""
     return SequenceEmitter(**{item.name: getattr(light, item.name) for item in fields(light)})
 
 
 def lens_in_sequence(lens: ThinLens) -> SequenceLens:
-    """The same lens with its places in a sequence a half."""
+    """The same lens, with one sequence of points per half."""
     return SequenceLens(**{item.name: getattr(lens, item.name) for item in fields(lens)})

@@ -19,7 +19,7 @@ from schemas.tiles import Pass
 FEWEST_PASSES = 3
 """The preview, and two to compare."""
 
-VARIANCE = 4 / 3
+ESTIMATE_VARIANCE = 4 / 3
 """Of a pixel's estimate less its true squared error, over the mean of the square of the estimate.
 
 Where both errors are normal with variance s they are independent of each other, each square has the variance
@@ -79,7 +79,7 @@ def squares_of(parts: Sequence[tuple[Pass, Image]]) -> dict[int, Squares]:
         # What is no number may be as wrong as can be.
         apart = np.nan_to_num(np.clip(pixels.astype(np.float64), 0, 1) - before, nan=1.0)
         squares = (apart**2).mean(axis=2) * (share * (1 - share))
-        found[pass_.index] = Squares(float(squares.sum()), VARIANCE * float((squares**2).sum()))
+        found[pass_.index] = Squares(float(squares.sum()), ESTIMATE_VARIANCE * float((squares**2).sum()))
     return found
 
 

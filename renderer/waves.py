@@ -31,7 +31,7 @@ MOST_RAYS = 1 << 15
 CERTAIN_BOUNCES = 5
 """Bounces up to which nothing is left to chance: the default `max_depth`."""
 
-FAINT = 2.0**-12
+THROUGHPUT_CUTOFF = 2.0**-12
 """Weight of a ray below which it shares the path of another one that leaves the same point.
 
 Eight balls of glass in one another, `max_depth` 64, 32 x 32 pixels: 9.7 CPU seconds; 5.4 with 2^-10, 17.5
@@ -171,7 +171,7 @@ def _thinned(wave: Wave, seed: int) -> Wave:
     It has the weight of all of them, so that the mean over the choices is what all would add. A ray is chosen
     by the number of its own path: no pixel depends on another.
     """
-    faint = wave.weights < FAINT
+    faint = wave.weights < THROUGHPUT_CUTOFF
     heavy = np.flatnonzero(~faint)
     next_heavier = first_of_each(wave.parents[heavy], np.lexsort((wave.weights[heavy], wave.parents[heavy])))
     rivals = faint.copy()

@@ -25,7 +25,7 @@ from renderer.errors import RenderError
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
-SMALL = 4096
+PIPE_BYTES = 4096
 """Bytes that a pipe takes in any case. Only so small a task is given to a worker that may be about to answer:
 with a larger one both might wait for the other to read."""
 
@@ -35,7 +35,7 @@ Result = TypeVar("Result")
 Each = Callable[[Iterable[Task]], Iterator[tuple[Task, Result]]]
 """Runs tasks, and yields each with its result."""
 
-WINDOW = 2
+TASKS_PER_WORKER = 2
 """Tasks given to a worker at once: the second one waits in its pipe, so that the worker is never idle."""
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -45,7 +45,7 @@ START_AFTER = 0.5
 """CPU seconds of tasks that this process runs before it starts workers: about what each of them costs to
 start. So small pictures start none (64 x 48 pixels of gallery/basic: 1.1 CPU s in all instead of 2.9)."""
 
-UNGUARDED = 77
+UNGUARDED_EXIT = 77
 """Exit status of a worker whose import of the user's script would start workers of its own."""
 
 
@@ -95,7 +95,7 @@ class Workers(Generic[Task, Result]):
         """
         waiting = deque((task, ForkingPickler.dumps(task)) for task in tasks)
         given: dict[Connection, deque[Task]] = {connection: deque() for connection in self._members}
-        for connection in [*given] * WINDOW:
+        for connection in [*given] * TASKS_PER_WORKER:
             self._give(connection, given[connection], waiting)
         while busy := [connection for connection, held in given.items() if held]:
             wait(busy)
@@ -126,7 +126,7 @@ class Workers(Generic[Task, Result]):
         self, connection: Connection, held: deque[Task], waiting: deque[tuple[Task, memoryview]]
     ) -> None:
         """Give a worker its next task, if there is one and sending it does not wait for the worker."""
-        if not waiting or (held and len(waiting[0][1]) > SMALL):
+        if not waiting or (held and len(waiting[0][1]) > PIPE_BYTES):
             return
         task, message = waiting.popleft()
         held.append(task)
@@ -147,7 +147,7 @@ class Workers(Generic[Task, Result]):
     def _died(self, connection: Connection) -> RenderError:
         process = self._members[connection]
         process.join(timeout=1)
-        if process.exitcode == UNGUARDED:
+        if process.exitcode == UNGUARDED_EXIT:
             return RenderError(
                 "Each worker process imports this script, which would start workers again. "
                 'Put the code that renders under `if __name__ == "__main__":`, or use workers=1.'
@@ -189,7 +189,7 @@ def shared_out(
 def _end_if_imported() -> None:
     """End a worker that is still importing the user's script: rendering there would start workers again."""
     if getattr(multiprocessing.current_process(), "_inheriting", False):
-        sys.exit(UNGUARDED)
+        sys.exit(UNGUARDED_EXIT)
 
 
 @contextmanager

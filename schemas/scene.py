@@ -33,7 +33,7 @@ Stops = Annotated[float, Field(strict=True, ge=-100, le=100, allow_inf_nan=False
 
 
 class Display(Closed):
-    """How linear values become a PNG. Linear files (.npy) ignore it."""
+    """Conversion of linear values to a PNG. Linear files (.npy) ignore it."""
 
     transfer: Literal["srgb", "linear"] = Field(
         default="srgb", description="`srgb` for viewing, `linear` for measuring."
@@ -64,7 +64,7 @@ def wrong_names(scene: Mapping[str, object]) -> list[InitErrorDetails]:
         _checker_maps(scene),
         _unknown_vertices(scene),
     )
-    return [*islice(chain.from_iterable(wrong), _MANY)]
+    return [*islice(chain.from_iterable(wrong), _MAX_ERRORS)]
 
 
 def used_materials(scene: Mapping[str, object]) -> Uses:
@@ -144,7 +144,7 @@ def _beyond(triangles: Sequence[object], count: int) -> tuple[int, int] | None:
 
 
 # An error takes microseconds and kilobytes. Beyond so many, wrong names wait for the next try.
-_MANY = 1000
+_MAX_ERRORS = 1000
 
 BLACK = (0.0, 0.0, 0.0)
 
@@ -195,7 +195,7 @@ class Scene(Closed):
         try:
             checked = handler(scene)
         except ValidationError as error:
-            if not wrong or error.error_count() > _MANY:
+            if not wrong or error.error_count() > _MAX_ERRORS:
                 raise
             wrong = [*map(_again, error.errors(include_url=False)), *wrong]
         if wrong:

@@ -70,7 +70,7 @@ class CornerForm(Closed):
         return edges
 
 
-PERPENDICULAR = 1e-6
+MAX_AXIS_COSINE = 1e-6
 """Largest |cosine| between two semi-axes of an ellipsoid, dimensionless."""
 
 
@@ -126,7 +126,7 @@ class Ellipsoid(_Shape):
     @classmethod
     def _perpendicular(cls, axes: tuple[Edge, Edge, Edge]) -> tuple[Edge, Edge, Edge]:
         worst = max(abs(cosine_between(a, b)) for a, b in itertools.combinations(axes, 2))
-        if worst > PERPENDICULAR:
+        if worst > MAX_AXIS_COSINE:
             raise PydanticCustomError(
                 "not_perpendicular",
                 "The three axes must be perpendicular: the cosine of an angle between two of them is "

@@ -69,16 +69,16 @@ from service.workers.worker import WorkerSetup
 
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
 
-BODIES = 16
+MAX_BODIES = 16
 """As many requests with the largest scene are held in memory at once, or more smaller ones."""
-READERS = 4
+MAX_READERS = 4
 """Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
-WRITERS = 8
+MAX_WRITERS = 8
 """Requests that write at once: the database takes one at a time, and each may wait for the store before."""
 
 ENCODED_PIXELS = 1 << 24
 """Pixels of the pictures that are encoded at once, of which PNG files take 4 bytes each in memory."""
-PROBES = 2
+MAX_PROBES = 2
 """Probes at once that look for what jobs need: all other threads may be busy."""
 
 LOOPBACK = "127.0.0.1 ::1"
@@ -249,11 +249,11 @@ def assemble(
         spans=job_spans,
         body_memory=BodyMemoryLimit(
             # One client may have half of them.
-            2 * max(BODIES // 2 * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)
+            2 * max(MAX_BODIES // 2 * settings.limits.max_body_bytes, settings.trace_limits.max_body_bytes)
         ),
-        readers=Readers(READERS),
-        writers=CapacityLimiter(WRITERS),
-        probes=CapacityLimiter(PROBES),
+        readers=Readers(MAX_READERS),
+        writers=CapacityLimiter(MAX_WRITERS),
+        probes=CapacityLimiter(MAX_PROBES),
         streams=StreamLimit(settings.max_user_streams, settings.max_connections),
         uploads=UploadCount(),
         encoding=PixelLimit(ENCODED_PIXELS),

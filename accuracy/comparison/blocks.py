@@ -17,19 +17,19 @@ from accuracy.statistics import shared_out
 from renderer.math.arrays import Floats, Masks
 from renderer.math.intervals import student
 
-SIDE = 8
+BLOCK_SIDE = 8
 """Pixels along a block: enough for a mean of 64, small enough to lie on one surface."""
 
-TRIMMED = 0.1
+TRIMMED_SHARE = 0.1
 """Share of the differences left out at each end."""
 
-LEVEL = 0.001
+BIAS_FALSE_ALARMS = 0.001
 """Probability with which noise alone makes a block count as biased."""
 
-ALONE = 1e-6
+SINGLE_BLOCK_FALSE_ALARMS = 1e-6
 """Probability with which noise alone puts some block of a picture beyond doubt."""
 
-FAR = 5.0
+SINGLE_BLOCK_TOLERANCES = 5.0
 """Tolerances by which a block beyond doubt is off: fixed patterns of samples stay below, at edges too."""
 
 
@@ -40,8 +40,8 @@ class Bias:
     Attributes
     ----------
     ratios : (rows, columns) float64
-        |t| over the t that noise exceeds with probability `LEVEL`, the largest of the channels; inf where a
-        block without noise differs.
+        |t| over the t that noise exceeds with probability `BIAS_FALSE_ALARMS`, the largest channel's; inf
+        where a block without noise differs.
     excess : (rows, columns) float64
         By how much the trimmed mean is beyond what is allowed, the largest of the channels, linear.
     pixels : int
@@ -50,7 +50,7 @@ class Bias:
 
     ratios: Floats
     excess: Floats
-    pixels: int = SIDE * SIDE
+    pixels: int = BLOCK_SIDE * BLOCK_SIDE
 
     @classmethod
     def joined(cls, parts: Sequence["Bias"]) -> "Bias":
@@ -71,24 +71,26 @@ class Bias:
         return float(np.count_nonzero(self.ratios > 1)) / self.ratios.size
 
     def beyond_doubt(self, tolerance: float) -> Masks:
-        """Blocks off by `FAR` tolerances more than is allowed, with a t that noise reaches almost never."""
+        """Blocks off by `SINGLE_BLOCK_TOLERANCES`, with a t that noise almost never reaches."""
         freedom = _freedom(self.pixels)
         if freedom <= 0:
             return np.zeros(self.ratios.shape, dtype=bool)
-        rare = student(freedom, shared_out(ALONE, 3 * self.ratios.size)) / limit(self.pixels)
-        return (self.ratios > rare) & (self.excess > FAR * tolerance)
+        rare = student(freedom, shared_out(SINGLE_BLOCK_FALSE_ALARMS, 3 * self.ratios.size)) / limit(
+            self.pixels
+        )
+        return (self.ratios > rare) & (self.excess > SINGLE_BLOCK_TOLERANCES * tolerance)
 
 
 def starts(length: int) -> list[int]:
     """First pixels of blocks along a side; the last block ends at the border and may overlap."""
-    side = min(SIDE, length)
-    return [*range(0, length - side, SIDE), length - side]
+    side = min(BLOCK_SIDE, length)
+    return [*range(0, length - side, BLOCK_SIDE), length - side]
 
 
 def gathered(values: NDArray[Any]) -> NDArray[Any]:
     """Pixels block by block, (H, W, ...) -> (rows, columns, pixels of a block, ...)."""
     height, width = values.shape[:2]
-    high, wide = min(SIDE, height), min(SIDE, width)
+    high, wide = min(BLOCK_SIDE, height), min(BLOCK_SIDE, width)
     if height % high == 0 and width % wide == 0:
         shape = (height // high, high, width // wide, wide, *values.shape[2:])
         whole = values.reshape(shape).swapaxes(1, 2)
@@ -115,7 +117,7 @@ def bias(difference: Floats, allowed: Floats, most: Floats | None = None) -> Bia
     """
     ordered = np.sort(gathered(difference), axis=2)
     pixels = ordered.shape[2]
-    cut = int(TRIMMED * pixels)
+    cut = int(TRIMMED_SHARE * pixels)
     inner = ordered[:, :, cut : pixels - cut]
     mean = inner.mean(axis=2)
     kept = pixels - 2 * cut
@@ -142,13 +144,13 @@ def _expected_squares(variances: Floats, cut: int) -> Floats:
 
 
 def limit(pixels: int) -> float:
-    """The |t| of one channel that noise exceeds in one of three with probability `LEVEL`."""
+    """The |t| of one channel that noise exceeds in one of three with probability `BIAS_FALSE_ALARMS`."""
     freedom = _freedom(pixels)
-    return student(freedom, shared_out(LEVEL, 3)) if freedom > 0 else math.inf
+    return student(freedom, shared_out(BIAS_FALSE_ALARMS, 3)) if freedom > 0 else math.inf
 
 
 def _freedom(pixels: int) -> int:
-    return pixels - 2 * int(TRIMMED * pixels) - 1
+    return pixels - 2 * int(TRIMMED_SHARE * pixels) - 1
 
 
 def _over(excess: Floats, bounds: Floats) -> Floats:

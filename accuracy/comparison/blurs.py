@@ -17,10 +17,10 @@ from accuracy.comparison.inputs import Picture
 from accuracy.comparison.pixels import bordered_bands
 from renderer.math.arrays import Floats
 
-SURE = 5.0
+MIN_GAIN_ERRORS = 5.0
 """Standard errors: one false alarm in 3 million pictures."""
 
-LEAST = 0.1
+MIN_LAPLACIAN = 0.1
 """Least multiple of the Laplacian that is called a blur. Filters that renderers use for pixels, such as
 tents 2 pixels wide (0.04) or Gaussians of 0.5 pixels (0.08), stay below; a Gaussian of 0.8 pixels after one
 sample in the middle of each pixel has 0.28, means of 3 x 3 pixels 0.29."""
@@ -28,17 +28,17 @@ sample in the middle of each pixel has 0.28, means of 3 x 3 pixels 0.29."""
 LEAST_FILTER = 0.03
 """Least multiple that is called a filter: means over each pixel's own square have none."""
 
-CLEAN = 0.05
+MAX_NOISE_SHARE = 0.05
 """Share of the squared difference that the noise of a clean reference may have: with more, it would have to
 be stated exactly."""
 
-MIDDLE = 8 / 3
+CENTRE_WEIGHT = 8 / 3
 """Weight of the central pixel in the Laplacian."""
 
 WIDTHS = (0.4, 0.5, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
 """Standard deviations of the Gaussians that are tried, pixels."""
 
-REACH = 3.0
+CUTOFF_DEVIATIONS = 3.0
 """Standard deviations at which a Gaussian is cut off."""
 
 
@@ -58,7 +58,7 @@ class Blur:
     effect: Floats
 
 
-def blur(image: Picture, reference: Picture, least: float = LEAST) -> Blur | None:
+def blur(image: Picture, reference: Picture, least: float = MIN_LAPLACIAN) -> Blur | None:
     """The blur of a picture; None if edges are as sharp as the reference's.
 
     `least` is the multiple of the Laplacian from which on it counts.
@@ -78,12 +78,12 @@ def _is_softer(image: Picture, reference: Picture, least: float) -> bool:
         laplacian = _laplacian((other if clean else one).linear)
         products = (one.linear - other.linear)[1:-1, 1:-1] * laplacian
         if clean:
-            products -= MIDDLE * other.layers["error"][1:-1, 1:-1].astype(np.float64) ** 2
+            products -= CENTRE_WEIGHT * other.layers["error"][1:-1, 1:-1].astype(np.float64) ** 2
         squares += float(np.sum(laplacian * laplacian))
         # The channels of a pixel come from the same samples: they are one witness.
         products = products.sum(axis=2)
         total, variance = total + float(products.sum()), variance + float(np.sum(products * products))
-    return total > SURE * math.sqrt(variance) and total > least * squares
+    return total > MIN_GAIN_ERRORS * math.sqrt(variance) and total > least * squares
 
 
 def _is_clean(image: Picture, reference: Picture) -> bool:
@@ -96,7 +96,7 @@ def _is_clean(image: Picture, reference: Picture) -> bool:
         for a, b in both
     ]
     noise, difference = np.sum(sums, axis=0)
-    return bool(noise < CLEAN * difference)
+    return bool(noise < MAX_NOISE_SHARE * difference)
 
 
 def _laplacian(values: Floats) -> Floats:
@@ -111,7 +111,7 @@ def _laplacian(values: Floats) -> Floats:
 
 def smoothed(values: Floats, width: float) -> Floats:
     """A picture (H, W, 3) after a Gaussian; what lies outside is as its outermost pixels."""
-    reach = math.ceil(REACH * width)
+    reach = math.ceil(CUTOFF_DEVIATIONS * width)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
     weights /= weights.sum()
     for axis in (0, 1):

@@ -14,7 +14,7 @@ from accuracy.comparison.decoding import refuse_other_size
 from accuracy.comparison.diagnosis import Cause, diagnose, predicted, stored_or_filtered
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.judging import Judgement, Policy, judge
-from accuracy.comparison.metrics import GUARD, Metrics, Similarity, Sums, flip, luma_of_seen
+from accuracy.comparison.metrics import ROUNDING_BOUND, Metrics, Similarity, Sums, flip, luma_of_seen
 from accuracy.comparison.noise import Noise, allowed_variances, excesses, judged
 from accuracy.comparison.regions import Region, named, squares_of, worst
 from accuracy.comparison.variances import Scores
@@ -212,7 +212,7 @@ def _band(image: Picture, reference: Picture, policy: Policy, samples: int | Non
     allowed = rounding + policy.tolerance
     most = None if samples is None else allowed_variances(reference, samples, rounding, policy.tolerance)
     return _Band(
-        equal=bool((np.abs(difference) <= rounding + GUARD).all()),
+        equal=bool((np.abs(difference) <= rounding + ROUNDING_BOUND).all()),
         sums=Sums.of(difference, reference.linear, policy.limit),
         bias=bias(difference, allowed, most),
         squares=squares_of(difference),

@@ -19,13 +19,13 @@ MOST_CHANGE = 0.5
 """Share of what the picture loses with its blocks moved by 4 pixels, up to which it was compressed before. In
 the ready assignment JPEG leaves 0.4 at most, and pictures stored without loss 0.65 at least."""
 
-PART = 256
+TRIED_SIDE = 256
 """Pixels along the sides of the part that is tried."""
 
 
 def compression(image: Floats) -> Setting | None:
     """The setting with which a linear picture (H, W, 3) was stored as JPEG; None where that does not show."""
-    part = image[:PART, :PART]
+    part = image[:TRIED_SIDE, :TRIED_SIDE]
     if min(part.shape[:2]) < 32:
         return None
     ratios = {each: _change(part, each) / max(_change(part[4:, 4:], each), 1e-12) for each in SETTINGS}

@@ -9,7 +9,7 @@ import numpy as np
 from accuracy.comparison.averages import averaged_encoded
 from accuracy.comparison.blocks import Bias, bias, gathered
 from accuracy.comparison.blurs import LEAST_FILTER, blur
-from accuracy.comparison.compression import PART, compressed, compression
+from accuracy.comparison.compression import TRIED_SIDE, compressed, compression
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.metrics import luma_of_seen
 from accuracy.comparison.mistakes import Mistake, candidates
@@ -17,29 +17,29 @@ from accuracy.comparison.neighbours import neighbourhood
 from accuracy.comparison.pixels import bands, bordered_bands
 from renderer.math.arrays import Floats, Masks
 
-HALF = 0.5
+MAX_RMSE_LEFT = 0.5
 """A mistake is named where undoing it leaves less than this share of the RMSE."""
 
-FAIR = 0.75
+MAX_RMSE_OF_CONTROL = 0.75
 """And of the RMSE that its control leaves."""
 
-GAIN = 0.1
+MIN_GAIN = 0.1
 """Least share of the mean square that undoing removes where noise hides the rest,"""
 
-SURE = 4.0
+MIN_GAIN_ERRORS = 4.0
 """standard errors of that gain over all blocks (one false alarm in 30,000),"""
 
-SKIPPED = 4
+ROW_STEP = 4
 """Step between the rows that are compared first."""
 
 INNER = slice(1, -1)
-GLANCED = slice(1, -1, SKIPPED), INNER
+FIRST_ROWS = slice(1, -1, ROW_STEP), INNER
 """These rows of a band that has one above and one below, without its first and last column."""
 
-MOST = 3
+MAX_CAUSES = 3
 """Causes reported. Those after the first are much the same picture undone in another way."""
 
-ALIKE = 1.25
+MAX_RMSE_RATIO = 1.25
 """Other causes are reported only if they leave at most this many times the RMSE of the first."""
 
 JAGGED = "antialiasing_missing"
@@ -77,13 +77,13 @@ AVERAGED_HINT = (
     "the mean of linear values, then encode it."
 )
 
-EDGE = 0.2
+MIN_EDGE_STEP = 0.2
 """Least step of brightness as seen, 0..1, that is taken for an edge."""
 
-BETWEEN = 0.2
+MIN_MIXED_DISTANCE = 0.2
 """A pixel shows both sides if it is farther than this share of the step from either."""
 
-FEW = 0.6
+MIN_MIXED_SHARE = 0.6
 """Anti-aliasing is missing where fewer than this share of the reference's pixels that show both sides do.
 
 Without it textures and penumbrae still give some of them; with 4 samples a pixel most are there.
@@ -94,7 +94,7 @@ ONE_SIDED = 0.35
 0.45 or more, four random ones 0.25. In a 2 x 2 grid, edges along its rows show few pixels of both sides, too,
 but leave at most 0.3."""
 
-LEAST = 16
+MIN_MIXED_PIXELS = 16
 """Pixels of the reference that show both sides, below which nothing is said."""
 
 
@@ -137,7 +137,9 @@ def diagnose(image: Picture, reference: Picture, tolerance: float, most_bias: fl
     if not found:
         found = trial.edges() or trial.blurs()
     found.sort(key=lambda cause: cause.rmse_after)
-    return tuple(cause for cause in found[:MOST] if cause.rmse_after <= ALIKE * found[0].rmse_after)
+    return tuple(
+        cause for cause in found[:MAX_CAUSES] if cause.rmse_after <= MAX_RMSE_RATIO * found[0].rmse_after
+    )
 
 
 class _Trial:
@@ -156,8 +158,8 @@ class _Trial:
             image = self._image.pixels.part(rows).linear
             wanted = self._reference.pixels.part(rows).linear[1:-1, 1:-1]
             self._before += _square(image[1:-1, 1:-1] - wanted)
-            seen = [image[GLANCED], *(self._glance(each, rows, image) for each in tried)]
-            glances += [_square(undone - wanted[::SKIPPED]) for undone in seen]
+            seen = [image[FIRST_ROWS], *(self._glance(each, rows, image) for each in tried)]
+            glances += [_square(undone - wanted[::ROW_STEP]) for undone in seen]
         self._before /= self._values
         if self._before == 0:
             return []
@@ -166,18 +168,18 @@ class _Trial:
     def _glance(self, mistake: Mistake, rows: slice, image: Floats) -> Floats:
         if mistake.turns:
             turned = self._image.pixels.turned(mistake.undo)
-            return turned.part(slice(rows.start + 1, rows.stop - 1, SKIPPED), INNER).linear
-        return mistake.undo(image)[GLANCED] if mistake.moves else mistake.undo(image[GLANCED])
+            return turned.part(slice(rows.start + 1, rows.stop - 1, ROW_STEP), INNER).linear
+        return mistake.undo(image)[FIRST_ROWS] if mistake.moves else mistake.undo(image[FIRST_ROWS])
 
     def of(self, mistake: Mistake) -> Cause | None:
         """The cause that a mistake is, if it is one."""
         undo, control = self._undone(mistake), mistake.control
         after = self._left(undo)
-        if after > (1 - GAIN) * self._before:
+        if after > (1 - MIN_GAIN) * self._before:
             return None
         compared = self._undone(replace(mistake, undo=control, turns=False) if control else None)
         fair = self._left(compared) if control else self._before
-        clear = after < HALF**2 * self._before and after < FAIR**2 * fair
+        clear = after < MAX_RMSE_LEFT**2 * self._before and after < MAX_RMSE_OF_CONTROL**2 * fair
         if not clear and not self._gains(undo, compared):
             return None
         return Cause(mistake.cause, mistake.hint, math.sqrt(self._before), math.sqrt(after))
@@ -185,7 +187,7 @@ class _Trial:
     def edges(self) -> list[Cause]:
         """Missing anti-aliasing, which no change of the picture undoes."""
         left = jagged_left_over(self._image, self._reference)
-        if left is None or left > HALF**2 * self._before:
+        if left is None or left > MAX_RMSE_LEFT**2 * self._before:
             return []
         return [Cause(JAGGED, JAGGED_HINT, math.sqrt(self._before), math.sqrt(left))]
 
@@ -205,7 +207,7 @@ class _Trial:
 
         as_it_is = self._undone(None)
         before, after = self._left(as_it_is), self._left(undo)
-        if after >= HALF**2 * before and not self._gains(undo, as_it_is):
+        if after >= MAX_RMSE_LEFT**2 * before and not self._gains(undo, as_it_is):
             return []
         return [Cause(cause, hint, math.sqrt(before), math.sqrt(after))]
 
@@ -247,9 +249,9 @@ class _Trial:
             gain = (compared(rows) - wanted) ** 2 - (undone(rows) - wanted) ** 2
             gained.append(gathered(gain[1:-1, 1:-1].mean(axis=2)).mean(axis=2).ravel())
         blocks = np.concatenate(gained)
-        spread = float(blocks.std()) / math.sqrt(blocks.size)
+        deviation = float(blocks.std()) / math.sqrt(blocks.size)
         mean = float(blocks.mean())
-        if mean < max(GAIN * self._before, SURE * spread):
+        if mean < max(MIN_GAIN * self._before, MIN_GAIN_ERRORS * deviation):
             return False
         height, width = self._image.height, self._image.width
         parts = [self._bias(slice(*rows), undone) for rows in bands(height, width)]
@@ -277,7 +279,10 @@ def predicted(image: Picture, reference: Picture, tolerance: float, most_bias: f
 
     trial = _Trial(image, reference, tolerance, most_bias)
     found = trial.of_effect(AVERAGED, AVERAGED_HINT, average)
-    if not found and (setting := compression(image.part(slice(PART), slice(PART)).linear)) is not None:
+    if (
+        not found
+        and (setting := compression(image.part(slice(TRIED_SIDE), slice(TRIED_SIDE)).linear)) is not None
+    ):
         effect = compressed(reference.linear, setting) - reference.linear
         found = trial.of_effect(LOSSY, LOSSY_HINT, effect.__getitem__)
     return tuple(found)
@@ -314,14 +319,14 @@ def jagged_left_over(image: Picture, reference: Picture) -> float | None:
     for inner, one, other in _around(image, reference):
         seen, wanted = luma_of_seen(one.pixels.seen), luma_of_seen(other.pixels.seen)
         low, high = neighbourhood(wanted)
-        edges: Masks = (high - low > EDGE)[inner]
+        edges: Masks = (high - low > MIN_EDGE_STEP)[inner]
         both = edges & _between(wanted, low, high)[inner]
         count += int(np.count_nonzero(both))
         soft += int(np.count_nonzero(edges & _between(seen, *neighbourhood(seen))[inner]))
         errors += float(np.sum((seen - wanted)[inner][both] ** 2))
         one_sided += float(np.sum(((wanted - low) * (high - wanted))[inner][both]))
         beyond += _square((one.linear - np.clip(one.linear, *neighbourhood(other.linear)))[inner])
-    if count < LEAST or soft >= FEW * count or errors < ONE_SIDED * one_sided:
+    if count < MIN_MIXED_PIXELS or soft >= MIN_MIXED_SHARE * count or errors < ONE_SIDED * one_sided:
         return None
     return beyond / (3 * image.width * image.height)
 
@@ -332,8 +337,8 @@ def has_soft_edges(picture: Picture) -> bool:
     for inner, _, part in _around(picture, picture):
         seen = luma_of_seen(part.pixels.seen)
         low, high = neighbourhood(seen)
-        count += int(np.count_nonzero(((high - low > EDGE) & _between(seen, low, high))[inner]))
-    return count >= LEAST
+        count += int(np.count_nonzero(((high - low > MIN_EDGE_STEP) & _between(seen, low, high))[inner]))
+    return count >= MIN_MIXED_PIXELS
 
 
 def _around(image: Picture, reference: Picture) -> Iterator[tuple[slice, Picture, Picture]]:
@@ -345,5 +350,5 @@ def _around(image: Picture, reference: Picture) -> Iterator[tuple[slice, Picture
 
 
 def _between(values: Floats, low: Floats, high: Floats) -> Masks:
-    margin = BETWEEN * (high - low)
+    margin = MIN_MIXED_DISTANCE * (high - low)
     return (values > low + margin) & (values < high - margin)

@@ -13,14 +13,14 @@ from renderer.math.arrays import Floats
 
 Codes = NDArray[np.uint8]
 
-HOTTEST = 0.25
+WHITE_DIFFERENCE = 0.25
 """Difference of a channel, in values as seen from 0 to 1, that is shown white: no scale of one's own for each
 picture, so that two maps can be compared."""
 
 STOPS = np.array([[0, 0, 0], [90, 0, 120], [220, 40, 40], [255, 190, 20], [255, 255, 255]], np.float64)
-"""Colours from no difference to `HOTTEST`, in perceptually even steps: black, violet, red, yellow, white."""
+"""Colours from no difference to `WHITE_DIFFERENCE`, perceptually even: black, violet, red, yellow, white."""
 
-GAP = 4
+GAP_PIXELS = 4
 """Grey pixels between pictures that stand side by side."""
 
 GREY = 128
@@ -37,8 +37,10 @@ def side_by_side(image: Picture, reference: Picture) -> Codes:
 
 
 def difference(image: Picture, reference: Picture) -> Codes:
-    """Perceived difference of each channel, (H, W, 3) codes: black for none, full at `HOTTEST`."""
-    return _drawn(image, reference, lambda a, b: np.rint(np.minimum(np.abs(a - b) / HOTTEST, 1.0) * 255))
+    """Perceived difference of each channel, (H, W, 3) codes: black for none, full at `WHITE_DIFFERENCE`."""
+    return _drawn(
+        image, reference, lambda a, b: np.rint(np.minimum(np.abs(a - b) / WHITE_DIFFERENCE, 1.0) * 255)
+    )
 
 
 def seen(picture: Picture) -> Codes:
@@ -60,14 +62,14 @@ def _drawn(image: Picture, reference: Picture, draw: Callable[[Floats, Floats], 
 
 def _hot(image: Floats, reference: Floats) -> Floats:
     apart = np.abs(image - reference).max(axis=2)
-    place = np.minimum(apart / HOTTEST, 1.0) * (len(STOPS) - 1)
+    place = np.minimum(apart / WHITE_DIFFERENCE, 1.0) * (len(STOPS) - 1)
     levels = np.arange(len(STOPS))
     channels = [np.interp(place, levels, STOPS[:, channel]) for channel in range(3)]
     return np.rint(np.stack(channels, axis=-1))
 
 
 def _beside(image: Floats, reference: Floats) -> Floats:
-    gap = np.full((image.shape[0], GAP, 3), GREY)
+    gap = np.full((image.shape[0], GAP_PIXELS, 3), GREY)
     return np.concatenate((_codes(image), gap, _codes(reference), gap, _hot(image, reference)), axis=1)
 
 

@@ -17,7 +17,7 @@ from renderer.math.numerics import EPS
 RELATIVE_FLOOR = 0.01
 """Added to the squared reference in `relmse`: black pixels do not decide alone (Rousselle et al. 2011)."""
 
-GUARD = 4 * EPS
+ROUNDING_BOUND = 4 * EPS
 """Values up to 1 that should be equal differ by no more after a subtraction and a division."""
 
 SIDE, SIGMA = 11, 1.5
@@ -29,7 +29,7 @@ STABILITY = (0.01**2, 0.03**2)
 LUMA = (0.2126, 0.7152, 0.0722)
 """Weights of red, green and blue (ITU-R BT.709), applied to sRGB codes."""
 
-DEGREE = 67.0
+PIXELS_PER_DEGREE = 67.0
 """Pixels in a degree of the field of view: a screen 0.7 m wide with 3840 pixels at 0.7 m, as in the paper."""
 
 
@@ -93,7 +93,7 @@ class Sums:
             squares=float(squares.sum()),
             relative=float((squares / (reference * reference + RELATIVE_FLOOR)).sum()),
             largest=float(apart.max()),
-            over=int(np.count_nonzero((apart > limit + GUARD).any(axis=2))),
+            over=int(np.count_nonzero((apart > limit + ROUNDING_BOUND).any(axis=2))),
         )
 
     @classmethod
@@ -214,5 +214,5 @@ def flip(image: Floats, reference: Floats) -> float:
         ) from error
 
     seen = [srgb_from_linear(picture).astype(np.float32) for picture in (reference, image)]
-    _, mean, _ = evaluate(*seen, "LDR", applyMagma=False, parameters={"ppd": DEGREE})
+    _, mean, _ = evaluate(*seen, "LDR", applyMagma=False, parameters={"ppd": PIXELS_PER_DEGREE})
     return float(mean)

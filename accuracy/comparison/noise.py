@@ -12,19 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from accuracy.comparison.blocks import SIDE, TRIMMED, gathered
+from accuracy.comparison.blocks import BLOCK_SIDE, TRIMMED_SHARE, gathered
 from accuracy.comparison.inputs import Picture
 from renderer.math.arrays import Floats, Integers, Masks
 
-GRAINY = 0.5
+MIN_GRAIN = 0.5
 """Least mean square of the differences of neighbours over twice the variance of a block with grain.
 Independent pixels have 1, with a deviation of 0.1; the edge of a shape that lies elsewhere at most 1/3."""
 
-SPOT = 10.0
+SPOT_DEVIATIONS = 10.0
 """Deviations of the allowed noise from which on a pixel is a spot. Samples that say yes once in 1700 or less
 make them; the one that four samples make in 400 of such pixels is not enough for a block."""
 
-SPOTS = 2
+MIN_SPOTS = 2
 """Spots that make a block noisy."""
 
 
@@ -38,7 +38,7 @@ class Noise:
         Trimmed mean of the squared differences from the block's own weighted mean, each over the variance
         that is allowed in its pixel; the largest of the channels with grain, 0 where none has.
     spots : (rows, columns) int64
-        Pixels that are off by more than `SPOT` deviations, and have no such pixel beside them.
+        Pixels that are off by more than `SPOT_DEVIATIONS` deviations, and have no such pixel beside them.
     samples : int
         The fewest random samples that are allowed.
     """
@@ -54,7 +54,7 @@ class Noise:
         The mean of normal noise in 64 pixels lies 5 of its deviations below 1, so that one block in 10,000 is
         called noisier by chance; noise of 2.5 times the variance is found in 7 of 10 blocks.
         """
-        return (self.ratios > 1) | (self.spots >= SPOTS)
+        return (self.ratios > 1) | (self.spots >= MIN_SPOTS)
 
     @property
     def share(self) -> float:
@@ -100,11 +100,13 @@ def excesses(difference: Floats, allowed: Floats) -> tuple[Floats, Masks]:
     """`Noise.ratios` of the blocks of a difference (H, W, 3), and which pixels (H, W) are spots."""
     blocks, weights = gathered(difference), 1 / gathered(allowed)
     pixels = blocks.shape[2]
-    cut = int(TRIMMED * pixels)
+    cut = int(TRIMMED_SHARE * pixels)
     scaled = np.sqrt(weights) * (blocks - _means(blocks, weights, cut))
     trimmed = np.sort(scaled * scaled, axis=2)[:, :, : pixels - 2 * cut].mean(axis=2)
-    trimmed[unlikeness(scaled, difference.shape) < GRAINY] = 0
-    return trimmed.max(axis=2), np.asarray((difference * difference > SPOT**2 * allowed).any(axis=2))
+    trimmed[unlikeness(scaled, difference.shape) < MIN_GRAIN] = 0
+    return trimmed.max(axis=2), np.asarray(
+        (difference * difference > SPOT_DEVIATIONS**2 * allowed).any(axis=2)
+    )
 
 
 def unlikeness(blocks: Floats, shape: tuple[int, ...]) -> Floats:
@@ -117,12 +119,12 @@ def unlikeness(blocks: Floats, shape: tuple[int, ...]) -> Floats:
     shape
         Of the picture.
     """
-    high, wide = (min(SIDE, length) for length in shape[:2])
+    high, wide = (min(BLOCK_SIDE, length) for length in shape[:2])
     squares = blocks.reshape(*blocks.shape[:2], high, wide, 3)
     steps = [np.diff(squares, axis=axis) for axis, length in ((2, high), (3, wide)) if length > 1]
     mean = sum((step * step).mean(axis=(2, 3)) for step in steps) / max(len(steps), 1)
-    spread = 2 * blocks.var(axis=2)
-    return np.divide(mean, spread, out=np.zeros_like(spread), where=spread > 0)
+    variance = 2 * blocks.var(axis=2)
+    return np.divide(mean, variance, out=np.zeros_like(variance), where=variance > 0)
 
 
 def _alone(chosen: Masks) -> Masks:

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.comparison.blocks import SIDE
+from accuracy.comparison.blocks import BLOCK_SIDE
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.math.arrays import Floats
 
@@ -95,9 +95,9 @@ class Pixels:
 
 def bands(height: int, width: int) -> Iterator[tuple[int, int]]:
     """First rows and those after the last of bands that have the blocks of the whole picture."""
-    rows = max(AT_ONCE // width // SIDE, 1) * SIDE
+    rows = max(AT_ONCE // width // BLOCK_SIDE, 1) * BLOCK_SIDE
     # The last row of blocks may overlap the one before it, in the same band.
-    starts = range(0, max(height - SIDE + 1, 1), rows)
+    starts = range(0, max(height - BLOCK_SIDE + 1, 1), rows)
     yield from zip(starts, (*starts[1:], height), strict=True)
 
 

@@ -9,15 +9,15 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.comparison.blocks import SIDE, gathered, starts
+from accuracy.comparison.blocks import BLOCK_SIDE, gathered, starts
 from accuracy.comparison.pixels import bands
 from renderer.interaction import MISS
 from renderer.math.arrays import Floats, Masks
 
-SHARE = 0.75
+DIFFERENCE_SHARE = 0.75
 """Regions consist of the worst blocks that together hold this share of their squared difference."""
 
-MOST = 5
+MAX_REGIONS = 5
 """Regions reported, at most."""
 
 GROUND = "background"
@@ -80,7 +80,7 @@ def worst(
     if total == 0:
         return ()
     suspicious = errors * suspects if (errors[suspects] > 0).any() else errors
-    groups = sorted(_touching(_chosen(suspicious)), key=lambda group: -_sum(errors, group))[:MOST]
+    groups = sorted(_touching(_chosen(suspicious)), key=lambda group: -_sum(errors, group))[:MAX_REGIONS]
     return tuple(_region(difference, shapes, group, total) for group in groups)
 
 
@@ -94,7 +94,7 @@ def named(shape: int | None, names: Sequence[str]) -> str | None:
 def _chosen(errors: Floats) -> Masks:
     order = np.argsort(-errors, axis=None, kind="stable")
     held = np.cumsum(errors.ravel()[order])
-    count = int(np.searchsorted(held, SHARE * held[-1])) + 1
+    count = int(np.searchsorted(held, DIFFERENCE_SHARE * held[-1])) + 1
     chosen = np.zeros(errors.size, dtype=bool)
     chosen[order[:count]] = True
     return chosen.reshape(errors.shape)
@@ -154,7 +154,7 @@ def _pixels(shape: tuple[int, ...], group: list[tuple[int, int]]) -> Masks:
     inside = np.zeros(shape, dtype=bool)
     tops, lefts = starts(shape[0]), starts(shape[1])
     for row, column in group:
-        inside[tops[row] : tops[row] + SIDE, lefts[column] : lefts[column] + SIDE] = True
+        inside[tops[row] : tops[row] + BLOCK_SIDE, lefts[column] : lefts[column] + BLOCK_SIDE] = True
     return inside
 
 

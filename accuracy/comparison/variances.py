@@ -14,7 +14,7 @@ from accuracy.comparison.inputs import Picture
 from accuracy.statistics import normal_equivalent, normal_limit, shared_out
 from renderer.math.arrays import Floats
 
-LEVEL = 0.001
+FALSE_ALARMS = 0.001
 """Probability of a false alarm in all blocks together."""
 
 
@@ -25,7 +25,7 @@ class Scores:
     Attributes
     ----------
     ratios : (rows, columns) float64
-        |z| over the z that noise exceeds in any block with probability `LEVEL`, the largest of the channels.
+        |z| over the z that noise exceeds in any block with probability `FALSE_ALARMS`, the largest channel's.
     largest : float
         The largest |z|.
     limit : float
@@ -72,7 +72,7 @@ def block_scores(image: Picture, reference: Picture, allowed: Floats) -> Floats:
 
 def scores(z: Floats) -> Scores:
     """Scores by the |z| of all blocks and channels, (rows, columns, 3)."""
-    bound = normal_limit(shared_out(LEVEL, z.size))
+    bound = normal_limit(shared_out(FALSE_ALARMS, z.size))
     return Scores(z.max(axis=2) / bound, float(z.max()), bound)
 
 

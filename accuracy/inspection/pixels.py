@@ -24,7 +24,7 @@ from schemas.pointers import pointer
 from schemas.quality import Antialiasing, FixedQuality, LightSampling, Quality, TargetQuality
 from schemas.scene import Scene
 
-POINTS = 64
+LIGHT_POINTS = 64
 """Points on each light if the picture has a target error: shares to a percent or two."""
 
 
@@ -53,7 +53,7 @@ def inspection_plan(scene: Source | LoadedScene, quality: QualitySource | None =
 def _one_ray(quality: Quality | None) -> FixedQuality:
     light = quality.light if isinstance(quality, FixedQuality) else None
     if isinstance(quality, TargetQuality):
-        light = LightSampling(pattern="uniform", samples=POINTS)
+        light = LightSampling(pattern="uniform", samples=LIGHT_POINTS)
     return FixedQuality(
         mode="fixed",
         antialiasing=Antialiasing(pattern="center"),

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from accuracy.inspection.shares import NOTHING, Shares
+from accuracy.inspection.shares import NEGLIGIBLE_SHARE, Shares
 from schemas.api.inspections import Blocker, InspectedLight, InspectedRay, InspectedSurface, Reason
 from schemas.lights import SpotLight
 from schemas.scene import Scene
@@ -23,13 +23,13 @@ def reasons(scene: Scene, ray: InspectedRay) -> tuple[Reason, ...]:
     shares = Shares(ray)
     lights = [(shares.of_light(ray, light), light) for light in ray.surface.lights]
     seen = [(share, _of_light(scene, ray.surface, light, share)) for share, light in lights]
-    if not any(share > NOTHING for share, _ in lights):
+    if not any(share > NEGLIGIBLE_SHARE for share, _ in lights):
         dark = [_alone(seen[0][1]), *(reason for _, reason in seen[1:])] if seen else [_dark_scene()]
         # These sentences belong together: why there is no light, then what is left.
         seen = [(shares.of_ambient(ray), reason) for reason in (*dark, _ambient(scene, ray.surface))]
     black = [(shares.own(ray), reason) for reason in _black(ray.surface)]
     found = [*black, *seen, *_sent_on(ray, shares)]
-    ordered = sorted(found, key=lambda pair: -pair[0] if pair[0] > NOTHING else 0.0)
+    ordered = sorted(found, key=lambda pair: -pair[0] if pair[0] > NEGLIGIBLE_SHARE else 0.0)
     return tuple(reason for _, reason in ordered)
 
 
@@ -69,7 +69,7 @@ def _of_light(scene: Scene, surface: InspectedSurface, light: InspectedLight, sh
     if not any(light.diffuse) and not any(light.specular):
         text = f"the material `{surface.material.name}` reflects no light from {name}"
         return _reason("unanswered", text, place, surface.material.pointer)
-    if share <= NOTHING:
+    if share <= NEGLIGIBLE_SHARE:
         text = f"the material `{surface.material.name}` reflects next to no light from {name}"
         return _reason("unanswered", text, place, surface.material.pointer)
     return _lit(light)
@@ -145,7 +145,7 @@ def _sent_on(ray: InspectedRay, shares: Shares) -> Iterator[tuple[float, Reason]
         weight = following.weight / ray.weight
         text = f"{SHOWS[following.kind].capitalize()}: {weight:.3g} of the radiance along that ray is added"
         if shares.total > 0:
-            if share <= NOTHING:
+            if share <= NEGLIGIBLE_SHARE:
                 continue
             source = _source(shares.brightest(following))
             text += f", {share:.0%} of the brightness of the pixel, most of it from {source}"

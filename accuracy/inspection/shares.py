@@ -7,7 +7,7 @@ from schemas.api.inspections import InspectedLight, InspectedRay, Triple
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Of linear RGB, by ITU-R BT.709."""
 
-NOTHING = 0.0005
+NEGLIGIBLE_SHARE = 0.0005
 """A share up to this is shown as 0.0 %: it explains nothing."""
 
 

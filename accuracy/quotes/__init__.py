@@ -12,10 +12,10 @@ from schemas.api.plans import EffectShare, Offer, Quote
 from schemas.api.plans import Pilot as PilotReport
 from schemas.quality import Quality
 
-SECONDS = 1.5
+PILOT_SECONDS = 1.5
 """CPU seconds that a pilot may take."""
 
-__all__ = ["SECONDS", "quote"]
+__all__ = ["PILOT_SECONDS", "quote"]
 
 
 def quote(
@@ -25,7 +25,7 @@ def quote(
     target_error: float | None = None,
     seconds: float | None = None,
     workers: int = 1,
-    limit: float = SECONDS,
+    limit: float = PILOT_SECONDS,
 ) -> Quote:
     """Predict what a picture costs at several qualities, and how far off it will be.
 
@@ -61,7 +61,7 @@ def quote(
 
     Notes
     -----
-    Which places are rendered depends on the scene and its seed alone. How many of them are, and so every
+    Which pixels are rendered depends on the scene and its seed alone. How many of them are, and so every
     figure but the price, depends on the machine.
     """
     before = thread_time()

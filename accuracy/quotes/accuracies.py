@@ -12,7 +12,7 @@ from math import exp, log
 
 import numpy as np
 
-from accuracy.quotes import places
+from accuracy.quotes import pilot_pixels
 from accuracy.quotes.deadlines import Deadline, within
 from accuracy.statistics import clipped, factor, mean
 from renderer.integrator import camera_rays, radiance
@@ -22,7 +22,7 @@ from renderer.plan.plan import RenderPlan
 from renderer.tiling import Block
 from schemas.tiles import Pass, Tile
 
-MEASURED = (1, 4, 16)
+MEASURED_SAMPLES = (1, 4, 16)
 """Samples of which a pilot measures the error: the first ones of each set, and all."""
 
 ERROR_EXPONENT, EXPONENT_DEVIATION = 1.25, 0.5
@@ -87,17 +87,17 @@ class Sampled:
     def run(self, deadline: Deadline) -> None:
         """Sample pixels until the deadline, or in all blocks there are."""
         plan = self.sets[0]
-        cells = places.cells(plan.width, plan.height, places.SIDE, plan.seed)
+        cells = pilot_pixels.cells(plan.width, plan.height, pilot_pixels.SMALL_BLOCK_SIDE, plan.seed)
         for _ in within(deadline, (partial(self._block, cell) for cell in cells)):
             pass
 
     def _block(self, cell: Tile) -> None:
-        most = MEASURED[-1]
-        block = places.scattered(cell, self.sets[0].seed)
+        most = MEASURED_SAMPLES[-1]
+        block = pilot_pixels.scattered(cell, self.sets[0].seed)
         one, another = (_samples(plan, block, most) for plan in self.sets)
         a, b = _shown(one, most), _shown(another, most)
         own = float(np.mean((a - b) ** 2)) / 2
-        for count in MEASURED:
+        for count in MEASURED_SAMPLES:
             few = float(np.mean((_shown(one, count) - b) ** 2)) - own
             self.squares[False, count].append(own if count == most else few)
         if self.other is not None:
@@ -134,7 +134,7 @@ class Sampled:
 
     def _mean(self, squares: list[float]) -> Interval:
         weights = np.array(self.weights) / np.mean(self.weights)
-        return mean(weights * squares, BLOCKS_DIFFER, self._share / places.APART**2)
+        return mean(weights * squares, BLOCKS_DIFFER, self._share / pilot_pixels.PIXEL_SPACING**2)
 
 
 def _samples(plan: RenderPlan, block: Block, count: int) -> Floats:

@@ -7,22 +7,22 @@ from math import log
 
 from accuracy.quotes.accuracies import Accuracy
 from accuracy.quotes.rehearsals import Rehearsal
-from accuracy.quotes.settings import FINEST, Ladder, target
+from accuracy.quotes.settings import MIN_ERROR, Ladder, target
 from accuracy.quotes.timings import Stopwatch
 from accuracy.statistics import factor
 from renderer.math.intervals import Interval
 from schemas.api.plans import Offer, Predicted
 from schemas.quality import CONFIDENCE, Quality
 
-KEPT, LEAST = 0.7, 0.3
+USUAL_ERROR_SHARE, LEAST_ERROR_SHARE = 0.7, 0.3
 """Usual and least error of target quality over the target, where the picture was not rendered to its end: it
 stops at an error that is lower by chance."""
 
-FALLS, BETWEEN = 1.0, 0.5
+SECONDS_POWER, POWER_DEVIATION = 1.0, 0.5
 """Power of the error like which the seconds of target quality grow beyond what was tried, and its standard
 deviation: 0.7 between errors of 4/255 and 1/255 in pictures of 96 to 320 pixels, 2 at the finest errors."""
 
-ROUGH = 5.0
+ROUGH_INTERVAL_RATIO = 5.0
 """Ends of the interval of a cost, one over the other, from which on it is a rough guess."""
 
 AT_LIMIT = "The time limit may end the picture before its target error is reached."
@@ -85,11 +85,11 @@ class Adaptive:
         """Any error: between those that were tried, and beyond them, along a power of the error."""
         nearest = min(self.tried, key=lambda known: abs(log(known / error)))
         apart = log(nearest / error)
-        moved = factor(BETWEEN * abs(apart)).scaled((nearest / error) ** self._power(error))
+        moved = factor(POWER_DEVIATION * abs(apart)).scaled((nearest / error) ** self._power(error))
         cpu = self.tried[nearest].cpu_seconds.times(moved)
         seconds = cpu.scaled(1 / self.workers)
         reached = self.tried[error].reached if error in self.tried else None
-        reached = reached or Interval(error * KEPT, error * LEAST, error)
+        reached = reached or Interval(error * USUAL_ERROR_SHARE, error * LEAST_ERROR_SHARE, error)
         if limit is not None:
             # Where the time limit ends the picture, its error by then is not known.
             reached = reached if seconds.estimate <= limit else None
@@ -101,7 +101,7 @@ class Adaptive:
         finer = max((known for known in self.tried if known <= error), default=None)
         coarser = min((known for known in self.tried if known >= error), default=None)
         if finer is None:
-            return FALLS
+            return SECONDS_POWER
         if coarser is None or finer == coarser:
             return 0.0
         costliest, cheapest = (self.tried[known].cpu_seconds.estimate for known in (finer, coarser))
@@ -118,8 +118,8 @@ class Adaptive:
         best = min((error for error, cost in costs.items() if cost <= limit), default=None)
         if best is None:
             return None
-        error = best * (costs[best] / limit) ** (1 / FALLS)
-        return self.priced(max(float(f"{error:.2g}"), FINEST), seconds)
+        error = best * (costs[best] / limit) ** (1 / SECONDS_POWER)
+        return self.priced(max(float(f"{error:.2g}"), MIN_ERROR), seconds)
 
 
 def _offer(
@@ -131,7 +131,7 @@ def _offer(
         seconds=_predicted(seconds),
         error=None if error is None else _predicted(error),
         error_unknown=unknown if error is None else None,
-        rough=CANNOT_TELL if cpu.high > ROUGH * cpu.low else None,
+        rough=CANNOT_TELL if cpu.high > ROUGH_INTERVAL_RATIO * cpu.low else None,
     )
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from accuracy.quotes.accuracies import MEASURED, Accuracy, Sampled, UnknownAccuracyError
+from accuracy.quotes.accuracies import MEASURED_SAMPLES, Accuracy, Sampled, UnknownAccuracyError
 from accuracy.quotes.choices import Adaptive, Fixed
 from accuracy.quotes.deadlines import Deadline
 from accuracy.quotes.rehearsals import Rehearsal, rehearse
@@ -13,7 +13,7 @@ from renderer.plan.plan import RenderPlan
 from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE, TargetQuality
 
-REQUESTED, OTHERS = 0.7, 0.2
+REQUESTED_TIME_SHARE, OTHERS_TIME_SHARE = 0.7, 0.2
 """Shares of the time that is left for each quality that is asked for, and then for each of all else: most
 pictures of 256 pixels are rendered to 2/255 in 0.7 of 1.5 s, and so their cost is known."""
 
@@ -66,11 +66,11 @@ class Pilot:
         """Render for so many seconds, what is asked for first: the quality, and perhaps an error."""
         deadline = Deadline.after(seconds)
         if self.target is not None:
-            self._rehearse(self.target.error, deadline.part(REQUESTED))
+            self._rehearse(self.target.error, deadline.part(REQUESTED_TIME_SHARE))
         if error is not None:
-            self._rehearse(error, deadline.part(REQUESTED))
+            self._rehearse(error, deadline.part(REQUESTED_TIME_SHARE))
         if self.target is None:
-            self._time(self.plan, deadline.part(REQUESTED))
+            self._time(self.plan, deadline.part(REQUESTED_TIME_SHARE))
         if deadline.left > 0:
             self._try_fixed(deadline)
         for each in (ERRORS[0], ERRORS[-1]):
@@ -78,15 +78,15 @@ class Pilot:
 
     def _try_fixed(self, deadline: Deadline) -> None:
         """Time the last ladder, leave out effects, and measure errors."""
-        last = self.ladders[-1].quality(MEASURED[-1])
+        last = self.ladders[-1].quality(MEASURED_SAMPLES[-1])
         # No set is that of the picture.
         one, another = (planned(self.plan, last, seed) for seed in (1, 2))
         if len(self.timings) < len(self.ladders):
-            self._time(one, deadline.part(OTHERS))
+            self._time(one, deadline.part(OTHERS_TIME_SHARE))
         plan = one if self.target else self.plan
-        self.effects = effect_shares(self.scene, plan, deadline.part(OTHERS), self.compiling)
+        self.effects = effect_shares(self.scene, plan, deadline.part(OTHERS_TIME_SHARE), self.compiling)
         self.sampled = Sampled((one, another), self.plan if len(self.ladders) > 1 else None)
-        self.sampled.run(deadline.part(OTHERS))
+        self.sampled.run(deadline.part(OTHERS_TIME_SHARE))
 
     def _time(self, plan: RenderPlan, deadline: Deadline) -> None:
         watch = Stopwatch(plan)

@@ -9,7 +9,7 @@ from math import hypot
 
 from accuracy.quotes.deadlines import Deadline
 from accuracy.quotes.prices import price
-from accuracy.quotes.timings import UNSTEADY
+from accuracy.quotes.timings import TIMING_DEVIATION
 from accuracy.statistics import factor
 from renderer.adaptive.adaptive_render import attempt
 from renderer.adaptive.driver import Driver
@@ -21,10 +21,10 @@ UNSURE = {State.SAMPLE: 0.25, State.PROBES: 0.45}
 """Standard deviations of the logarithm of the CPU time that is predicted in a state of the picture, of the
 pictures that `forecast.USUAL` comes from."""
 
-BLIND = 0.85
+UNSURE_AT_FIRST = 0.85
 """The same in all states before: nothing says yet how many samples there will be."""
 
-BEGINNING = 7e-8
+SECONDS_PER_PIXEL = 7e-8
 """CPU seconds a pixel before the first pass: 1.2 s in all at 4096 x 4096."""
 
 
@@ -46,21 +46,21 @@ class Rehearsal:
 
 def rehearse(plan: RenderPlan, deadline: Deadline) -> Rehearsal:
     """Render a picture of target quality to its end, or as far as there is time, if it can begin at all."""
-    if BEGINNING * plan.width * plan.height > deadline.left:
-        return Rehearsal(factor(BLIND).scaled(price(plan, 1).cpu_seconds))
+    if SECONDS_PER_PIXEL * plan.width * plan.height > deadline.left:
+        return Rehearsal(factor(UNSURE_AT_FIRST).scaled(price(plan, 1).cpu_seconds))
     begun, driver, more = time.thread_time(), Driver.begin(plan), True
     while more:
         ahead, before = driver.forecast(), time.thread_time() - begun
         if not _run_pass(driver, deadline):
             spent = time.thread_time() - begun
-            unsure = hypot(UNSURE.get(driver.estimate.state, BLIND), UNSTEADY)
+            unsure = hypot(UNSURE.get(driver.estimate.state, UNSURE_AT_FIRST), TIMING_DEVIATION)
             guess = factor(unsure).scaled(max(before + ahead.next + ahead.later, spent))
             return Rehearsal(Interval(guess.estimate, max(guess.low, spent), guess.high))
         more = driver.end_pass(last=False)
     error = driver.estimate.error
     assert error is not None
     reached = Interval(error.estimate, error.low, error.high)
-    return Rehearsal(factor(UNSTEADY).scaled(time.thread_time() - begun), reached)
+    return Rehearsal(factor(TIMING_DEVIATION).scaled(time.thread_time() - begun), reached)
 
 
 def _run_pass(driver: Driver, deadline: Deadline) -> bool:

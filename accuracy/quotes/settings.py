@@ -23,7 +23,7 @@ COUNTS = (1, 4, 16, 64, 256)
 ERRORS = (4 / 255, 2 / 255, 1 / 255)
 """Target errors that are always priced."""
 
-FINEST = 1e-6
+MIN_ERROR = 1e-6
 """Smallest error that target quality takes."""
 
 MAX_SAMPLES = 4096

@@ -8,9 +8,9 @@ from math import hypot, sqrt
 
 import numpy as np
 
-from accuracy.quotes import places
+from accuracy.quotes import pilot_pixels
 from accuracy.quotes.deadlines import Deadline, within
-from accuracy.statistics import BELIEVED, factor
+from accuracy.statistics import USUAL_DEGREES, factor
 from accuracy.variations import Variant, variants
 from renderer.compiling import compile_scene
 from renderer.fixed_tiles import render_tile
@@ -23,11 +23,11 @@ from schemas.tiles import Pass, Tile
 FIRST = Pass(index=1, stride=1, first=0, last=1)
 """The pass of every plan that takes one sample in every pixel."""
 
-SLOW = 0.03
+MAX_BLOCK_SECONDS = 0.03
 """CPU seconds of a small block from which on none is larger, so that more fit: on `glass` at 112 x 112 pixels
 and 16 samples the quote then is 0.9 of the cost, and 0.5 with blocks of the renderer's size."""
 
-UNSTEADY = 0.21
+TIMING_DEVIATION = 0.21
 """Standard deviation of the logarithm of CPU times of a picture over those of its repetition, seconds later:
 0.14 in 233 pictures, 0.22 in 42 beside two to four other programs on two processors, 0.18 in 66 beside ten.
 A thread is up to 1.5 times slower while its core runs another."""
@@ -35,7 +35,7 @@ A thread is up to 1.5 times slower while its core runs another."""
 BLOCKS_DIFFER = 0.7
 """Relative standard deviation that is usual between the prices of rays in blocks of a picture."""
 
-EFFECT_BLOCKS, TURNS = 4, 2
+EFFECT_BLOCKS, EFFECT_RENDERS = 4, 2
 """Small blocks in which an effect is left out, and how often; the fastest counts, as nothing can make a block
 faster than it is."""
 
@@ -66,18 +66,18 @@ class Stopwatch:
 
     def _units(self) -> Iterator[partial[None]]:
         plan = self.plan
-        most = places.SIDE if self._probe() > SLOW else block_side(FIRST)
+        most = pilot_pixels.SMALL_BLOCK_SIDE if self._probe() > MAX_BLOCK_SECONDS else block_side(FIRST)
         timed = [(pass_, min(block_side(pass_), most)) for pass_ in plan.passes[1:]]
         for turn in range(max((most // side) ** 2 for _, side in timed)):
-            for cell in places.cells(plan.width, plan.height, most, plan.seed):
+            for cell in pilot_pixels.cells(plan.width, plan.height, most, plan.seed):
                 for pass_, side in timed:
-                    parts = places.parts(cell, side, plan.seed)
+                    parts = pilot_pixels.parts(cell, side, plan.seed)
                     if turn < len(parts):
                         yield partial(self._time, parts[turn], pass_)
 
     def _probe(self) -> float:
         """CPU seconds of a block in the middle of the picture, with full caches."""
-        plan, side = self.plan, places.SIDE
+        plan, side = self.plan, pilot_pixels.SMALL_BLOCK_SIDE
         x, y = max(plan.width - side, 0) // 2, max(plan.height - side, 0) // 2
         tile = Tile(0, x, y, min(x + side, plan.width), min(y + side, plan.height))
         return min(render_tile(plan, tile, FIRST).cpu_seconds for _ in range(2))
@@ -98,7 +98,7 @@ class Stopwatch:
             total += cost
             variance += cost**2 * (1 - covered) / seconds.size
         unsure = sqrt(scatter * variance) / total if total else 0.0
-        return factor(hypot(unsure, UNSTEADY)).scaled(total)
+        return factor(hypot(unsure, TIMING_DEVIATION)).scaled(total)
 
     def _samples(self, index: int) -> int:
         pass_ = self.plan.passes[min(index, max(self.found))]
@@ -106,7 +106,7 @@ class Stopwatch:
 
     def _scatter(self) -> float:
         """Squared relative standard deviation between blocks, of all passes together."""
-        squares, freedom = BELIEVED * BLOCKS_DIFFER**2, float(BELIEVED)
+        squares, freedom = USUAL_DEGREES * BLOCKS_DIFFER**2, float(USUAL_DEGREES)
         for found in self.found.values():
             seconds, rays = np.array(found, dtype=float).T
             prices = seconds / rays
@@ -123,7 +123,12 @@ def effect_shares(
     Gives the scenes without an effect, and the share of the CPU seconds of the plan that goes with it. The
     first is taken to last `first` seconds at least.
     """
-    tiles = [*islice(places.cells(plan.width, plan.height, places.SIDE, plan.seed), EFFECT_BLOCKS)]
+    tiles = [
+        *islice(
+            pilot_pixels.cells(plan.width, plan.height, pilot_pixels.SMALL_BLOCK_SIDE, plan.seed),
+            EFFECT_BLOCKS,
+        )
+    ]
 
     def share(variant: Variant) -> tuple[Variant, float]:
         other = compile_scene(replace(scene, document=variant.document), plan.quality)
@@ -136,4 +141,4 @@ def effect_shares(
 
 
 def _fastest(plan: RenderPlan, tile: Tile) -> float:
-    return min(render_tile(plan, tile, FIRST).cpu_seconds for _ in range(TURNS))
+    return min(render_tile(plan, tile, FIRST).cpu_seconds for _ in range(EFFECT_RENDERS))

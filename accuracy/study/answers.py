@@ -1,4 +1,4 @@
-"""What users ask of a study, answered in sentences from its results."""
+"""Sentences that answer users' questions from the results of a study."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Document = Mapping[str, Any]
 ERRORS_255 = (4.0, 2.0, 1.0, 0.5, 0.25)
 """Errors that people ask for, in units of 1/255: from a preview to less than 8 bits can show."""
 
-SECONDS = 10.0
+ASKED_SECONDS = 10.0
 """Seconds that people ask about."""
 
-NOTHING = 0.1
+NEGLIGIBLE_CHANGE = 0.1
 """Of the error of a picture: what changes it by less makes it no better. As errors add in squares, it would
 change the error by a half per cent."""
 
-FARTHEST = 8.0
+MAX_EXTRAPOLATION = 8.0
 """Times the seconds of the most expensive setting up to which its error is extrapolated."""
 
 
@@ -35,7 +35,7 @@ def answers(document: Document) -> list[dict[str, str]]:
         ("Which pattern should I use?", _which_pattern),
         ("Which effect costs most?", _which_effect),
         ("Is double precision worth it?", _double),
-        (f"What error in {SECONDS:g} s?", _what_error),
+        (f"What error in {ASKED_SECONDS:g} s?", _what_error),
     )
     return [{"question": question, "answer": " ".join(answer(document))} for question, answer in questions]
 
@@ -55,7 +55,7 @@ def about(document: Document) -> str:
 
 
 def own_size_ratio(document: Document) -> tuple[float, bool]:
-    """How many times as long the scene's own size takes, and whether that was measured."""
+    """The cost of the scene's own size over that of the study's, and whether it was measured."""
     if document["size"]:
         return document["size"]["ratio"], True
     own, studied = (document[f"{p}width"] * document[f"{p}height"] for p in ("own_", ""))
@@ -96,7 +96,7 @@ def _of_patterns(costs: Mapping[str, float]) -> dict[str, float]:
 
 
 def _quickest(table: Sequence[tuple[float, Mapping[str, float]]]) -> str:
-    """Which pattern is the quickest for which errors: `rotated down to 4/255, sobol down to 1/255`."""
+    """The quickest pattern for each range of errors: `rotated down to 4/255, sobol down to 1/255`."""
     best = [(min(costs, key=lambda method: costs[method]), level) for level, costs in table]
     # Errors are in falling order: the last one for which a pattern is the quickest ends its run.
     runs = [list(run)[-1] for _, run in groupby(best, key=itemgetter(0))]
@@ -124,7 +124,7 @@ def _double(document: Document) -> Iterator[str]:
         return
     rows = document["precision"]
     row = max(rows, key=lambda row: row["difference_255"] / max(row["rmse_255"], 1e-9))
-    nothing = row["difference_255"] <= NOTHING * row["rmse_255"]
+    nothing = row["difference_255"] <= NEGLIGIBLE_CHANGE * row["rmse_255"]
     yield "No, not for this scene." if nothing else "Perhaps: it changes the picture."
     yield "It takes " + " and ".join(
         f"{figure(row['ratio']['estimate'])} times as long with {row['name']}" for row in rows
@@ -140,11 +140,11 @@ def _what_error(document: Document) -> Iterator[str]:
     if not front:
         yield "It is not known."
         return
-    yield _error_after(document, front, SECONDS)
+    yield _error_after(document, front, ASKED_SECONDS)
     if (document["own_width"], document["own_height"]) != (document["width"], document["height"]):
         ratio, _ = own_size_ratio(document)
-        yield f"At the scene's own size, {SECONDS:g} s are as {seconds(SECONDS / ratio)} here:"
-        yield _error_after(document, front, SECONDS / ratio)
+        yield f"At the scene's own size, {ASKED_SECONDS:g} s are as {seconds(ASKED_SECONDS / ratio)} here:"
+        yield _error_after(document, front, ASKED_SECONDS / ratio)
 
 
 def _error_after(document: Document, front: list[curves.Row], spent: float) -> str:
@@ -159,7 +159,7 @@ def _error_after(document: Document, front: list[curves.Row], spent: float) -> s
     reached = f"less than {error(curves.error(last))}, which {last['name']} reaches"
     reached += f" in {seconds(curves.seconds(last))}"
     times = spent / curves.seconds(last)
-    if times > FARTHEST or power is None or power["high"] is None or power["high"] >= 0:
+    if times > MAX_EXTRAPOLATION or power is None or power["high"] is None or power["high"] >= 0:
         return f"{reached}."
     low, middle, high = (curves.error(last) * times ** power[end] for end in ("low", "estimate", "high"))
     return f"{reached}; if it keeps falling at this rate, {error(middle)} ({figure(low)} to {figure(high)})."

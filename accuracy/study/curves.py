@@ -10,14 +10,14 @@ from typing import Any
 from renderer.convergence import NothingToFitError, power_law
 from renderer.math.intervals import Interval
 
-FARTHEST = 2.0
+MAX_ERROR_RATIO = 2.0
 """Times an error may differ from the nearest measured one for a curve to say what lies between."""
 
 Row = Mapping[str, Any]
 """A setting as `results.json` has it."""
 
-GAIN = 0.95
-"""What costs more is worth it where its error is smaller than this part of the other one: less is hardly
+WORTHWHILE_RATIO = 0.95
+"""Greatest ratio of errors at which the costlier setting is worth its cost: a smaller gain is hardly
 seen, and may be chance."""
 
 
@@ -37,7 +37,7 @@ def error(row: Row) -> float:
 
 
 def front(rows: Sequence[Row], cost: Callable[[Row], float] = seconds) -> list[Row]:
-    """Settings that nothing beats, cheapest first: all that costs less has a larger error, by `GAIN`.
+    """The Pareto front, cheapest first: all that costs less has a larger error, by `WORTHWHILE_RATIO`.
 
     Settings whose error the reference cannot distinguish from 0 are left out.
 
@@ -50,16 +50,16 @@ def front(rows: Sequence[Row], cost: Callable[[Row], float] = seconds) -> list[R
     """
     kept: list[Row] = []
     for row in sorted((row for row in rows if row["resolved"]), key=lambda row: (cost(row), error(row))):
-        if not kept or error(row) <= GAIN * error(kept[-1]):
+        if not kept or error(row) <= WORTHWHILE_RATIO * error(kept[-1]):
             kept.append(row)
     return kept
 
 
 def cost_at(curve: Sequence[Row], wanted_255: float, cost: Callable[[Row], float] = seconds) -> float | None:
-    """What an error costs on a curve from `front`, between two settings on the line in logarithms.
+    """The cost of an error on a curve from `front`, interpolated in logarithms between two settings.
 
     A curve that begins below the error costs what its first setting costs; None for one that does not reach
-    it, or has measured no error within `FARTHEST` times of it.
+    it, or has measured no error within `MAX_ERROR_RATIO` times of it.
 
     Examples
     --------
@@ -84,7 +84,7 @@ def cost_at(curve: Sequence[Row], wanted_255: float, cost: Callable[[Row], float
 def error_at(curve: Sequence[Row], spent: float) -> float | None:
     """The error, in units of 1/255, that a curve has after so many seconds.
 
-    None before and after its ends, and where it has measured no error within `FARTHEST` times.
+    None before and after its ends, and where it has measured no error within `MAX_ERROR_RATIO` times.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def error_at(curve: Sequence[Row], spent: float) -> float | None:
 
 def _near(coarse: Row, fine: Row, wanted_255: float) -> bool:
     # A hundredth more: settings whose errors are four times apart by design are so but for noise.
-    return min(error(coarse) / wanted_255, wanted_255 / error(fine)) <= 1.01 * FARTHEST
+    return min(error(coarse) / wanted_255, wanted_255 / error(fine)) <= 1.01 * MAX_ERROR_RATIO
 
 
 def order(curve: Sequence[Row], cost: Callable[[Row], float] = seconds) -> Interval | None:
@@ -114,7 +114,7 @@ def order(curve: Sequence[Row], cost: Callable[[Row], float] = seconds) -> Inter
 
 
 def halving(power: Interval) -> Interval | None:
-    """How many times as much half the error costs, where it falls with that power of the cost.
+    """The factor of cost for half the error, where the error falls with that power of the cost.
 
     None where the error does not fall; without an upper end where it may not fall.
 

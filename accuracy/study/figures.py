@@ -38,13 +38,13 @@ SECONDS, RAYS, ERROR = "CPU seconds", "rays of all kinds", "RMSE x 255"
 
 Row = curves.Row
 
-GAIN = 16
+DIFFERENCE_GAIN = 16
 """Times that differences are enlarged: one step of 8 bits is then 16, which is seen beside grey."""
 
-DETAIL = 8
+DETAIL_PARTS = 8
 """Parts of the shorter side that the enlarged part takes one of."""
 
-LARGE = 256
+MIN_DETAIL_PIXELS = 256
 """Pixels of the enlarged part, at least."""
 
 
@@ -148,8 +148,8 @@ def _inline(text: str) -> str:
 def views(images: Sequence[NDArray[Any]], reference: Reference, display: Display) -> list[dict[str, bytes]]:
     """All pictures, and the reference last, each in three ways as PNG files.
 
-    `whole` is the picture as displayed, `difference` that from the reference, `GAIN` times enlarged around
-    grey, `detail` the part where the pictures are off most, the same for all, its pixels enlarged.
+    `whole` is the picture as displayed, `difference` its difference, `DIFFERENCE_GAIN` times enlarged
+    around grey, `detail` the part where the pictures are off most, the same for all, its pixels enlarged.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def views(images: Sequence[NDArray[Any]], reference: Reference, display: Display
     squares = sum(
         (np.sum((clipped(image) - mean) ** 2, axis=2) for image in images), np.zeros(mean.shape[:2])
     )
-    part = worst_part(squares, max(4, min(mean.shape[:2]) // DETAIL))
+    part = worst_part(squares, max(4, min(mean.shape[:2]) // DETAIL_PARTS))
     return [_views(image, mean, display, part) for image in (*images, mean)]
 
 
@@ -191,9 +191,9 @@ def worst_part(squares: Floats, side: int) -> tuple[slice, slice]:
 def _views(
     image: NDArray[Any], mean: Floats, display: Display, part: tuple[slice, slice]
 ) -> dict[str, bytes]:
-    difference = 0.5 + GAIN * (clipped(image) - mean)
+    difference = 0.5 + DIFFERENCE_GAIN * (clipped(image) - mean)
     detail = image[part]
-    times = -(-LARGE // max(detail.shape[:2]))
+    times = -(-MIN_DETAIL_PIXELS // max(detail.shape[:2]))
     return {
         "whole": encode_png(image, display),
         "difference": encode_png(difference, Display(transfer="linear")),

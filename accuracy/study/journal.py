@@ -22,7 +22,7 @@ PICTURES = "pictures"
 
 CPU_INFO = Path("/proc/cpuinfo")
 
-IDLE = 0.5
+IDLE_LOAD = 0.5
 """Load of a machine up to which nothing else of note was running."""
 
 
@@ -104,7 +104,7 @@ def _parsed(line: str) -> dict[str, Any] | None:
 
 
 class Machine(TypedDict):
-    """What a figure depends on beside the code.
+    """The machine and date, on which a figure depends beside the code.
 
     `load` is the number of runnable processes, averaged over the minute before: above a few tenths, another
     program was using the machine and the times are too long.

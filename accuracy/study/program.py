@@ -23,10 +23,10 @@ REFERENCE_SEEDS = (1 << 31, (1 << 31) + 1)
 REFERENCE_POINTS = 4
 """Light points for each camera sample of a reference."""
 
-MANY = 64
+PRICED_LIGHT_POINTS = 64
 """Light points from which the cost of each follows."""
 
-EXPENSIVE = 1.0
+MAX_REPEATED_SECONDS = 1.0
 """Expected CPU seconds above which a setting is rendered once. Its interval then comes from its pixels."""
 
 DOUBLED = (("sobol", 16, min), ("uniform", 4, max))
@@ -42,7 +42,7 @@ LONGEST_OWN = 20.0
 
 @dataclass(eq=False)
 class Program:
-    """What to render of a scene.
+    """The tasks of a study.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class Program:
         tasks = []
         for seed in range(1, self.scale.seeds + 1):
             settings = [self._setting(setting, seed, judges) for setting in self.settings]
-            wanted = [task for task in settings if seed == 1 or self.price(task) <= EXPENSIVE]
+            wanted = [task for task in settings if seed == 1 or self.price(task) <= MAX_REPEATED_SECONDS]
             wanted += [*self._doubles(wanted, judges), *self._effects(seed), *self._own_size(seed)]
             tasks += sorted(wanted, key=self._order)
         return tasks
@@ -115,14 +115,14 @@ class Program:
     def _price_of(self, samples: int, points: int) -> float:
         # Both are few compilations: with a large mesh each takes as long as a small picture.
         one, many = self._prices
-        return samples * (one + (many - one) * (points - 1) / (MANY - 1))
+        return samples * (one + (many - one) * (points - 1) / (PRICED_LIGHT_POINTS - 1))
 
     @cached_property
     def _prices(self) -> tuple[float, float]:
-        """Of one camera sample with one light point, and with `MANY`."""
+        """Of one camera sample with one light point, and with `PRICED_LIGHT_POINTS`."""
         one, many = (
             compile_scene(self.subject.scene, fixed(BEST, 1, points).quality).describe().cost.cpu_seconds
-            for points in (1, MANY)
+            for points in (1, PRICED_LIGHT_POINTS)
         )
         return one, many
 

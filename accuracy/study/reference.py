@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 
     from renderer.math.arrays import Floats, Masks
 
-HOT = 0.1
+HOT_PIXEL_ERROR = 0.1
 """A pixel that is off by more, in some channel, catches the eye: 25 steps of 8 bits."""
 
-EDGE = 0.1
+EDGE_DIFFERENCE = 0.1
 """Neighbours that differ by more have an edge between them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """How far a picture is from the converged one.
+    """The error of a picture against the converged one.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Judgement:
     edges_mse, smooth_mse : float
         The same over pixels beside edges, and over all others; 0 where there are none.
     hot : float
-        Share of pixels, 0 to 1, that are off by more than `HOT` in some channel.
+        Share of pixels, 0 to 1, that are off by more than `HOT_PIXEL_ERROR` in some channel.
     """
 
     mse: float
@@ -72,11 +72,11 @@ class Reference:
         return float(np.mean((self.first - self.second) ** 2)) / 4
 
     def edges(self) -> Masks:
-        """Both of any two neighbours that differ by more than `EDGE` in some channel, (H, W)."""
+        """Both of any two neighbours that differ by more than `EDGE_DIFFERENCE` in some channel, (H, W)."""
         mean = self.mean
         marked = np.zeros(mean.shape[:2], dtype=bool)
-        beside = (np.abs(np.diff(mean, axis=1)) > EDGE).any(axis=2)
-        below = (np.abs(np.diff(mean, axis=0)) > EDGE).any(axis=2)
+        beside = (np.abs(np.diff(mean, axis=1)) > EDGE_DIFFERENCE).any(axis=2)
+        below = (np.abs(np.diff(mean, axis=0)) > EDGE_DIFFERENCE).any(axis=2)
         marked[:, 1:] |= beside
         marked[:, :-1] |= beside
         marked[1:] |= below
@@ -103,7 +103,7 @@ class Reference:
             by_pixels=float(np.sqrt(np.sum(products**2))) / products.size,
             edges_mse=_mean(products[edges]),
             smooth_mse=_mean(products[~edges]),
-            hot=float((np.abs(picture - self.mean) > HOT).any(axis=2).mean()),
+            hot=float((np.abs(picture - self.mean) > HOT_PIXEL_ERROR).any(axis=2).mean()),
         )
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from accuracy.study import answers, figures, pages, tables
 from accuracy.study.curves import rays, seconds
-from accuracy.study.figures import GAIN, file_names
-from accuracy.study.journal import IDLE
+from accuracy.study.figures import DIFFERENCE_GAIN, file_names
+from accuracy.study.journal import IDLE_LOAD
 from accuracy.study.pages import Block, Heading, Paragraph, Plot, Points, Strip
 from accuracy.study.words import error, interval
 from accuracy.study.words import seconds as duration
@@ -134,7 +134,7 @@ def _conditions(document: Mapping[str, Any]) -> Iterator[str]:
         f"Measured on {machine['date'][:10]} on one core of {machine['cpu']}, Python {machine['python']}, "
         f"NumPy {machine['numpy']}, Penumbra {machine['penumbra']}."
     )
-    if machine["load"] > IDLE:
+    if machine["load"] > IDLE_LOAD:
         yield f"The machine had other work to do (load {machine['load']:g}), so seconds are too long."
     missing = document["runs"]["planned"] - document["runs"]["done"]
     if missing:
@@ -195,7 +195,7 @@ def _strips(study: Study, document: Mapping[str, Any]) -> list[Strip]:
     ] + ["the reference"]
     captions = {
         "whole": "As displayed.",
-        "difference": f"The difference from the reference, {GAIN} times enlarged around grey.",
+        "difference": f"The difference from the reference, {DIFFERENCE_GAIN} times enlarged around grey.",
         "detail": "The part where they are off most, its pixels enlarged.",
     }
     return [

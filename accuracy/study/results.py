@@ -1,4 +1,4 @@
-"""What a study found, as one document: `results.json`."""
+"""The results of a study as one document, `results.json`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FORMAT = 1
 MIN_RUNS = 3
 """Runs whose spread gives an interval. With two, Student's t is 12.7, too wide to be of use."""
 
-ABOUT = 1.2
+SAME_TIME_RATIO = 1.2
 """Times a time that counts as the same: settings have seconds where they have them."""
 
 FILTERED = (
@@ -122,7 +122,7 @@ def at_equal_time(document: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def _best_within(group: Sequence[curves.Row], spent: float) -> curves.Row:
     """The best setting that takes about so long at most, else the one that is nearest to it."""
-    enough = [row for row in group if curves.seconds(row) <= ABOUT * spent]
+    enough = [row for row in group if curves.seconds(row) <= SAME_TIME_RATIO * spent]
     return enough[-1] if enough else min(group, key=lambda row: _apart(row, spent))
 
 
@@ -225,7 +225,7 @@ def precision(done: Sequence[Task], journal: Journal, settings: Sequence[Mapping
 
 
 def effects(done: Sequence[Task], journal: Journal) -> Rows:
-    """What each effect costs, most expensive first: the seconds that it adds, and what it changes."""
+    """The cost of each effect, most expensive first: the seconds that it adds, and what it changes."""
     whole = [_spent(task, journal) for task in done if task.part == "whole"]
     rows = []
     for name, tasks in _by_name(done, "effect").items():
@@ -244,7 +244,7 @@ def effects(done: Sequence[Task], journal: Journal) -> Rows:
 
 
 def size(done: Sequence[Task], journal: Journal) -> dict[str, Any] | None:
-    """How many times as long the scene's own size takes; None where that was not tried, or is no other."""
+    """The cost of the scene's own size over that of the study's; None if it was not tried, or is the same."""
     own = [task for task in done if task.part == "size"]
     small = [task for task in done if task.part == "setting" and own and task.name == own[0].name]
     if not own or not small:

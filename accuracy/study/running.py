@@ -34,7 +34,7 @@ ROUNDS_SHARE = 0.9
 
 @dataclass(frozen=True, slots=True)
 class Forecast:
-    """How far a study is.
+    """Progress of a study, and the time left.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Forecast:
 
 
 class Study:
-    """What a scene's accuracy costs, tried out.
+    """A study of one scene: the tasks, their journal and their budget.
 
     Everything is rendered in this process, one picture at a time, and seconds are its CPU seconds.
 
@@ -95,7 +95,7 @@ class Study:
         self._learn()
 
     def forecast(self, now: str = "") -> Forecast:
-        """How far it is, pictures at equal time left aside."""
+        """Progress and time left, without the pictures at equal time."""
         tasks = [*self.references, *self.tasks]
         done = [task.key in self._journal for task in tasks]
         expected = [self._expected_seconds(task) for task in tasks]
@@ -164,7 +164,7 @@ class Study:
         self._known[task.part, task.name] = seconds
 
     def _expected_seconds(self, task: Task) -> float:
-        """What the same took with another seed, else what its plan lets expect, and what comes before.
+        """The time with another seed if there is one, else the plan's prediction, and the preparation.
 
         By the clock: other work on the machine makes it longer.
         """

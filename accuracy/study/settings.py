@@ -43,7 +43,7 @@ MANY_POINTS = (*FEW_POINTS, (16, 64), (64, 16))
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """How much a study tries.
+    """The extent of a study.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Setting:
 
     @property
     def name(self) -> str:
-        """What people call it: `sobol 16 x 4`, `target 1/255`."""
+        """The name in tables: `sobol 16 x 4`, `target 1/255`."""
         return f"{self.method} {self.counts}"
 
     @property

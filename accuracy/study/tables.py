@@ -55,7 +55,7 @@ def _of_settings(document: Document, rows: Sequence[Row], grey: frozenset[int] =
 
 
 def methods(document: Document) -> Table:
-    """How fast the error of each method falls, and what half of it costs."""
+    """The order of convergence of each method, and the cost of half the error."""
     return _table(
         document["methods"],
         {
@@ -77,7 +77,7 @@ def equal_error(document: Document) -> Table:
 
 
 def precision(document: Document) -> Table:
-    """What double precision costs and changes."""
+    """The cost of double precision, and how it changes the picture."""
     return _table(
         document["precision"],
         {
@@ -92,7 +92,7 @@ def precision(document: Document) -> Table:
 
 
 def effects(document: Document) -> Table:
-    """What goes when an effect goes."""
+    """The time and the change of the picture without each effect."""
     return _table(
         document["effects"],
         {

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Part = Literal["reference", "setting", "precision", "whole", "effect", "size", "picture"]
 
-LENGTH = 32
+KEY_DIGITS = 32
 """Hexadecimal digits of a key: 128 bits, so no two keys of a study are the same by chance."""
 
 
@@ -104,7 +104,7 @@ def key_of(*parts: Any) -> str:
     True
     """
     text = json.dumps(parts, sort_keys=True, allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()[:LENGTH]
+    return hashlib.sha256(text.encode()).hexdigest()[:KEY_DIGITS]
 
 
 def scene_key(scene: LoadedScene) -> str:

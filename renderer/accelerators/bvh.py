@@ -14,22 +14,22 @@ import numpy as np
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.math.numerics import gamma
 
-LEAF = 4
+LEAF_ITEMS = 4
 """Items in a leaf, at most."""
 
-FAN = 3
+SPLITS_PER_LEVEL = 3
 """Binary splits a level: 2**3 children a node."""
 
-WIDENING = gamma(16)
+BOX_WIDENING = gamma(16)
 """Share of its longest side by which a box is widened on each."""
 
-AHEAD = 1 + gamma(32)
+BOX_DISTANCE_BOUND = 1 + gamma(32)
 """A hit is not farther in front of the box around it than this, in shares of its distance."""
 
-SAMPLED = 64
+SAMPLED_ITEMS = 64
 """Items of a node that give its longest side: of a million, all would take as long as everything else."""
 
-NOTHING = -1
+NO_ITEM = -1
 """Item number of an empty place in a leaf."""
 
 
@@ -90,7 +90,7 @@ class Bvh:
     levels : tuple of Level
         From the root down; child c of node n is node n * children + c of the next level, in the end a leaf.
     items : (leaves, m) int64
-        Item numbers, `NOTHING` in empty places.
+        Item numbers, `NO_ITEM` in empty places.
     """
 
     levels: tuple[Level, ...]
@@ -106,15 +106,15 @@ def build(low: Floats, high: Floats) -> Bvh:
     Boxes are widened by the rounding of a test of what they hold, which may find a hit just beyond them.
     """
     count = low.shape[1]
-    slack = WIDENING * (high - low).max(axis=0)
+    slack = BOX_WIDENING * (high - low).max(axis=0)
     low, high = np.nextafter(low - slack, -np.inf), np.nextafter(high + slack, np.inf)
-    splits = max(0, math.ceil(math.log2(max(1, count) / LEAF)))
+    splits = max(0, math.ceil(math.log2(max(1, count) / LEAF_ITEMS)))
     width = -(-count // (1 << splits))
     order = _sorted_by_medians((low + high) / 2, splits, width)
     items = order.reshape(1 << splits, width)
     # A row for each place in the leaves: NumPy reduces across rows much faster than along short ones.
     held = np.ascontiguousarray(items.T)
-    empty = held == NOTHING
+    empty = held == NO_ITEM
     leaf_low = np.where(empty, np.inf, low[:, held]).min(axis=1)
     leaf_high = np.where(empty, -np.inf, high[:, held]).max(axis=1)
     return Bvh(_levels(leaf_low, leaf_high, splits), items)
@@ -122,7 +122,7 @@ def build(low: Floats, high: Floats) -> Bvh:
 
 def _sorted_by_medians(centers: Floats, splits: int, width: int) -> Integers:
     count = centers.shape[1]
-    order = np.full(width << splits, NOTHING, dtype=np.int64)
+    order = np.full(width << splits, NO_ITEM, dtype=np.int64)
     order[:count] = np.arange(count)
     padded = np.concatenate((centers, np.full((3, 1), np.inf)), axis=1)
     for level in range(splits):
@@ -130,7 +130,7 @@ def _sorted_by_medians(centers: Floats, splits: int, width: int) -> Integers:
         axis = _longest_sides(padded, rows)
         keys = np.take(padded.reshape(-1), rows + (axis * padded.shape[1])[:, None], mode="wrap")
         # Empty places go to both halves in turns, so that no leaf is left with nothing else.
-        empty = rows == NOTHING
+        empty = rows == NO_ITEM
         keys[empty] = np.where(np.cumsum(empty, axis=1) % 2, np.inf, -np.inf)[empty]
         half = np.argpartition(keys, rows.shape[1] // 2 - 1, axis=1)
         order = np.take_along_axis(rows, half, axis=1).reshape(-1)
@@ -138,8 +138,10 @@ def _sorted_by_medians(centers: Floats, splits: int, width: int) -> Integers:
 
 
 def _longest_sides(centers: Floats, rows: Integers) -> Integers:
-    """Axis along which the items of each row (R, m) are farthest apart, by up to `SAMPLED` of them."""
-    places = np.take(centers, np.ascontiguousarray(rows[:, :: max(1, rows.shape[1] // SAMPLED)].T), axis=1)
+    """Axis along which the items of each row (R, m) are farthest apart, by up to `SAMPLED_ITEMS` of them."""
+    places = np.take(
+        centers, np.ascontiguousarray(rows[:, :: max(1, rows.shape[1] // SAMPLED_ITEMS)].T), axis=1
+    )
     known = np.isfinite(places)
     greatest, least = (
         np.where(known, places, -np.inf).max(axis=1),
@@ -152,7 +154,7 @@ def _levels(low: Floats, high: Floats, splits: int) -> tuple[Level, ...]:
     """Boxes of all levels from those of the leaves; the root takes what is left of the splits."""
     levels: list[Level] = []
     while True:
-        fan = min(FAN, splits)
+        fan = min(SPLITS_PER_LEVEL, splits)
         low, high = (
             np.ascontiguousarray(part.reshape(3, -1, 1 << fan).transpose(0, 2, 1)) for part in (low, high)
         )
@@ -243,7 +245,7 @@ def visits_of_rays(
     """
     visits = start
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        inverse, reach = 1 / directions, t * AHEAD
+        inverse, reach = 1 / directions, t * BOX_DISTANCE_BOUND
         for level in levels:
             rays = visits.rays
             begin = origins if origins.shape[1] == 1 else np.take(origins, rays, axis=1)

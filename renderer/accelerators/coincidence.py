@@ -6,7 +6,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from renderer.accelerators import bvh
-from renderer.accelerators.bvh import NOTHING, Bvh, from_root
+from renderer.accelerators.bvh import NO_ITEM, Bvh, from_root
 from renderer.accelerators.intersection import TreeIntersector
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.interaction import RayStage
@@ -18,7 +18,7 @@ from renderer.shapes.overlaps import Earlier, Overlaps
 PORTION = 1 << 14
 """Primitives whose boxes are compared with a tree together, and pairs that are tested together."""
 
-VISITS = 1 << 20
+MAX_VISITS = 1 << 20
 """Most visits of boxes at once, 50 MB: where more overlap, primitives go in smaller portions."""
 
 MOST_VISITS = 1 << 24
@@ -165,7 +165,7 @@ def _near(some: Family, others: Family) -> Iterator[Found]:
         met = _met(tree, others.numbers, least[:, own], greatest[:, own], after[own])
         if met is None:
             waiting += [own[own.size // 2 :], own[: own.size // 2]]
-            spent += VISITS
+            spent += MAX_VISITS
             continue
         owners, items = met
         spent += owners.size
@@ -194,16 +194,16 @@ def _met(tree: Bvh, numbers: Integers, low: Floats, high: Floats, after: Integer
             near &= sides[:, visits.nodes] <= end[axis]
             near &= sides[:, visits.nodes + level.nodes] >= begin[axis]
         visits = level.below(visits, near)
-        if visits.rays.size > VISITS and after.size > 1:
+        if visits.rays.size > MAX_VISITS and after.size > 1:
             return None
     items = tree.items[visits.nodes]
-    filled = np.flatnonzero(items != NOTHING)
+    filled = np.flatnonzero(items != NO_ITEM)
     return visits.rays[filled // items.shape[1]], items.reshape(-1)[filled]
 
 
 def _last_shapes(tree: Bvh, numbers: Integers) -> list[Integers]:
     """The last shape below each child of each node, (children, nodes), for each level."""
-    last = np.where(tree.items == NOTHING, -1, numbers[tree.items]).max(axis=1)
+    last = np.where(tree.items == NO_ITEM, -1, numbers[tree.items]).max(axis=1)
     levels = []
     for level in reversed(tree.levels):
         levels.append(last.reshape(level.nodes, level.children).T)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import NOTHING
+from renderer.accelerators.bvh import NO_ITEM
 from renderer.math.arrays import Floats, Integers, dot, lengths, magnitude, unit
 from renderer.math.numerics import gamma
 from renderer.shapes.triangles import Triangles
@@ -40,11 +40,11 @@ class Discs:
 
 
 def discs_of(family: Triangles, items: Integers, low: Floats, high: Floats) -> Discs:
-    """Discs around triangles `items` (M, m), of which `NOTHING` is none, in boxes (3, M).
+    """Discs around triangles `items` (M, m), of which `NO_ITEM` is none, in boxes (3, M).
 
     Each node has one triangle at least.
     """
-    held = np.where(items == NOTHING, items.max(axis=1, keepdims=True), items).T
+    held = np.where(items == NO_ITEM, items.max(axis=1, keepdims=True), items).T
     axes = unit(np.take(family.normals, held, axis=1, mode="clip").sum(axis=1))
     centers = low + (high - low) / 2
     radii, thicknesses = np.zeros(held.shape[1]), np.zeros(held.shape[1])

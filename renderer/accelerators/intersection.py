@@ -4,7 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import AHEAD, NOTHING, Bvh, Level, Visits, from_root, turns, visits_of_rays
+from renderer.accelerators.bvh import (
+    BOX_DISTANCE_BOUND,
+    NO_ITEM,
+    Bvh,
+    Level,
+    Visits,
+    from_root,
+    turns,
+    visits_of_rays,
+)
 from renderer.interaction import Rays
 from renderer.math.arrays import Integers, taken
 from renderer.shapes import woop
@@ -42,7 +51,7 @@ class TreeIntersector:
             visits = self._traverse(rays, chosen, levels[:LEVELS], from_root(np.arange(chosen.size)))
             nearest = visits.nearest()
             for now in (nearest, ~nearest):
-                ahead = now & (visits.entries <= rays.t[chosen[visits.rays]] * AHEAD)
+                ahead = now & (visits.entries <= rays.t[chosen[visits.rays]] * BOX_DISTANCE_BOUND)
                 leaves = self._traverse(rays, chosen, levels[LEVELS:], visits.chosen(ahead))
                 self._intersect_leaves(rays, chosen, leaves)
 
@@ -54,11 +63,11 @@ class TreeIntersector:
         order = visits.nearest_first()
         owners, leaves, entries = visits.rays[order], visits.nodes[order], visits.entries[order]
         for turn in turns(owners):
-            now = turn[entries[turn] <= rays.t[chosen[owners[turn]]] * AHEAD]
+            now = turn[entries[turn] <= rays.t[chosen[owners[turn]]] * BOX_DISTANCE_BOUND]
             self._intersect_items(rays, chosen[owners[now]], self.tree.items[leaves[now]])
 
     def _intersect_items(self, rays: Rays, owners: Integers, items: Integers) -> None:
-        filled = np.flatnonzero(items != NOTHING)
+        filled = np.flatnonzero(items != NO_ITEM)
         offer_hits(self.family, rays, owners[filled // items.shape[1]], items.reshape(-1)[filled])
 
 

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from renderer.accelerators.intersection import TreeIntersector, offer_hits
-from renderer.accelerators.screen_grids import ROOM, ScreenTriangles, screen_triangles
+from renderer.accelerators.screen_grids import PROJECTION_ERROR, ScreenTriangles, screen_triangles
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.cameras import Pinhole
 from renderer.interaction import Rays, RayStage
@@ -69,7 +69,7 @@ class Raster:
         scale = forward * self.ahead.pixel
         x, y = (dot(directions, axis) / scale for axis in (self.camera.right, self.camera.up))
         # Hits count in units of the directions, and triangles know their depth.
-        reach = rays.t[chosen] * forward * (1 + ROOM)
+        reach = rays.t[chosen] * forward * (1 + PROJECTION_ERROR)
         found = [self._covering(grid.candidates(x, y), x, y, reach) for grid in self.ahead.grids]
         if not found:
             return np.arange(0), np.arange(0)

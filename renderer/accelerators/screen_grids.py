@@ -15,36 +15,36 @@ from renderer.math.arrays import Floats, Integers, Masks, taken
 from renderer.shapes.family import Outline
 from renderer.shapes.triangles import Triangles
 
-CLEAR = 2.0**-8
+MIN_DEPTH_SHARE = 2.0**-8
 """A vertex is clearly ahead of the camera if its depth is more than this share of its distance. Its place on
 the screen is then within some hundred roundings; other triangles go through the tree."""
 
-ROOM = 2.0**-36
+PROJECTION_ERROR = 2.0**-36
 """Relative room around a projection and a depth: thousands of roundings of a clear vertex."""
 
-LOOSE = 2.0**-20
+EDGE_FUNCTION_ERROR = 2.0**-20
 """Relative error, with room, of an edge function in float32: 2**-24 for each of its roundings."""
 
-ACROSS = 3
+MAX_CELLS_PER_AXIS = 3
 """Cells that a triangle touches along an axis, at most: cells are at least half as wide as it is."""
 
 MIN_GRID_SHARE = 1 / 32
 """A grid of fewer triangles than this share of all is joined with the next coarser one: each costs a ray a
 look-up. With larger shares, as an eighth, rays have more triangles to try and take longer."""
 
-UNSURE = 1 / 4
+MAX_SLACK = 1 / 4
 """More slack than this, and a place is never surely inside."""
 
-SMALLEST = -16
+MIN_CELL_EXPONENT = -16
 """Triangles smaller than 2**-16 pixels share cells of that size."""
 
-BLOCK = 65536
+PROJECTED_TRIANGLES = 65536
 """Triangles projected at once: the memory that this needs does not grow with the mesh."""
 
 EXTRA_TRIANGLES = 256
 """Triangles added to a grid's own when its number of cells is bounded: small grids may be fine."""
 
-CELLS = 16
+CELLS_PER_TRIANGLE = 16
 """Cells a triangle, at most, so that a grid takes no more memory than what it holds."""
 
 
@@ -133,8 +133,8 @@ def screen_triangles(family: Triangles, camera: Pinhole) -> ScreenTriangles:
     pixel = 2 * camera.half_height / camera.height
     half = np.array([[camera.half_width], [camera.half_height]]) / pixel
     parts = [
-        _projected(family.vertices[:, :, start : start + BLOCK], camera, pixel, half)
-        for start in range(0, family.numbers.size, BLOCK)
+        _projected(family.vertices[:, :, start : start + PROJECTED_TRIANGLES], camera, pixel, half)
+        for start in range(0, family.numbers.size, PROJECTED_TRIANGLES)
     ]
     counts = np.cumsum([0] + [part.seen.size for part in parts])
     numbers = np.concatenate([part.numbers + start for part, start in zip(parts, counts, strict=False)])
@@ -182,11 +182,11 @@ def _projected(vertices: Floats, camera: Pinhole, pixel: float, half: Floats) ->
     width, height = camera.half_width, camera.half_height
     seen = outline.inside(np.array([-width, width, -height, height]))
     distance = np.abs(outline.right) + np.abs(outline.up) + np.abs(outline.forward)
-    numbers = np.flatnonzero(seen & (outline.forward > CLEAR * distance).all(axis=0))
+    numbers = np.flatnonzero(seen & (outline.forward > MIN_DEPTH_SHARE * distance).all(axis=0))
     depth = taken(outline.forward, numbers)
     x, y = (taken(along, numbers) / depth / pixel for along in (outline.right, outline.up))
     low, high = _bounds(np.stack((x, y)), 1 / pixel, half)
-    nearest, farthest = depth.min(axis=0) * (1 - ROOM), depth.max(axis=0) * (1 + ROOM)
+    nearest, farthest = depth.min(axis=0) * (1 - PROJECTION_ERROR), depth.max(axis=0) * (1 + PROJECTION_ERROR)
     return _Projected(seen, numbers, low, high, *_edge_functions(x, y, half), nearest, farthest)
 
 
@@ -196,9 +196,11 @@ def _edge_functions(x: Floats, y: Floats, half: Floats) -> tuple[NDArray[np.floa
         twice = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0])
         slopes = np.stack((y[2] - y[0], x[0] - x[2], y[0] - y[1], x[1] - x[0])) / twice
         rows = [(a, b, -(a * x[0] + b * y[0])) for a, b in (slopes[:2], slopes[2:])]
-        slack = sum(LOOSE * (np.abs(a) * half[0] + np.abs(b) * half[1] + np.abs(c)) for a, b, c in rows)
+        slack = sum(
+            EDGE_FUNCTION_ERROR * (np.abs(a) * half[0] + np.abs(b) * half[1] + np.abs(c)) for a, b, c in rows
+        )
     # Also where it is no number. Of such a triangle float32 cannot say what lies inside.
-    unsure = ~(slack < UNSURE)
+    unsure = ~(slack < MAX_SLACK)
     edges = np.where(unsure, 0.0, np.concatenate(rows).reshape(6, -1))
     return edges.astype(np.float32), np.where(unsure, np.inf, slack).astype(np.float32)
 
@@ -206,16 +208,16 @@ def _edge_functions(x: Floats, y: Floats, half: Floats) -> tuple[NDArray[np.floa
 def _bounds(places: Floats, unit: float, half: Floats) -> tuple[Floats, Floats]:
     """Least and greatest places (2, K) of triangles (2, 3, K) on a screen of half sides (2, 1), pixels."""
     low, high = places.min(axis=1), places.max(axis=1)
-    low -= ROOM * (np.abs(low) + unit)
-    high += ROOM * (np.abs(high) + unit)
-    edge = half * (1 + ROOM) + ROOM * unit
+    low -= PROJECTION_ERROR * (np.abs(low) + unit)
+    high += PROJECTION_ERROR * (np.abs(high) + unit)
+    edge = half * (1 + PROJECTION_ERROR) + PROJECTION_ERROR * unit
     return np.clip(low, -edge, edge), np.clip(high, -edge, edge)
 
 
 def _grids(low: Floats, high: Floats) -> Iterator[Grid]:
     """Grids of the triangles with bounds (2, K), from the smallest to the largest."""
     # A size is below 2**power and at least half of that: 2**(power - 1) is the side of a cell.
-    powers = np.maximum(np.frexp((high - low).max(axis=0))[1], SMALLEST)
+    powers = np.maximum(np.frexp((high - low).max(axis=0))[1], MIN_CELL_EXPONENT)
     chosen = np.arange(0)
     for power in np.unique(powers).tolist():
         chosen = np.concatenate((chosen, np.flatnonzero(powers == power)))
@@ -227,7 +229,7 @@ def _grids(low: Floats, high: Floats) -> Iterator[Grid]:
 def _grid(chosen: Integers, low: Floats, high: Floats, cell: float) -> Grid:
     """One grid of triangles `chosen` (k,) with bounds (2, k)."""
     extent = (high.max(axis=1) - low.min(axis=1)).max()
-    while (extent / cell + 1) ** 2 > CELLS * (chosen.size + EXTRA_TRIANGLES):
+    while (extent / cell + 1) ** 2 > CELLS_PER_TRIANGLE * (chosen.size + EXTRA_TRIANGLES):
         cell *= 2
     begins, ends = (np.floor(side / cell).astype(np.int64) for side in (low, high))
     corner = begins.min(axis=1, keepdims=True)
@@ -235,7 +237,7 @@ def _grid(chosen: Integers, low: Floats, high: Floats, cell: float) -> Grid:
     left, bottom = corner.ravel().tolist()
     columns, rows = (ends.max(axis=1) + 1).tolist()
     keys = []
-    for step in np.ndindex(ACROSS, ACROSS):
+    for step in np.ndindex(MAX_CELLS_PER_AXIS, MAX_CELLS_PER_AXIS):
         across, up = begins[0] + step[0], begins[1] + step[1]
         touched = np.flatnonzero((across <= ends[0]) & (up <= ends[1]))
         keys.append((up[touched] * columns + across[touched]) * chosen.size + touched)

@@ -19,7 +19,7 @@ from renderer.shapes.triangles import Triangles
 MAX_UNTREED_TRIANGLES = 32
 """Most triangles of a family without a tree: culling by block costs less for these."""
 
-KEPT = 4
+KEPT_TREES = 4
 """Families whose trees a process keeps, the last ones used."""
 
 Value = TypeVar("Value")
@@ -73,7 +73,7 @@ class Kept(Generic[Value]):
         value = self._make(family)
         with self._lock:
             self._values[name] = value
-            while len(self._values) > KEPT:
+            while len(self._values) > KEPT_TREES:
                 self._values.popitem(last=False)
         return value
 

@@ -28,7 +28,7 @@ WHITE_IS_ZERO, SEPARATE, SIGNED = 0, 2, 2
 GREY = ("I", "I;16", "I;16B", "I;16L")
 """Modes of one channel that Pillow reads fully."""
 
-_LARGEST = (1 << 16) - 1
+_MAX_CODE = (1 << 16) - 1
 
 Codes = NDArray[np.integer]
 
@@ -86,11 +86,11 @@ def read(image: Image.Image, reopened: Callable[[], Image.Image]) -> DeepPixels:
     if _GREY_ALPHA in _raw_modes(image):
         # Its four bytes are read as those of four channels.
         found = _decoded(image, lambda _: "RGBA").astype(np.uint16)
-        return DeepPixels(found[..., 0::2] << 8 | found[..., 1::2], _LARGEST)
+        return DeepPixels(found[..., 0::2] << 8 | found[..., 1::2], _MAX_CODE)
     found = _decoded(image, lambda mode: mode).astype(np.uint16)
     found <<= 8
     found |= _decoded(reopened(), lambda mode: mode[:-1] + _OTHER_BYTE[mode[-1]])
-    return DeepPixels(found, _LARGEST, key)
+    return DeepPixels(found, _MAX_CODE, key)
 
 
 def _grey(image: Image.Image) -> tuple[Codes, int]:
@@ -99,7 +99,7 @@ def _grey(image: Image.Image) -> tuple[Codes, int]:
     bits = _bits(image)
     if image.mode == "I" and bits == 32:
         return codes.view(np.uint32), (1 << 32) - 1
-    return codes, (1 << bits) - 1 if 8 < bits < 16 else _LARGEST
+    return codes, (1 << bits) - 1 if 8 < bits < 16 else _MAX_CODE
 
 
 def floats(image: Image.Image) -> NDArray[np.float32]:

@@ -14,7 +14,7 @@ from renderer.math.arrays import Floats, Integers, Pairs
 from renderer.workspace import Workspace
 
 Terms = tuple[Floats, Floats, Floats]
-"""A function affine on a light, a point each: its value at the centre, and what u and v add, (n,) each."""
+"""Affine functions on a light, per point: value at the centre, and slopes along u and v, (n,) each."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from renderer.lights.emitters import Emitter
 from renderer.math.arrays import Floats, Integers, columns
 from renderer.shapes.rectangles import Rectangles, from_edges
 
-TIE = 2.0**-40
+TIE_DISTANCE = 2.0**-40
 """A light this close behind a shape, relative to the distance, lies in it and is seen.
 
 Thousands of roundings wide, and far below a pixel.
@@ -33,7 +33,7 @@ class LightSurfaces:
         behind = rays.anew()
         for light in range(self.rectangles.numbers.size):
             self.rectangles.intersect(light, behind)
-        seen = np.flatnonzero(np.isfinite(behind.t) & (behind.t <= rays.t * (1 + TIE)))
+        seen = np.flatnonzero(np.isfinite(behind.t) & (behind.t <= rays.t * (1 + TIE_DISTANCE)))
         rays.t[seen] = behind.t[seen]
         rays.shapes[seen] = behind.shapes[seen]
 

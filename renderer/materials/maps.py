@@ -6,11 +6,11 @@ import numpy as np
 
 from renderer.interaction import Points
 from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, put, taken, unit
-from renderer.shapes.frames import SHORT, frame_of_normals
+from renderer.shapes.frames import MIN_TANGENT_LENGTH, frame_of_normals
 from renderer.textures import Texture
 from renderer.textures.heights import LOOKUPS_A_SLOPE, Heights
 
-FLAT = 1e-3
+MIN_SQUARED_LENGTH = 1e-3
 """Squared length of a decoded normal below which it has no direction; mid grey, 128, decodes to 4.6e-5."""
 
 
@@ -95,7 +95,7 @@ class TangentFrames:
         frames = taken(points.frames, chosen)
         tangents, handedness = frames[:3], frames[3]
         rest = tangents - outward * dot(tangents, outward)
-        tangents = np.where(lengths(rest) > SHORT, unit(rest), frame_of_normals(outward))
+        tangents = np.where(lengths(rest) > MIN_TANGENT_LENGTH, unit(rest), frame_of_normals(outward))
         cotangents = cross(outward, tangents) * handedness
         put(points.tangents, chosen, np.vstack((tangents, cotangents)) * side)
 
@@ -121,7 +121,7 @@ class NormalMap:
         coordinates = _of(points.coordinates, chosen)
         decoded = 2 * self.texture.at(coordinates, points.footprints_at(chosen)) - 1
         points.lookups += chosen.size
-        silent = dot(decoded, decoded) < FLAT
+        silent = dot(decoded, decoded) < MIN_SQUARED_LENGTH
         decoded = np.where(silent, np.array([[0.0], [0.0], [1.0]]), decoded)
         tangents, cotangents = np.vsplit(_of(points.tangents, chosen), 2)
         normals = _of(points.shading_normals, chosen)
@@ -194,4 +194,4 @@ def _at_horizon(points: Points, away: Integers) -> Floats:
     """
     normals, viewers = points.shading_normals[:, away], points.viewers[:, away]
     across = normals - viewers * dot(normals, viewers)
-    return np.where(lengths(across) > SHORT, unit(across), points.normals[:, away])
+    return np.where(lengths(across) > MIN_TANGENT_LENGTH, unit(across), points.normals[:, away])

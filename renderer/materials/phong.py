@@ -16,7 +16,7 @@ from renderer.materials.reflection import Term
 from renderer.math.arrays import Floats, Masks, Pairs, add, dot, taken
 from schemas.materials import PhongMaterial, Surface
 
-SHARP = 128.0
+MAX_FLOAT32_EXPONENT = 128.0
 """Above this exponent a rounding of float32 in the cosine shows; highlights are then formed in float64."""
 
 MIN_POWER = 2.0**-40
@@ -63,7 +63,10 @@ def terms(materials: Sequence[Surface], dtype: np.dtype[np.floating]) -> list[Te
     if table.diffuse.any():
         found.append(Term(Diffuse(table), "diffuse term", "cosines at light points", table.diffuse > 0, 1.0))
     double = np.dtype(np.float64)
-    for above, upto, precision in ((-1.0, SHARP, dtype), (SHARP, np.inf, double)):
+    for above, upto, precision in (
+        (-1.0, MAX_FLOAT32_EXPONENT, dtype),
+        (MAX_FLOAT32_EXPONENT, np.inf, double),
+    ):
         shiny = (table.specular > 0) & (table.shininess > above) & (table.shininess <= upto)
         if shiny.any():
             stage, detail = Highlight(table, above, upto, precision), f"cosines to powers, {precision}"

@@ -5,10 +5,10 @@ from functools import cache
 from math import atan, exp, hypot, inf, isfinite, log, pi, sqrt
 from statistics import NormalDist
 
-HOLDS = 0.95
+INTERVAL_CONFIDENCE = 0.95
 """Probability that an interval contains the true value."""
 
-NORMAL = NormalDist().inv_cdf((1 + HOLDS) / 2)
+NORMAL = NormalDist().inv_cdf((1 + INTERVAL_CONFIDENCE) / 2)
 """Standard deviations from the middle of such an interval to its ends."""
 
 
@@ -79,7 +79,7 @@ def beyond(t: float, freedom: int) -> float:
 
 
 @cache
-def student(freedom: int, probability: float = 1 - HOLDS) -> float:
+def student(freedom: int, probability: float = 1 - INTERVAL_CONFIDENCE) -> float:
     """The t that |T| exceeds with this probability, for so many degrees of freedom, to 12 digits.
 
     By default half the width of a 95 % interval, in standard errors.

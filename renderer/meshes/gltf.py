@@ -16,11 +16,11 @@ from schemas.reading.documents import read_text
 
 Json = dict[str, Any]
 
-_LONGEST = 8 * 1024 * 1024
+_MAX_JSON_BYTES = 8 * 1024 * 1024
 """Bytes of a GLB's description; parsed it takes some twenty times as much."""
 MOST_VALUES = 1_000_000
 """Values of a description, whatever stands in its data URIs."""
-PARTS = 2000
+ALLOWED_PARTS = 2000
 """Parts that a mesh may have in any case, however few triangles it may have."""
 _TRIANGLE_BYTES = 256
 """Bytes of all bufferViews in use, for each triangle that is allowed: many may be views of the same bytes.
@@ -75,7 +75,7 @@ def opened(content: bytes, most: int) -> GltfFile:
     """
     text, binary = split_glb(content) if content.startswith(b"glTF") else (content, None)
     with damage_reported():
-        document = _parsed(text, longest=len(text) if text is content else _LONGEST)
+        document = _parsed(text, longest=len(text) if text is content else _MAX_JSON_BYTES)
         _refuse_unread(document)
         _refuse_large(document, used_accessors(document), most)
         return GltfFile(document, binary)
@@ -165,7 +165,7 @@ def _refuse_large(document: Json, used: list[int], most: int) -> None:
     if min(counts, default=0) < 0:
         raise AssetError(DAMAGED)
     largest = max(counts, default=0)
-    if largest > 3 * most or len(accessors) > max(PARTS, most // 1000):
+    if largest > 3 * most or len(accessors) > max(ALLOWED_PARTS, most // 1000):
         raise AssetError(
             f"The mesh has {max(largest // 3, len(accessors))} triangles or parts, too many. Simplify it. "
             f"{how_to_raise('max_mesh_triangles')}"
@@ -173,7 +173,7 @@ def _refuse_large(document: Json, used: list[int], most: int) -> None:
     views = {accessor["bufferView"] for accessor in accessors}
     size = sum(int(document["bufferViews"][view]["byteLength"]) for view in views)
     # A small limit of triangles still has room for the parts of an ordinary file.
-    most_bytes = _TRIANGLE_BYTES * max(most, 1000 * PARTS)
+    most_bytes = _TRIANGLE_BYTES * max(most, 1000 * ALLOWED_PARTS)
     if size > most_bytes:
         raise AssetError(
             f"The mesh has {size} bytes of numbers; at most {most_bytes} are allowed. Simplify it. "

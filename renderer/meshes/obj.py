@@ -28,7 +28,7 @@ _THINGS = {"v": "vertex", "vt": "texture coordinate", "vn": "normal"}
 _CORNER = re.compile(rb"[-+]?\d{1,18}(?:/(?:[-+]?\d{1,18})?){0,2}")
 _LEFT_OUT = np.iinfo(np.int64).min
 """Stands for a number that a corner leaves out, while those of others may be negative."""
-_TOGETHER = 1 << 16
+_WORDS_AT_ONCE = 1 << 16
 """Words that become numbers at once: a file has millions."""
 _LONGEST_SHOWN = 60
 """Characters of a word in a message."""
@@ -166,7 +166,7 @@ class _Coordinates:
             words = self._as_many(line, words)
         self.words += words[1:]
         self.lines.append(line)
-        if len(self.words) > _TOGETHER:
+        if len(self.words) > _WORDS_AT_ONCE:
             self._convert()
 
     def _as_many(self, line: int, words: list[bytes]) -> list[bytes]:
@@ -222,7 +222,7 @@ class _Faces:
         self.words += words[1:]
         self.sizes.append(len(words) - 1)
         self.lines.append(line)
-        if len(self.words) > _TOGETHER:
+        if len(self.words) > _WORDS_AT_ONCE:
             self._convert()
 
     def _convert(self) -> None:

@@ -20,7 +20,7 @@ _TYPES = {
 }
 _CODES = {name: code for code, names in _TYPES.items() for name in names}
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-_BEGINNING = 1 << 16
+_MAX_HEADER_BYTES = 1 << 16
 """Bytes in which a header ends: ordinary ones have a few hundred."""
 _FIRST_LINE = re.compile(rb"ply[ \t]*(\r\n|\n|\r)")
 _LONGEST_SHOWN = 60
@@ -111,7 +111,7 @@ def header_of(content: bytes) -> Header:
         raise AssetError("The mesh cannot be read as PLY: its first line has more than 'ply'. Save it again.")
     # A binary body may begin with the byte of a line's end.
     ending = re.compile(rb"%bend_header[ \t]*(?:%b|\Z)" % (first[1], first[1]))
-    end = ending.search(content, first.end() - len(first[1]), _BEGINNING)
+    end = ending.search(content, first.end() - len(first[1]), _MAX_HEADER_BYTES)
     if end is None:
         raise AssetError(
             "The mesh cannot be read as PLY: no line 'end_header' ends its header. Save it again."

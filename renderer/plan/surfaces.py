@@ -18,7 +18,7 @@ from schemas.scene import used_textures
 FILTERING = ("mipmap", "box")
 """Filters that take a mean over a footprint."""
 
-FINEST = 256
+SAMPLES_IF_UNKNOWN = 256
 """Textures filter as for so many samples a pixel where their number is not known before."""
 
 
@@ -57,7 +57,7 @@ def _footprints(request: Request) -> list[Footprints]:
     asking = {name for name in used if getattr(request.document.textures[name], "filter", None) in FILTERING}
     if not asking and not request.details:
         return []
-    samples = FINEST if request.in_sequence else request.sampling.antialiasing.samples
+    samples = SAMPLES_IF_UNKNOWN if request.in_sequence else request.sampling.antialiasing.samples
     pointers = tuple(
         f"/textures/{escaped(name)}/filter" for name in request.document.textures if name in asking
     )

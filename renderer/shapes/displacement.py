@@ -23,7 +23,7 @@ from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.meshes import Surface, joined, place_numbers, smooth_normals, triangles_of, winding
 from renderer.shapes.triangles import Triangles
 
-PIXELS = 2.0
+EDGE_PIXELS = 2.0
 """Length of an edge of the fine mesh as seen by the camera, pixels, unless the limit says otherwise."""
 
 MAX_TRIANGLES = 400_000
@@ -238,7 +238,7 @@ def _cuts(coarse: Coarse, reliefs: Integers, camera: Pinhole, most: int) -> Inte
     for start, end in EDGES:
         edges = _pixels(coarse.corners[start], coarse.corners[end], camera)
         np.maximum.at(pixels, coarse.shapes, edges)
-    cuts = np.minimum(np.ceil(pixels / PIXELS), allowed).astype(np.int64)
+    cuts = np.minimum(np.ceil(pixels / EDGE_PIXELS), allowed).astype(np.int64)
     labels = neighbours(coarse.corners, coarse.shapes, reliefs)
     wanted, least = np.zeros_like(cuts), np.full_like(cuts, MAX_TRIANGLES)
     np.maximum.at(wanted, labels, cuts)
@@ -269,7 +269,7 @@ def _rows(family: Ellipsoids, camera: Pinhole, most: int) -> Integers:
     side = np.stack((radius, np.zeros_like(radius), np.zeros_like(radius)))
     half_round = np.pi * _pixels(family.centers, family.centers + side, camera)
     finest = int(np.sqrt(most / 4))
-    return np.maximum(3, np.minimum(np.ceil(half_round / PIXELS), finest)).astype(np.int64)
+    return np.maximum(3, np.minimum(np.ceil(half_round / EDGE_PIXELS), finest)).astype(np.int64)
 
 
 def _graticules(family: Ellipsoids, rows: int) -> Patch:

@@ -27,7 +27,7 @@ from renderer.math.numerics import SURFACE, gamma
 from renderer.self_intersection import OriginSurfaces, previous_sides, settled
 from renderer.shapes.family import HULL_MARGIN, WHOLE, Family, box
 
-FAR = 4.0
+SURELY_OUTSIDE = 4.0
 """Squared distance from the unit sphere's centre beyond which no rounding hides that a start is outside."""
 
 
@@ -202,7 +202,7 @@ class Ellipsoids(Family):
         passed = dot(where, along)
         across = where - passed * along
         half_chord = np.sqrt(np.maximum(0.0, 1 - dot(across, across)))
-        passed = np.where(dot(origin, origin) > FAR, -1.0, passed)
+        passed = np.where(dot(origin, origin) > SURELY_OUTSIDE, -1.0, passed)
         return unit(across + np.copysign(half_chord, passed) * along)
 
     def coordinates(self, points: Points, chosen: Integers, shapes: Integers) -> Floats:

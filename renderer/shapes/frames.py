@@ -4,7 +4,7 @@ import numpy as np
 
 from renderer.math.arrays import Floats, Masks, dot, lengths, unit
 
-SHORT = 1e-6
+MIN_TANGENT_LENGTH = 1e-6
 """Relative length below which what is left of a tangent is mostly rounding."""
 
 
@@ -41,7 +41,7 @@ def frame_of_texture(vertices: Floats, texture: Floats, normals: Floats) -> tupl
     handedness = np.where(turn < 0, -1.0, 1.0)
     along = unit((first * dv[1] - second * du[1]) * handedness)
     rest = along - normals * dot(along, normals)
-    return unit(rest), handedness, (turn != 0) & (lengths(rest) > SHORT)
+    return unit(rest), handedness, (turn != 0) & (lengths(rest) > MIN_TANGENT_LENGTH)
 
 
 def derivatives_of_texture(vertices: Floats, texture: Floats) -> tuple[Floats, Floats]:

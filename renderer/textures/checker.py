@@ -71,7 +71,7 @@ class BoxCheckerTexture:
         return self.board.even + odd * (self.board.odd - self.board.even)
 
 
-NARROW = 2.0**-26
+MIN_BOX_SHARE = 2.0**-26
 """Boxes narrower than this share of a field are points: a difference of two integrals has few digits left."""
 
 
@@ -92,7 +92,7 @@ def mean_square_wave(centers: Floats, widths: Floats) -> Floats:
     """
     centers = np.mod(centers, 2.0)
     point = np.where(centers < 1, 1.0, -1.0)
-    wide = widths >= NARROW
+    wide = widths >= MIN_BOX_SHARE
     safe = np.where(wide, widths, 1.0)
     integral = triangle_wave(centers + safe / 2) - triangle_wave(centers - safe / 2)
     return np.where(wide, np.clip(integral / safe, -1.0, 1.0), point)
@@ -117,7 +117,7 @@ MAX_FIELDS = 64.0
 """Fields that a side may span. Beyond, the mean over the box around the footprint is as good: within a
 hundredth both have the mean colour."""
 
-FLATTEST = 2.0**-20
+MIN_AREA_SHARE = 2.0**-20
 """A footprint is a box where its area is less than this share of that of a square on its longer side: an
 area between edges so near to each other has few digits."""
 
@@ -150,7 +150,7 @@ class AveragedChecker:
         """Mean waves (n,) over footprints that reach into more than one field."""
         longest = np.abs(sides).max(axis=(0, 1))
         areas = np.abs(_areas(np.clip(sides, -MAX_FIELDS, MAX_FIELDS)))
-        usable = (longest <= MAX_FIELDS) & (areas > FLATTEST * np.minimum(longest, MAX_FIELDS) ** 2)
+        usable = (longest <= MAX_FIELDS) & (areas > MIN_AREA_SHARE * np.minimum(longest, MAX_FIELDS) ** 2)
         whole, boxes = np.flatnonzero(usable), np.flatnonzero(~usable)
         waves = np.empty(longest.size)
         waves[whole] = means_over(taken(centers, whole), taken(sides, whole))

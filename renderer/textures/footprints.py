@@ -13,7 +13,7 @@ from renderer.interaction import Points
 from renderer.math.arrays import Floats, cross, dot, lengths, unit
 from renderer.shapes.frames import frame_of_normals
 
-GRAZING = 2.0**-40
+MIN_COSINE = 2.0**-40
 """Least cosine between ray and normal: footprints are long at the horizon, and finite."""
 
 
@@ -52,7 +52,7 @@ class Footprints:
 
 def _on_plane(points: Points, offsets: Floats) -> Floats:
     """Offsets (3, M) of places on rays, moved along the rays to the tangent planes."""
-    cosines = np.maximum(dot(points.normals, points.viewers), GRAZING)
+    cosines = np.maximum(dot(points.normals, points.viewers), MIN_COSINE)
     return offsets + points.viewers * (-dot(points.normals, offsets) / cosines)
 
 

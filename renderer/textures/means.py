@@ -13,16 +13,16 @@ from renderer.interaction import Points
 from renderer.math.arrays import Floats, Integers, Masks, dot
 from renderer.textures import Texture
 
-BENDING = 2.0**-6
+PARALLELOGRAM_ERROR = 2.0**-6
 """Error of the mean over one parallelogram for a contrast of 1 and g = 1, measured on chess boards."""
 
-ALLOWED = 1 / 8
+MEAN_ERROR_SHARE = 1 / 8
 """Share of the target error that the mean of a pixel may err by."""
 
 MOST_CUTS = 16
 """Squares along a side of a pixel."""
 
-NEAREST = 2.0**-4
+MIN_DEPTH_SHARE = 2.0**-4
 """Least share of its depth that a part of a pixel may have: the horizon is beyond."""
 
 
@@ -52,7 +52,7 @@ class MeanColor:
         chosen = np.flatnonzero(self.used[points.materials])
         bends = self._bends(points, chosen)
         steepest = np.abs(bends).max(axis=0, initial=0.0)
-        cuts = np.sqrt(BENDING * steepest / (ALLOWED * self.error))
+        cuts = np.sqrt(PARALLELOGRAM_ERROR * steepest / (MEAN_ERROR_SHARE * self.error))
         cuts = np.exp2(np.ceil(np.log2(np.clip(cuts, 1, MOST_CUTS)))).astype(np.int64)
         for count in np.unique(cuts).tolist():
             alike = np.flatnonzero(cuts == count)
@@ -75,7 +75,7 @@ class MeanColor:
         middles = (np.arange(count) + 0.5) / count - 0.5
         total = np.zeros((3, chosen.size))
         for place in np.stack(np.meshgrid(middles, middles), axis=-1).reshape(-1, 2, 1):
-            depth = np.maximum(1 + (bends * place).sum(axis=0), NEAREST)
+            depth = np.maximum(1 + (bends * place).sum(axis=0), MIN_DEPTH_SHARE)
             away = (sides * place).sum(axis=1) / depth
             total += self.texture.at(centers + away, (sides - away[:, None] * bends) / (depth * count))
         return total / count**2

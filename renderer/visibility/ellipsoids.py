@@ -21,7 +21,7 @@ from renderer.shapes.ellipsoids import Ellipsoids
 from renderer.shapes.frames import frame_of_normals
 from renderer.visibility.culling import SHAFT_MARGIN, bounds, shaft
 
-WIDEST = 2.0**60
+MAX_PAIR_NUMBER = 2.0**60
 """Largest number in pair work: its square is finite in float32. Lights are larger, in radii of tiny balls."""
 
 
@@ -29,8 +29,8 @@ WIDEST = 2.0**60
 class Cone:
     """Affine functions (constant, by u, by v), each (3, n): across, across and down the cone's axis.
 
-    The light point is hidden where x^2 + y^2 < down^2 and down > contact. Scaled a point each, `down` to be
-    near 1, or less where x and y would be beyond `WIDEST`.
+    The light point is hidden where x^2 + y^2 < down^2 and down > contact. Scaled per point, `down` to be
+    near 1, or less where x and y would be beyond `MAX_PAIR_NUMBER`.
     """
 
     x: Floats
@@ -129,7 +129,7 @@ class EllipsoidShadows:
         x_axis = frame_of_normals(away)
         y_axis = cross(away, x_axis)
         reach = distance + sum(lengths(part) for part in light)
-        reach = reach * np.maximum(1.0, distance / WIDEST)
+        reach = reach * np.maximum(1.0, distance / MAX_PAIR_NUMBER)
         widened = np.sqrt(power) / reach
         weight = self.emitter.weight
         down = np.stack([-dot(away, part) / reach for part in light])
@@ -180,7 +180,7 @@ class EllipsoidShadows:
         middle, reach = lengths(light[0]).item(), (lengths(light[1]).item() + lengths(light[2]).item()) / 2
         if self.emitter.weight == 0 or middle - reach > 1 + SHAFT_MARGIN:
             return None
-        radius = 1 / max(1.0, (middle + reach) / WIDEST)
+        radius = 1 / max(1.0, (middle + reach) / MAX_PAIR_NUMBER)
         lights = view.light_points.chosen(index)
         total = np.zeros((lights.count, index.size), dtype=self.dtype)
         part = np.empty_like(total)

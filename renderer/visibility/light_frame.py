@@ -19,7 +19,7 @@ from renderer.math.numerics import gamma
 from renderer.shapes.triangles import Triangles
 from renderer.visibility.culling import SHAFT_MARGIN
 
-HALF = 0.5 + SHAFT_MARGIN
+HALF_EDGE = 0.5 + SHAFT_MARGIN
 """Half of the light's edge: pair work in float32 may move an occluder's edge by some 2**-21 of it."""
 
 ROUNDING = 2.0**-19
@@ -28,7 +28,7 @@ ROUNDING = 2.0**-19
 Eight roundings to float32, of 2**-24 each, of sums of two products; and as much again.
 """
 
-FORMED = 2.0**26 * gamma(32)
+FLOAT64_ROUNDING = 2.0**26 * gamma(32)
 """Times the sizes: a coordinate that float64 has to form from them is not known better than that.
 
 2**26 because `ROUNDING` takes it for a rounding to float32, and is then at least 2**7 times as large.
@@ -90,7 +90,7 @@ class LightFrame:
             largest = (self.reach + 1) * (reach + 1)
             # Products that float32 cannot hold leave no triangle out.
             rounding = np.where(largest < 2.0**125, ROUNDING * largest, np.inf)
-            rows = (depth, -side * across, -side * along, side * HALF, depth * HALF, rounding)
+            rows = (depth, -side * across, -side * along, side * HALF_EDGE, depth * HALF_EDGE, rounding)
             return np.stack([row.astype(np.float32) for row in rows])
 
     def overlapping(self, pyramids: Pairs, points: Integers, triangles: Integers) -> Integers:
@@ -115,4 +115,4 @@ def _coordinates(axes: tuple[Floats, Floats, Floats], places: Floats) -> Floats:
 
 
 def _formed(axes: tuple[Floats, Floats, Floats], sizes: Floats) -> Floats:
-    return FORMED * max(magnitude(axis).item() for axis in axes) * sizes
+    return FLOAT64_ROUNDING * max(magnitude(axis).item() for axis in axes) * sizes

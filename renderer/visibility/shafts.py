@@ -11,7 +11,7 @@ from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.math.numerics import SURFACE, gamma
 
-HORIZON = 8 * SURFACE
+ROUNDING_BOUND = 8 * SURFACE
 """Rounding bound, relative to the sizes: deeper geometry cannot touch a point."""
 
 PAIRS = 16384
@@ -32,7 +32,7 @@ def shafts_of(view: LightView, size: float) -> Shafts:
         high=ends.max(axis=1, keepdims=True) - emitter.weight * positions,
         endless=not emitter.weight,
         normals=view.of_points(view.points.normals),
-        slack=HORIZON * (view.of_points(view.points.sizes) + size),
+        slack=ROUNDING_BOUND * (view.of_points(view.points.sizes) + size),
     )
 
 

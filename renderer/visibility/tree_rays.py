@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.accelerators.bvh import NOTHING, Bvh, Visits, turns, visits_of_rays
+from renderer.accelerators.bvh import NO_ITEM, Bvh, Visits, turns, visits_of_rays
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks, taken
@@ -92,7 +92,7 @@ class RayShadows:
         for turn in turns(rays):
             now = turn[~blocked[rays[turn]]]
             items = self.tree.items[leaves[now]]
-            filled = np.flatnonzero(items != NOTHING)
+            filled = np.flatnonzero(items != NO_ITEM)
             ray, triangle = rays[now][filled // items.shape[1]], items.reshape(-1)[filled]
             blocked[self._stopped(view, origins, directions, points, ray, triangle)] = True
 

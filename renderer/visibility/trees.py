@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from renderer.accelerators.bvh import NOTHING, Visits, from_root
+from renderer.accelerators.bvh import NO_ITEM, Visits, from_root
 from renderer.accelerators.discs import Discs
 from renderer.accelerators.shafts import Shafts, visits_of_shafts
 from renderer.accelerators.trees import Tree
@@ -120,7 +120,7 @@ class TreeShadows:
         self, pyramids: Pairs | None, points: Integers, leaves: Integers
     ) -> tuple[Integers, Integers]:
         items = np.take(self.tree.items, leaves, axis=0, mode="clip")
-        filled = np.flatnonzero(items != NOTHING)
+        filled = np.flatnonzero(items != NO_ITEM)
         points, triangles = points[filled // items.shape[1]], items.reshape(-1)[filled]
         if self.frame is None or pyramids is None:
             return points, triangles

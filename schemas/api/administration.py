@@ -14,7 +14,7 @@ from schemas.quantities import WHOLE
 
 
 class Role(StrEnum):
-    """What a user may do beyond submitting jobs that no one else sees.
+    """Permissions of a user, beyond submitting jobs that no one else sees.
 
     ``staff`` sees the jobs of all, ``admin`` also stops and removes them.
     """
@@ -165,7 +165,7 @@ class PruneRequest(Closed):
 
 
 class Pruned(Message):
-    """What was deleted, or would be, as ``POST /v1/prune`` returns it."""
+    """Jobs that were deleted, or would be, as ``POST /v1/prune`` returns them."""
 
     dry_run: bool = Field(description="Whether it was only listed.")
     expired: tuple[str, ...] = Field(description="Jobs whose picture is deleted, or would be.")

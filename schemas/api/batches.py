@@ -41,7 +41,7 @@ _TILE = struct.Struct("<8I")
 
 
 class BatchHead(NamedTuple):
-    """What stands before the tiles."""
+    """The header of a batch, before its tiles."""
 
     encoding: int
     tiles: int
@@ -56,7 +56,7 @@ class BatchHead(NamedTuple):
 
 
 class TileHead(NamedTuple):
-    """What stands before the pixels of a tile."""
+    """The header of a tile, before its pixels."""
 
     seq: int
     pass_index: int

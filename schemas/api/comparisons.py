@@ -103,7 +103,7 @@ class ComparisonRegion(Message):
 
 
 class ComparisonInput(Message):
-    """How a picture was read."""
+    """A picture as it was read."""
 
     name: str = Field(description="What it is called in messages.")
     sha256: str = Field(description="SHA-256 of the file.")
@@ -127,7 +127,7 @@ class ComparisonInputs(Message):
 
 
 class ComparisonPolicy(Message):
-    """Which differences were tolerated."""
+    """Differences that are tolerated."""
 
     tolerance: float = Field(description="`tolerance` of the request.")
     most_bias: float = Field(description="`max_bias` of the request.")

@@ -48,7 +48,7 @@ RayKind = Literal["camera", "mirror", "reflection", "refraction"]
 
 
 class InspectionRequest(Closed):
-    """Which pixel: column and row, counted from 0 at the upper left."""
+    """A pixel: column and row, counted from 0 at the upper left."""
 
     x: Place = Field(description="Column.")
     y: Place = Field(description="Row, from the top.")
@@ -150,7 +150,7 @@ class Reason(Message):
 
 
 class Inspection(Message):
-    """What the ray through the centre of a pixel hits, and why the pixel is as bright as it is."""
+    """An explanation of a pixel: the first hit of its central ray, and the parts of its radiance."""
 
     x: int = Field(description="Column.")
     y: int = Field(description="Row, from the top.")

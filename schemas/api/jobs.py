@@ -105,7 +105,7 @@ class Failure(Message):
 
 
 class Progress(Message):
-    """How much of a job is rendered. A step is one tile in one pass."""
+    """Progress of a job. A step is one tile in one pass."""
 
     done: int = Field(ge=0, description="Steps finished.")
     total: int = Field(

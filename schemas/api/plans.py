@@ -84,7 +84,7 @@ class PassCost(Message):
 
 
 class NextHalving(Message):
-    """What half of the newest error would cost, beyond what was spent to reach it."""
+    """The further cost of half the newest error."""
 
     seconds: Interval = Field(
         description="Wall-clock time, at the rate at which CPU seconds were spent so far."
@@ -154,7 +154,7 @@ class Offer(Message):
 
 
 class EffectShare(Message):
-    """What a light, map, mirror or lens adds to the time of the quality that is priced first."""
+    """The cost of a light, map, mirror or lens in the quality that is priced first."""
 
     effect: str = Field(description="The effect.")
     pointers: tuple[str, ...] = Field(
@@ -167,7 +167,7 @@ class EffectShare(Message):
 
 
 class Pilot(Message):
-    """What was rendered for the quote."""
+    """Pixels that were rendered for the quote."""
 
     seconds: float = Field(ge=0, description="Seconds that it took.")
     blocks: int = Field(ge=0, description="Blocks of the picture that were timed.")

@@ -48,7 +48,7 @@ class ClassEntry(Message):
 
 
 class ClassGrade(Message):
-    """What grading a class by a manifest has shown. It is for staff only."""
+    """The results of a class, for staff only."""
 
     model_config = ConfigDict(populate_by_name=True, serialize_by_alias=True)
 

@@ -43,7 +43,7 @@ class Lateness(Message):
 
 
 class TestGrade(Message):
-    """What became of one test."""
+    """The result of one test."""
 
     # pytest collects classes whose names begin with Test.
     __test__ = False
@@ -118,14 +118,14 @@ class GradeInput(Message):
 
 
 class GradeTool(Message):
-    """What graded."""
+    """The program that graded."""
 
     name: str = "penumbra"
     version: str
 
 
 class GradeTimings(Message):
-    """What grading took."""
+    """The duration of grading."""
 
     seconds: float = Field(ge=0)
     cpu_seconds: float = Field(ge=0, description="Of all processes, rendering on a server left out.")
@@ -133,7 +133,7 @@ class GradeTimings(Message):
 
 
 class Grade(Message):
-    """What grading a submission by a manifest has shown."""
+    """The results of a submission."""
 
     model_config = ConfigDict(populate_by_name=True, serialize_by_alias=True)
 

@@ -85,7 +85,7 @@ class SceneFile(Closed):
 
 
 class HitsFile(Closed):
-    """What the rays hit according to the submission's own program."""
+    """Hits of the rays, as the submission's own program found them."""
 
     type: Literal["hits"] = Field(description="`hits`.")
     file: File = Field(description="Arrays as `penumbra trace` writes them, .npz, one row for each ray.")

@@ -138,16 +138,16 @@ def _unit(a: Vector) -> Vector:
     return times(1 / length(a), a)
 
 
-FLATTEST = 1e8
+MAX_AXIS_RATIO = 1e8
 """Largest ratio of two semi-axes of an ellipsoid that keeps its picture exact."""
 
-NARROWEST = 2.0**-45
+MIN_PIXEL_ANGLE = 2.0**-45
 """Angle from pixel to pixel, radians, of which the rounding of a ray's direction is a hundredth."""
 
-INEXACT = 100 * 2.0**-48
+VISIBLE_ROUNDING = 100 * 2.0**-48
 """A hundred times what sixteen roundings move a point by, in shares of its coordinates."""
 
-BOUNDLESS = 2.0**20
+MAX_CAMERA_DISTANCES = 2.0**20
 """Distances from the camera; what reaches less far is not at fault where rounding shows."""
 
 # A warning is a courtesy: it must not cost more than the reading.
@@ -194,7 +194,7 @@ def _empty_view(scene: Scene) -> Iterator[Finding]:
 
 def _narrow_view(scene: Scene) -> Iterator[Finding]:
     camera = scene.camera
-    if math.radians(camera.vertical_fov) < NARROWEST * camera.height:
+    if math.radians(camera.vertical_fov) < MIN_PIXEL_ANGLE * camera.height:
         detail = (
             "The view is so narrow that rounding moves rays by a hundredth of a pixel or more. "
             "Move the camera nearer and widen the view."
@@ -276,7 +276,7 @@ def _large_shapes(scene: Scene) -> Iterator[Finding]:
     camera = scene.camera
     pixel = 2 * math.tan(math.radians(camera.vertical_fov) / 2) / camera.height
     view = length(difference(camera.look_at, camera.position))
-    most = max(pixel / INEXACT, BOUNDLESS)
+    most = max(pixel / VISIBLE_ROUNDING, MAX_CAMERA_DISTANCES)
     for index, shape in enumerate(scene.shapes):
         low, high = _box(shape)
         largest = max(map(abs, (*low, *high)))
@@ -308,7 +308,7 @@ def _box(shape: Shape) -> tuple[Vector, Vector]:
 
 def _flat(shape: Ellipsoid) -> bool:
     lengths = [length(axis) for axis in shape.axes]
-    return max(lengths) > FLATTEST * min(lengths)
+    return max(lengths) > MAX_AXIS_RATIO * min(lengths)
 
 
 def _lights_inside(scene: Scene) -> Iterator[Finding]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from schemas.errors import Problem, SceneError
 from schemas.limits import Limits, how_to_raise
 from schemas.pointers import Parts
-from schemas.reading.file_kinds import BEGINNING, mistaken
+from schemas.reading.file_kinds import SCANNED_BYTES, mistaken
 from schemas.reading.findings import Finding, refusal
 from schemas.reading.plain import plain
 from schemas.reading.positions import Find, line_and_column, locate
@@ -157,7 +157,7 @@ def read_text(source: Source, limits: Limits, *, wanted: str = "a JSON document"
 
 def _another_kind(source: bytes | str, wanted: str) -> SceneError | None:
     """The error about a file that is not JSON at all; None if it may be meant as JSON."""
-    beginning = source[:BEGINNING]
+    beginning = source[:SCANNED_BYTES]
     content = beginning if isinstance(beginning, bytes) else beginning.encode(errors="replace")
     detail = mistaken(content, wanted)
     return _refused("wrong_file", detail) if detail else None

@@ -64,7 +64,7 @@ _PAGE = FileKind("html", "a web page (HTML)", "page")
 _HTML = re.compile(rb"\s*<(?:!doctype\s+html|html|head|body)\b", re.IGNORECASE)
 # Lines may end as on old Macintoshes, the first may have a UTF-8 mark, and faces may come first.
 _OBJ_LINE = re.compile(rb"(?:\A(?:\xef\xbb\xbf)?|[\r\n])[ \t]*(?:v[ \t]+[-+.\d]|f[ \t]+[-+]?\d)")
-BEGINNING = 1 << 16
+SCANNED_BYTES = 1 << 16
 """Bytes in which a mesh file is expected to have its first vertex."""
 
 _CURES: dict[Group, str] = {
@@ -85,7 +85,7 @@ def recognise(content: bytes) -> FileKind | None:
             return kind
     if content.startswith(b"RIFF") and content[8:12] == b"WEBP":
         return _WEBP
-    beginning = content[:BEGINNING]
+    beginning = content[:SCANNED_BYTES]
     if _HTML.match(beginning):
         return _PAGE
     # JSON has no line that begins with a bare "v 1.0" or "f 1".

@@ -21,7 +21,7 @@ from schemas.api.administration import Role
 from service.access.principals import Principal
 from service.storage.database.models import KeyRow, SessionRow
 
-BYTES = 32
+SECRET_BYTES = 32
 KEY = re.compile(r"pnm_([0-9a-f]{12})_([A-Za-z0-9_-]{43})", re.ASCII)
 UNMATCHED = "0" * 64
 """A digest that no secret has."""
@@ -40,7 +40,7 @@ class Key(NamedTuple):
 
 def new_token() -> str:
     """Make a secret."""
-    return secrets.token_urlsafe(BYTES)
+    return secrets.token_urlsafe(SECRET_BYTES)
 
 
 def read_key(text: str) -> Key | None:

@@ -24,7 +24,7 @@ from service.errors import (
 )
 from service.jobs.context import Here
 
-SLOWEST = 16 * 1024
+MIN_BODY_RATE = 16 * 1024
 """Bytes a second at which a body must arrive after ``first_seconds``: a modem is fast enough."""
 # No real Content-Length has more digits.
 _MOST_DIGITS = 18
@@ -40,7 +40,7 @@ async def chunks(request: Request, limit: int, first_seconds: float) -> AsyncIte
     limit
         Most bytes.
     first_seconds
-        Seconds that the first bytes may take, and each pause; all must arrive at `SLOWEST` on average.
+        Seconds that the first bytes may take, and each pause; all must arrive at `MIN_BODY_RATE` on average.
 
     Raises
     ------
@@ -82,7 +82,7 @@ async def _arriving(request: Request, first_seconds: float) -> AsyncIterator[byt
     try:
         while True:
             # A body that has come fast may not pause for as long as a slow one would have taken.
-            async with asyncio.timeout_at(min(begun + size / SLOWEST, now()) + first_seconds):
+            async with asyncio.timeout_at(min(begun + size / MIN_BODY_RATE, now()) + first_seconds):
                 chunk = await anext(stream, None)
             if chunk is None:
                 return

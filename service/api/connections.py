@@ -13,7 +13,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 from service.api import problems
-from service.api.bodies import SLOWEST
+from service.api.bodies import MIN_BODY_RATE
 from service.api.middleware import ALWAYS, HEADER, RequestIds, SafeHeaders, request_id
 from service.errors import BusyError, UnavailableError
 from service.jobs.request_limits import SharedRoom
@@ -88,7 +88,7 @@ class Connection(H11Protocol):
     def _watch_reader(self, before: float) -> None:
         """Give up a client that has read too little since the last time; nothing is added meanwhile."""
         left, seconds = self.transport.get_write_buffer_size(), self.limits.idle_seconds
-        if before - left < SLOWEST * seconds:
+        if before - left < MIN_BODY_RATE * seconds:
             self.transport.abort()
         else:
             self._reader = self.loop.call_later(seconds, self._watch_reader, left)

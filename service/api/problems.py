@@ -30,7 +30,7 @@ from schemas.reading.findings import located
 from service import errors, start_errors
 from service.jobs.context import Service
 from service.lifecycle.damage import DamagedRenderError
-from service.storage.database.connection import PRIMARY
+from service.storage.database.connection import PRIMARY_CODE
 from service.storage.folder import NO_ROOM, NOT_WRITABLE
 
 MEDIA_TYPE = "application/problem+json"
@@ -250,7 +250,7 @@ def _placed(problems: Sequence[Problem], body: bytes) -> list[Problem]:
 def _by_cause(error: Exception) -> Exception:
     """Report a full or read-only disk of SQLite like that of the pictures: it is the same one."""
     code = getattr(getattr(error, "orig", None), "sqlite_errorcode", sqlite3.SQLITE_OK)
-    match code & PRIMARY:
+    match code & PRIMARY_CODE:
         case sqlite3.SQLITE_FULL:
             return errors.StoreFullError(NO_ROOM)
         case sqlite3.SQLITE_READONLY:

@@ -12,7 +12,7 @@ import typer
 from service.cli import output, scene_files
 from service.cli.errors import ExitCode, InputError, UnusableSceneError
 from service.cli.options import JsonOption, LayersOption, SceneArgument
-from service.cli.quality_options import QualityOptions, spread_options
+from service.cli.quality_options import QualityOptions, flattened_options
 from service.cli.targets import parsed_layers
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def measured_costs(scene: LoadedScene) -> dict[str, Any]:
     return {"cpu_seconds": seconds, "effects": [asdict(row) for row in rows]}
 
 
-@spread_options
+@flattened_options
 def explain(
     *,
     scene: SceneArgument,

@@ -112,7 +112,7 @@ class QualityOptions(SampleOptions):
         )
 
 
-def spread_options(command: Callable[..., None]) -> Callable[..., None]:
+def flattened_options(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command an option for each member of its parameters that are dataclasses, in their places.
 
     Typer makes options of the parameters of a function alone.

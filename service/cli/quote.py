@@ -9,7 +9,7 @@ import typer
 
 from service.cli import output, scene_files
 from service.cli.options import JsonOption, SceneArgument, WorkersOption
-from service.cli.quality_options import SampleOptions, spread_options
+from service.cli.quality_options import SampleOptions, flattened_options
 from service.cli.size_options import SizeOptions
 from service.cli.wording import counted
 
@@ -26,7 +26,7 @@ CODE_VALUES = 255
 """Errors are shown in code values of an 8-bit picture."""
 
 
-@spread_options
+@flattened_options
 def quote(
     *,
     scene: SceneArgument,

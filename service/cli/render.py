@@ -21,7 +21,7 @@ from service.cli.options import (
     image_option,
 )
 from service.cli.progress import progress_bar, remaining
-from service.cli.quality_options import QualityOptions, spread_options
+from service.cli.quality_options import QualityOptions, flattened_options
 from service.cli.size_options import SizeOptions
 from service.cli.targets import ImageTarget, check_target, parsed_layers, save_layer, write_whole
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from renderer import Hits, LoadedScene, RenderPlan, RenderResult, TileEvent
 
 
-@spread_options
+@flattened_options
 def render(  # noqa: PLR0913 - one argument for each option
     *,
     scene: SceneArgument,

@@ -25,7 +25,7 @@ from service.cli.options import (
     image_option,
     parsed_labels,
 )
-from service.cli.quality_options import QualityOptions, spread_options
+from service.cli.quality_options import QualityOptions, flattened_options
 from service.cli.size_options import SizeOptions
 from service.cli.targets import ImageTarget, parsed_layers
 from service.cli.watch import detachable, show_end, stay
@@ -51,7 +51,7 @@ OPTIONS = {
 """Pointers into the request, and the options that they come from; the first match counts."""
 
 
-@spread_options
+@flattened_options
 def submit(  # noqa: PLR0913 - one argument for each option
     *,
     scene: SceneArgument,

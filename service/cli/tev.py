@@ -77,7 +77,7 @@ class Mirror:
             more = batch.next > self.seen and not batch.complete
             self.seen = batch.next
             self._send(
-                update_image(self.name, tile.head.x0, tile.head.y0, tile.spread()) for tile in batch.tiles
+                update_image(self.name, tile.head.x0, tile.head.y0, tile.enlarged()) for tile in batch.tiles
             )
 
     def _send(self, packets: Iterable[bytes]) -> None:

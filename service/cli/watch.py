@@ -171,10 +171,10 @@ HEADINGS = ("pass", "seconds", "CPU s", "rays", "error")
 ROW = "{:>4}{:>9}{:>9}{:>9}   {:<27}"
 """A row of the table on a terminal."""
 
-FULL = 20
+BAR_CELLS = 20
 """Length of the bar of the first known error."""
 
-CELLS = 2
+CELLS_PER_HALVING = 2
 """Cells by which a bar is shorter at half the error."""
 
 
@@ -221,12 +221,12 @@ class Curve:
             self.passes_shown += 1
 
     def _drawn(self, entry: PassCost) -> str:
-        """A bar for an error, `CELLS` shorter for each half of it."""
+        """A bar for an error, `CELLS_PER_HALVING` shorter for each half of it."""
         if entry.error is None or entry.error.estimate <= 0:
             return ""
         self.first_error = self.first_error or entry.error.estimate
         return "  " + self.bar.block * max(
-            1, round(FULL + CELLS * log2(entry.error.estimate / self.first_error))
+            1, round(BAR_CELLS + CELLS_PER_HALVING * log2(entry.error.estimate / self.first_error))
         )
 
 

@@ -34,9 +34,9 @@ class TilePixels:
     def paint(self, canvas: npt.NDArray[np.float32] | npt.NDArray[np.uint8]) -> None:
         """Paint the tile into a picture of shape (height, width, 3)."""
         head = self.head
-        canvas[head.y0 : head.y1, head.x0 : head.x1] = self.spread()
+        canvas[head.y0 : head.y1, head.x0 : head.x1] = self.enlarged()
 
-    def spread(self) -> npt.NDArray[np.float32] | npt.NDArray[np.uint8]:
+    def enlarged(self) -> npt.NDArray[np.float32] | npt.NDArray[np.uint8]:
         """One value for each pixel of the tile, shape (y1 - y0, x1 - x0, 3)."""
         head = self.head
         blocks = np.repeat(np.repeat(self.pixels, head.stride, axis=0), head.stride, axis=1)

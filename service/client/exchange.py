@@ -174,8 +174,8 @@ class Tries:
                 return None
             case UnreachableError(sent=sent) if self._call.repeatable or not sent:
                 # At random, so that clients do not all return at the same moment.
-                spread = random.uniform(0.0, SHORTEST_PAUSE)  # noqa: S311 - no secret
-                return min(LONGEST_PAUSE, SHORTEST_PAUSE * 2.0 ** (self._failures - 1) + spread)
+                jitter = random.uniform(0.0, SHORTEST_PAUSE)  # noqa: S311 - no secret
+                return min(LONGEST_PAUSE, SHORTEST_PAUSE * 2.0 ** (self._failures - 1) + jitter)
             case _:
                 return None
 

@@ -17,7 +17,7 @@ from service.client.pictures import PNG
 SECONDS_BETWEEN_PICTURES = 1.0
 """A browser decodes each of them, and the service encodes it."""
 
-WIDEST = 512
+CARD_PIXELS = 512
 """Pixels of a picture in a card; larger ones are shown smaller."""
 
 
@@ -27,13 +27,15 @@ def card(job: Job, picture: bytes | None) -> str:
     share = job.progress.share
     lines = [
         f"{name}{escape(job.id)}: {job.state}, {share:.0%} of {job.width} × {job.height} pixels",
-        f'<progress value="{share:.4f}" max="1" style="width: {WIDEST}px; max-width: 100%"></progress>',
+        f'<progress value="{share:.4f}" max="1" style="width: {CARD_PIXELS}px; max-width: 100%"></progress>',
     ]
     if job.failure is not None:
         lines.append(f"{escape(job.failure.message)} ({escape(job.failure.code)})")
     if picture is not None and picture.startswith(PNG):
         data = base64.b64encode(picture).decode("ascii")
-        lines.append(f'<img src="data:image/png;base64,{data}" style="max-width: min({WIDEST}px, 100%)">')
+        lines.append(
+            f'<img src="data:image/png;base64,{data}" style="max-width: min({CARD_PIXELS}px, 100%)">'
+        )
     return "".join(f"<div>{line}</div>" for line in lines)
 
 

@@ -84,7 +84,7 @@ class CourseDocument(Foreign):
 GLASS = frozenset({"translucent", "transmission"})
 """Names that students use; the skeleton itself has `diffuse` and `specular` alone."""
 REFRACTIVE_INDEX = 1.5
-DEEPEST = 64
+MAX_BOUNCES = 64
 """Most bounces that a material may have."""
 DEFAULT_DEPTH = 5
 """Bounces where `max_depth` is missing: the default of scenes."""
@@ -118,9 +118,9 @@ def _share(
             f"{pointer}/color",
             f"All colours are scattered by one share, at most 1: {share:.6g}, the mean of this colour.",
         )
-    depth = max(1, min(DEEPEST, max_depth if max_depth is not None else DEFAULT_DEPTH))
+    depth = max(1, min(MAX_BOUNCES, max_depth if max_depth is not None else DEFAULT_DEPTH))
     if max_depth is not None and depth != max_depth:
-        notes.assume("/max_depth", f"Paths end after {depth} bounces: 1 to {DEEPEST} are possible.")
+        notes.assume("/max_depth", f"Paths end after {depth} bounces: 1 to {MAX_BOUNCES} are possible.")
     return {
         "type": "phong",
         "color": written.color,

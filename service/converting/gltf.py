@@ -20,7 +20,7 @@ from service.converting.gltf_materials import GltfMaterials
 from service.converting.gltf_nodes import camera_of, exposure, lights_of, placed_nodes
 from service.converting.obj import write_obj
 from service.converting.reading import read_known
-from service.converting.surroundings import GREY, bounding_sphere, scene_around
+from service.converting.surroundings import DEFAULT_GREY, bounding_sphere, scene_around
 from service.converting.task import Task, free_name
 
 KNOWN_EXTENSIONS = frozenset({"KHR_lights_punctual", "KHR_materials_ior", "KHR_materials_transmission"})
@@ -108,8 +108,8 @@ def _shapes(
     for number, some in parts.items():
         name = _name(converter, number, materials)
         if number is None:
-            materials[name] = {"type": "phong", "color": [GREY] * 3}
-            task.notes.assume("", f"Triangles without a material are grey, {GREY}.")
+            materials[name] = {"type": "phong", "color": [DEFAULT_GREY] * 3}
+            task.notes.assume("", f"Triangles without a material are grey, {DEFAULT_GREY}.")
         else:
             materials[name] = converter.convert(number)
         written = written_part(some)

@@ -9,10 +9,10 @@ from service.converting.gltf_document import Material, TextureUse, pick
 from service.converting.gltf_geometry import Buffers
 from service.converting.task import UNUSABLE, named_texture
 
-REFLECTED = 0.04
+DIELECTRIC_REFLECTANCE = 0.04
 """Share that a surface of refractive index 1.5 reflects straight back: the specular colour that glTF gives
 to everything that is no metal."""
-SMOOTHEST = 0.1
+MIN_ROUGHNESS = 0.1
 """Roughness below this is taken as this: a highlight of one degree. What is smoother is a mirror."""
 
 _WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
@@ -149,6 +149,6 @@ def highlight(roughness: float) -> dict[str, float]:
     >>> highlight(1.0)
     {'specular': 0.04, 'shininess': 0.0}
     """
-    alpha = max(roughness, SMOOTHEST) ** 2
+    alpha = max(roughness, MIN_ROUGHNESS) ** 2
     shininess = (2 / alpha**2 - 2) / 4
-    return {"specular": min(1.0, REFLECTED * (shininess + 2) / 2), "shininess": shininess}
+    return {"specular": min(1.0, DIELECTRIC_REFLECTANCE * (shininess + 2) / 2), "shininess": shininess}

@@ -80,10 +80,10 @@ def _local(node: Node) -> Floats:
     return local_matrix(node.matrix, node.translation, node.rotation, node.scale)
 
 
-HEIGHT = 512
-WIDEST = 8192
-"""Pixels: more than any screen, and less than the 16 million pixels that a scene may have with HEIGHT."""
-NARROWEST = 1e-3
+PICTURE_HEIGHT = 512
+MAX_WIDTH = 8192
+"""Pixels: wider than any screen; with PICTURE_HEIGHT, fewer pixels than the 16 million of a scene."""
+MIN_SPOT_ANGLE = 1e-3
 """Degrees: the smallest angle of a spot light that the scene language has."""
 
 
@@ -112,7 +112,7 @@ def camera_of(
             task.notes.leave_out(pointer, "Orthographic cameras are left out.")
         elif chosen is None:
             chosen = _camera(placed, view.yfov, view.aspect_ratio or 1.0, middle)
-            task.notes.assume(pointer, f"The picture is {chosen['width']} x {HEIGHT} pixels.")
+            task.notes.assume(pointer, f"The picture is {chosen['width']} x {PICTURE_HEIGHT} pixels.")
         else:
             task.notes.leave_out(pointer, "Only the first camera is used.")
     return chosen
@@ -127,8 +127,8 @@ def _camera(placed: PlacedNode, yfov: float, aspect: float, middle: Floats) -> d
         "look_at": (placed.position + (ahead if ahead > 0 else 1.0) * forward).tolist(),
         "up": axes[:, 1].tolist(),
         "vertical_fov": math.degrees(yfov),
-        "width": max(1, min(WIDEST, round(HEIGHT * aspect))),
-        "height": HEIGHT,
+        "width": max(1, min(MAX_WIDTH, round(PICTURE_HEIGHT * aspect))),
+        "height": PICTURE_HEIGHT,
     }
 
 
@@ -173,7 +173,7 @@ def _light(task: Task, light: PunctualLight, number: int, placed: PlacedNode) ->
 def _angles(task: Task, cone: Cone, number: int) -> dict[str, float]:
     """The angles of a spot light, degrees."""
     inner, outer = (math.degrees(angle) for angle in (cone.inner_cone_angle, cone.outer_cone_angle))
-    outer = min(max(outer, NARROWEST), 90.0)
+    outer = min(max(outer, MIN_SPOT_ANGLE), 90.0)
     if inner >= outer:
         pointer = f"/extensions/KHR_lights_punctual/lights/{number}/spot"
         task.notes.assume(pointer, "The edge of the cone is a hundredth of its angle wide.")

@@ -8,10 +8,10 @@ from typing import Any
 from schemas.quantities import BRIGHTEST, LARGEST
 from service.converting.errors import FileAwayError
 from service.converting.mtl import Map, MtlMaterial, number_in, without_comment
-from service.converting.surroundings import GREY
+from service.converting.surroundings import DEFAULT_GREY
 from service.converting.task import UNUSABLE, Task, named_texture, picture_file
 
-SHARPEST = 1e15
+MAX_SHININESS = 1e15
 """Largest shininess of a scene."""
 BUMP_SHARE = 0.01
 """Height of a bump map's white with -bm 1, as a share of the mesh's diagonal: MTL files name no unit."""
@@ -74,9 +74,9 @@ class MtlConverter:
         color = self._numbers(written, "kd", 3)
         texture = self._texture(written, COLOR_MAP, "srgb")
         if texture is None:
-            made["color"] = list(color or (GREY,) * 3)
+            made["color"] = list(color or (DEFAULT_GREY,) * 3)
             if color is None:
-                self._assume(written, "Kd", f"Without Kd, the material is grey, {GREY}.")
+                self._assume(written, "Kd", f"Without Kd, the material is grey, {DEFAULT_GREY}.")
             return
         made["color_texture"] = texture
         if color is not None and color != (1, 1, 1):
@@ -93,7 +93,7 @@ class MtlConverter:
         if model in NO_HIGHLIGHT or not any(color):
             return
         made["specular"] = sum(color) / len(color)
-        made["shininess"] = min(sharpness, SHARPEST)
+        made["shininess"] = min(sharpness, MAX_SHININESS)
         if len(set(color)) > 1:
             detail = "The highlight has the mean of Ks: it is as white as the light."
             self._assume(written, "Ks", detail)

@@ -19,7 +19,7 @@ from schemas.quantities import LONGEST_NAME
 from service.converting.errors import FileAwayError, wrong_at_line
 from service.converting.mtl import MtlMaterial, read_mtl, without_comment
 from service.converting.mtl_materials import MtlConverter
-from service.converting.surroundings import GREY, bounding_sphere, scene_around
+from service.converting.surroundings import DEFAULT_GREY, bounding_sphere, scene_around
 from service.converting.task import Notes, Task
 
 UNNAMED = "default"
@@ -117,12 +117,12 @@ def _materials(
 
 def _grey(task: Task, obj: ObjFile, parts: Parts, name: str | None) -> dict[str, Any]:
     if name is None:
-        detail = f"Faces without a material are grey, {GREY}."
+        detail = f"Faces without a material are grey, {DEFAULT_GREY}."
         task.notes.assume("f", detail, line=int(obj.lines[parts[None][0]]))
     else:
-        detail = f"No MTL file that could be read has this material: it is grey, {GREY}."
+        detail = f"No MTL file that could be read has this material: it is grey, {DEFAULT_GREY}."
         task.notes.assume(f"usemtl {name}", detail, line=obj.used[name])
-    return {"type": "phong", "color": [GREY] * 3}
+    return {"type": "phong", "color": [DEFAULT_GREY] * 3}
 
 
 def _libraries(task: Task, obj: ObjFile) -> dict[str, tuple[Path, MtlMaterial]]:

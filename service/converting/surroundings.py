@@ -15,10 +15,10 @@ from renderer.meshes.ply_header import header_of
 from service.converting.errors import wrong_at
 from service.converting.task import UNUSABLE, One, Task, picture_file
 
-GREY = 0.75
+DEFAULT_GREY = 0.75
 """Colour of faces without a material, and of materials without a colour."""
 FIELD_OF_VIEW = 40.0
-SIZE = 512
+PICTURE_SIZE = 512
 SPHERE_MARGIN = 1.05
 """The mesh's sphere is taken so much larger: a border around it, and room for the rounding below."""
 DIGITS = 3
@@ -46,8 +46,8 @@ def default_camera(middle: Floats, radius: float) -> dict[str, Any]:
         "look_at": _rounded(middle, radius),
         "up": [0, 1, 0],
         "vertical_fov": FIELD_OF_VIEW,
-        "width": SIZE,
-        "height": SIZE,
+        "width": PICTURE_SIZE,
+        "height": PICTURE_SIZE,
     }
 
 
@@ -131,9 +131,9 @@ def convert_ply(task: Task) -> dict[str, Any]:
     picture = _picture_of(task, pictures, is_textured=coordinates is not None)
     asset = task.placed.keep(task.path.resolve(), task.content)
     if picture is None:
-        task.notes.assume("", f"The mesh is grey, {GREY}: colours of its vertices are not read.")
+        task.notes.assume("", f"The mesh is grey, {DEFAULT_GREY}: colours of its vertices are not read.")
         textures, name = {}, "grey"
-        color: dict[str, Any] = {"color": [GREY] * 3}
+        color: dict[str, Any] = {"color": [DEFAULT_GREY] * 3}
     else:
         texture = {"type": "image", "asset": picture, "encoding": "srgb", "wrap": "repeat"}
         textures, name, color = {"picture": texture}, "textured", {"color_texture": "picture"}

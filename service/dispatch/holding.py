@@ -14,7 +14,7 @@ from service.workers.tasks import JobTask
 LATE_SECONDS = 1.0
 """Seconds that a late tile is held: a fraction of the shortest useful time limit."""
 # Memory that other processes of the machine have used up is often free again within seconds.
-BACKOFF_SECONDS, BACKOFF, MAX_BACKOFF_SECONDS = 0.5, 4.0, 30.0
+BACKOFF_SECONDS, BACKOFF_FACTOR, MAX_BACKOFF_SECONDS = 0.5, 4.0, 30.0
 
 
 def backoff(deaths: int) -> float:
@@ -23,7 +23,7 @@ def backoff(deaths: int) -> float:
     >>> [backoff(deaths) for deaths in range(1, 5)]
     [0.5, 2.0, 8.0, 30.0]
     """
-    return min(BACKOFF_SECONDS * BACKOFF ** min(deaths - 1, 16), MAX_BACKOFF_SECONDS)
+    return min(BACKOFF_SECONDS * BACKOFF_FACTOR ** min(deaths - 1, 16), MAX_BACKOFF_SECONDS)
 
 
 class HeldTasks:

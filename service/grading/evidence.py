@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from accuracy.comparison import Picture
-from accuracy.comparison.blocks import SIDE, bias, gathered
+from accuracy.comparison.blocks import BLOCK_SIDE, bias, gathered
 from renderer.math.arrays import Floats, Masks
 
 LEAST = 0.5
@@ -69,5 +69,7 @@ def evidence(
 
 def _pixels(blocks: Masks, shape: tuple[int, ...]) -> Masks:
     """The pixels (H, W) of chosen blocks (rows, columns)."""
-    row, column = (np.minimum(np.arange(n) // SIDE, m - 1) for n, m in zip(shape, blocks.shape, strict=True))
+    row, column = (
+        np.minimum(np.arange(n) // BLOCK_SIDE, m - 1) for n, m in zip(shape, blocks.shape, strict=True)
+    )
     return np.asarray(blocks[row[:, None], column])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from accuracy.comparison.metrics import GUARD
+from accuracy.comparison.metrics import ROUNDING_BOUND
 from schemas.grading.acceptance import Scale
 from service.grading.outcomes import Outcome
 
@@ -44,7 +44,7 @@ def share_of(value: float, scale: Scale) -> float:
 def reached(value: float, threshold: float, *, rising: bool) -> bool:
     """Whether a value is as good as a threshold, up to rounding."""
     beyond = value - threshold if rising else threshold - value
-    return beyond >= -GUARD * max(1.0, abs(threshold)) if math.isfinite(value) else beyond > 0
+    return beyond >= -ROUNDING_BOUND * max(1.0, abs(threshold)) if math.isfinite(value) else beyond > 0
 
 
 def margin_of(value: float, scale: Scale) -> float | None:
@@ -55,4 +55,4 @@ def margin_of(value: float, scale: Scale) -> float | None:
     beyond = value - scale.full if scale.rising else scale.full - value
     if scale.full == 0 or not math.isfinite(beyond):
         return None
-    return 0.0 if abs(beyond) <= GUARD * max(1.0, scale.full) else beyond / scale.full
+    return 0.0 if abs(beyond) <= ROUNDING_BOUND * max(1.0, scale.full) else beyond / scale.full

@@ -28,7 +28,7 @@ from service.settings import Settings
 from service.storage.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow, ShareRow
 
 # Another request may enter the same key, or the same render, at the same time: each spoils one try.
-TRIES = 3
+MAX_TRIES = 3
 
 # Built once: making a statement takes longer than executing it.
 # The condition stands here as in the index of renders that may be joined, so that SQLite uses it.
@@ -68,7 +68,7 @@ def enter(service: Service, prepared: Prepared) -> SubmittedJob:
     QueueFullError
         If it does not fit into the queue now.
     """
-    for number in range(TRIES - 1):
+    for number in range(MAX_TRIES - 1):
         try:
             return _enter(service, prepared, force_new_render=number > 0)
         except (IntegrityError, _OvertakenError):

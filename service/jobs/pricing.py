@@ -39,7 +39,7 @@ def check_cost(description: PlanDocument, target: TargetQuality | None, settings
     raise renderer.SceneError([Problem(pointer=place, detail=detail, code="cost")])
 
 
-KEPT = 1024
+KEPT_PRICES = 1024
 
 
 class QuotedPrices:
@@ -53,7 +53,7 @@ class QuotedPrices:
         """Keep a price; the oldest is forgotten."""
         with self._lock:
             self._known[_name(request)] = cpu_seconds
-            while len(self._known) > KEPT:
+            while len(self._known) > KEPT_PRICES:
                 self._known.popitem(last=False)
 
     def get(self, request: JobRequest) -> float | None:

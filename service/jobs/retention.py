@@ -60,9 +60,9 @@ def measure(database: Database, store: TileStore) -> None:
     with database.reading() as session:
         found = session.execute(WITHOUT_SIZE).all()
     sizes = store.sizes() if found else {}
-    for start in range(0, len(found), MANY):
+    for start in range(0, len(found), REMOVED_AT_ONCE):
         with database.writing() as session:
-            for number, render in found[start : start + MANY]:
+            for number, render in found[start : start + REMOVED_AT_ONCE]:
                 _enter_size(session, number, sizes.get(render, 0))
 
 
@@ -77,7 +77,7 @@ SWEEP_SECONDS = 60.0
 MOST_DELETED = 0.1
 """Share of all jobs and assets that may go after a jump of the clock: all look old to one that is wrong."""
 CURE = "Set the clock right. If it is right, run 'penumbra prune': it deletes what is old, and sweeps go on."
-MANY = 100
+REMOVED_AT_ONCE = 100
 """Jobs and assets removed in one transaction, so that others need not wait long."""
 MOST_PREDICTED = 10_000
 """Jobs and assets that a dry run reports at most, each."""
@@ -177,7 +177,7 @@ class RetentionThread:
             session.execute(
                 delete(IdempotencyRow).where(IdempotencyRow.created_at < datetime.now(UTC) - KEY_LIFE)
             )
-            swept = Sweep(session, rules, held, MANY).run()
+            swept = Sweep(session, rules, held, REMOVED_AT_ONCE).run()
         for render in swept.pictures:
             self._store.drop_job(render)
         self._assets.drop(swept.assets, self._unused_since(rules))

@@ -19,7 +19,7 @@ WORKER_BYTES = 512 << 20
 """Address space of a worker beside textures: 330 MiB before it has read a scene, and what a tile takes."""
 # Bytes of a pixel, counted from the arrays and confirmed with 8000 x 8000 pixels in each format: four floats,
 # a third more with a pyramid, and what is beside them while one texture is read.
-HELD, WITH_PYRAMID, READ = 16, 64 / 3, 16
+HELD_BYTES, WITH_PYRAMID, READ_BYTES = 16, 64 / 3, 16
 GIB = 1 << 30
 
 
@@ -31,9 +31,10 @@ def too_large(session: Session, scene: Scene, worker_bytes: int) -> Problem | No
     if not pixels:
         return None
     held = sum(
-        count * (WITH_PYRAMID if texture.filter == "mipmap" else HELD) for texture, count in pixels.items()
+        count * (WITH_PYRAMID if texture.filter == "mipmap" else HELD_BYTES)
+        for texture, count in pixels.items()
     )
-    needed, room = held + READ * max(pixels.values()), worker_bytes - WORKER_BYTES
+    needed, room = held + READ_BYTES * max(pixels.values()), worker_bytes - WORKER_BYTES
     if needed <= room:
         return None
     largest = max(pixels, key=pixels.__getitem__)

@@ -30,7 +30,7 @@ from service.storage.objects import Stored
 from service.storage.tiles import Pixels, StoredTile, TileStore
 
 ENCODINGS = {"float32": FLOAT32, "rgb8": RGB8}
-ATTEMPTS = 3
+MAX_ATTEMPTS = 3
 """Attempts at a batch: a pass may be merged during the first, and the job end during the second."""
 
 
@@ -112,7 +112,7 @@ def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> Sto
 
     They are written to a file: readers may be slow, and a batch may have all pixels of a large picture.
     """
-    for _ in range(ATTEMPTS):
+    for _ in range(MAX_ATTEMPTS):
         with service.database.reading() as session:
             news = _news(session, find(session, job_id), after, service.settings.max_events)
         try:

@@ -153,11 +153,11 @@ def unused_without(session: Session, renders: Collection[int], before: datetime,
 
 
 # Databases bound the values in one statement.
-_TOGETHER = 500
+_ROWS_AT_ONCE = 500
 
 Item = TypeVar("Item")
 
 
 def batched(items: Sequence[Item]) -> Iterator[Sequence[Item]]:
     """Split into as many as one statement may have."""
-    return (items[start : start + _TOGETHER] for start in range(0, len(items), _TOGETHER))
+    return (items[start : start + _ROWS_AT_ONCE] for start in range(0, len(items), _ROWS_AT_ONCE))

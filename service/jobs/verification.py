@@ -23,7 +23,7 @@ from service.storage.objects import Objects
 from service.storage.tiles import LAYERS_SUFFIX, SAMPLES_SUFFIX, SPEC, StoredTile, TileStore, tile_name
 from service.workers import layers
 
-READS = 2
+MAX_LISTINGS = 2
 """Times that the files of a render are listed, as they come and go while it runs."""
 
 
@@ -67,7 +67,7 @@ def _read(place: Objects, name: str, expected: Expected) -> None:
 def _render(database: Database, store: TileStore, number: int) -> Iterator[Verified]:
     """Verify the files of a render; what is lost is verified again as the database has it then."""
     lost = None
-    for _ in range(READS):
+    for _ in range(MAX_LISTINGS):
         with database.reading() as session:
             row = session.get(RenderRow, number)
             reads = {} if row is None else _reads(session, store, row)

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 
 # Most cached times, more than renders run at the same time.
-MANY = 65_536
+KEPT_CLOCKS = 65_536
 
 
 def wall() -> datetime:
@@ -51,7 +51,7 @@ class Clock:
             if taken not in self._known:
                 self._known[taken] = now - max(0.0, (self._wall() - taken).total_seconds())
             self._known.move_to_end(taken)
-            if len(self._known) > MANY:
+            if len(self._known) > KEPT_CLOCKS:
                 self._known.popitem(last=False)
             return now - self._known[taken]
 

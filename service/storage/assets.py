@@ -42,7 +42,7 @@ _MESHES = {
     "ply": "application/x-ply",
 }
 _ARRAY = "application/x-npy"
-_BEGINNING = 1 << 16
+_SCANNED_BYTES = 1 << 16
 DAMAGED = ".damaged"
 """Ends the name of an asset whose bytes have another hash than its name."""
 
@@ -205,7 +205,7 @@ def read_header(path: Path, limits: Limits) -> Header:
         If it is neither a picture nor a mesh, or a mesh of too many triangles.
     """
     with path.open("rb") as file:
-        beginning = file.read(_BEGINNING)
+        beginning = file.read(_SCANNED_BYTES)
     if beginning.startswith(MAGIC_PREFIX):
         return _array_header(path)
     kind = _mesh_kind(beginning)
@@ -246,7 +246,7 @@ def _mesh_header(path: Path, kind: str, limits: Limits) -> Header:
 
 def _image_header(path: Path, limits: Limits) -> Header:
     with path.open("rb") as file:
-        media_type = media_type_beside_pillow(file.read(_BEGINNING))
+        media_type = media_type_beside_pillow(file.read(_SCANNED_BYTES))
     try:
         if media_type is not None:
             return Header(media_type, *image_size(path.read_bytes(), limits.max_image_pixels))
@@ -265,7 +265,7 @@ def _image_header(path: Path, limits: Limits) -> Header:
 
 def _given(path: Path) -> str:
     with path.open("rb") as file:
-        kind = recognise(file.read(_BEGINNING))
+        kind = recognise(file.read(_SCANNED_BYTES))
     return f"This is {kind.phrase}," if kind and kind.group not in {"picture", "mesh"} else "The body is"
 
 

@@ -17,7 +17,7 @@ from service.errors import StoreDamagedError
 
 BAND_BYTES = 1 << 20
 """A range costs reading at most two bands more, and a gigabyte has a few kilobytes of checksums."""
-READS = 2
+MAX_READS = 2
 """Reads of a file before it counts as damaged: a network or memory may garble one."""
 UNREADABLE = (ValueError, EOFError, LookupError, NotImplementedError, RuntimeError, zipfile.BadZipFile)
 """Exceptions of readers of .npy and .npz files that are not as they were written."""
@@ -80,7 +80,7 @@ def is_whole(content: bytes, expected: Expected) -> bool:
 
 def read_checked(name: str, read: Callable[[], Content], fits: Callable[[Content], bool]) -> Content:
     """Read something, twice if it does not fit at first; StoreDamagedError if it does not then."""
-    for _ in range(READS):
+    for _ in range(MAX_READS):
         with suppress(StoreDamagedError):
             content = read()
             if fits(content):

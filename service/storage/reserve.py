@@ -14,7 +14,7 @@ from service.storage.database.connection import Database
 NAME = "reserve"
 RESERVE_BYTES = 8 << 20
 """Twice what SQLite writes to its log before it begins it anew."""
-BLOCK = 1 << 16
+BLOCK_BYTES = 1 << 16
 
 
 class Reserve:
@@ -68,4 +68,4 @@ class Reserve:
             with self._path.open("ab", buffering=0) as file:
                 # File systems that compress would store zeros in no room at all.
                 while (missing := size - os.fstat(file.fileno()).st_size) > 0:
-                    file.write(os.urandom(min(BLOCK, missing)))
+                    file.write(os.urandom(min(BLOCK_BYTES, missing)))

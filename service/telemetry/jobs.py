@@ -39,7 +39,7 @@ from service.workers.tasks import (
 )
 
 # Renders of which the trace is kept in mind.
-MANY = 1024
+KEPT_TRACES = 1024
 JOB = "penumbra.job"
 
 Ended = tuple[str | None, JobState, datetime, datetime | None, dict[str, Any] | None]
@@ -90,8 +90,8 @@ class SentJobSpans(JobSpans):
     def __init__(self, tracer: Tracer, ids: Ids, database: Database) -> None:
         self._tracer, self._ids, self._database = tracer, ids, database
         self._begun: WeakKeyDictionary[JobTask, Span] = WeakKeyDictionary()
-        self._sent: deque[str] = deque(maxlen=MANY)
-        self._traces = lru_cache(MANY)(self._look_up)
+        self._sent: deque[str] = deque(maxlen=KEPT_TRACES)
+        self._traces = lru_cache(KEPT_TRACES)(self._look_up)
 
     def here(self) -> str | None:
         """The current span as a ``traceparent``; None if there is none."""

@@ -24,7 +24,7 @@ from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow
 from service.workers.tasks import Cause, Interrupted, JobTask, Outcome, TaskFailed, TileDone, WorkerDied
 
-RECENT = 200
+RECENT_RENDERS = 200
 """Pictures of target quality, the newest, of which the error is reported."""
 GONE = "unknown"
 """The user of jobs that were removed, or followed by many others, before metrics were read."""
@@ -135,14 +135,16 @@ def _families(session: Session) -> Iterator[GaugeMetricFamily]:
 
     ratios = sorted(_ratios(session))
     shares = {str(share): ratios[round(share * (len(ratios) - 1))] for share in (0.5, 0.95) if ratios}
-    description = f"Error reached over the target error, of the last {RECENT} pictures with a target error."
+    description = (
+        f"Error reached over the target error, of the last {RECENT_RENDERS} pictures with a target error."
+    )
     yield _by("penumbra_error_over_target", description, "quantile", shares)
 
 
 def _ratios(session: Session) -> Iterator[float]:
     """The error of each of the newest pictures over its target error."""
     asked = select(RenderRow.target_error, RenderRow.merges).where(text(WITH_ERROR))
-    for target, merges in session.execute(asked.order_by(RenderRow.number.desc()).limit(RECENT)):
+    for target, merges in session.execute(asked.order_by(RenderRow.number.desc()).limit(RECENT_RENDERS)):
         error = merges[-1]["error"] if merges else None
         if target and error:
             yield error["estimate"] / target

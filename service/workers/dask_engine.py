@@ -30,7 +30,7 @@ from service.workers.tasks import Interrupted, Outcome, Report, Task, WorkerDied
 from service.workers.worker import WorkerSetup
 
 # Tasks for each worker: one runs, and the others are there when it ends.
-WINDOW = 3
+TASKS_PER_WORKER = 3
 # Seconds between checks of the cluster's workers.
 WATCH_SECONDS = 1.0
 # Seconds before the next try after a cluster has failed.
@@ -85,7 +85,7 @@ class DaskEngine:
     def room(self) -> int:
         """Number of tasks that can be submitted now; 0 without a cluster."""
         with self._lock:
-            return max(0, WINDOW * self._workers - self._load)
+            return max(0, TASKS_PER_WORKER * self._workers - self._load)
 
     def idle(self) -> int:
         """Number of idle workers; 0 without a cluster."""

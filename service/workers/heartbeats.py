@@ -19,7 +19,7 @@ SLICE_SECONDS = 2.0
 second task waits at each worker. Keeping an unfinished tile and reading it again takes some 10 ms."""
 
 # Bytes of beats that are read at once.
-MANY = 4096
+READ_BYTES = 4096
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def beats(connection: Connection, seconds: float) -> Iterator[Passed]:
         while True:
             # Beats that are only a little late are waited for; a stop of both sides counts as one wait.
             if connection.poll(2 * seconds):
-                passed = len(os.read(connection.fileno(), MANY)) * seconds
+                passed = len(os.read(connection.fileno(), READ_BYTES)) * seconds
                 silent = 0.0
                 if not passed:
                     return

@@ -150,9 +150,9 @@ def planning_seconds(request: JobRequest) -> float:
 
 
 _CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-_MANY = 1024
+_MESH_TRIANGLES = 1024
 """Triangles that stand for a mesh: priced within a factor of two of a million of them."""
-_MOST = 200_000
+_SCENE_TRIANGLES = 200_000
 """Triangles that stand for all meshes of a scene together."""
 WHITE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC"
 """One white pixel as a PNG file, in Base64."""
@@ -176,7 +176,7 @@ def outlined(scene: Scene) -> Scene:
     count = sum(_is_mesh(shape) for shape in scene.shapes)
     if not count:
         return scene
-    triangles = ((0, 1, 2),) * min(_MANY, max(1, _MOST // count))
+    triangles = ((0, 1, 2),) * min(_MESH_TRIANGLES, max(1, _SCENE_TRIANGLES // count))
     shapes = tuple(_stand_in(shape, triangles) for shape in scene.shapes)
     return scene.model_copy(update={"shapes": shapes})
 

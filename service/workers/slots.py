@@ -39,7 +39,7 @@ from service.workers.tasks import (
 from service.workers.worker import WorkerSetup
 
 # The second task waits here, so that it starts as soon as the first one ends.
-WINDOW = 2
+TASKS_PER_SLOT = 2
 # A task is overdue after so many time slices: it cannot be preempted, as where thousands of shapes are in one
 # place, or a plan is made. Then the cores are shared with one more process, for other users.
 OVERDUE_SLICES = 2
@@ -68,7 +68,7 @@ class SlotEngine:
 
     def room(self) -> int:
         """Number of tasks that can be submitted now."""
-        return sum(WINDOW - slot.load() for slot in self._slots)
+        return sum(TASKS_PER_SLOT - slot.load() for slot in self._slots)
 
     def idle(self) -> int:
         """Number of idle slots."""
@@ -158,7 +158,7 @@ class Slot:
         A tile that waited behind it could wait for a minute, while another slot is free.
         """
         tasks = tuple(self._tasks)
-        return WINDOW if any(isinstance(task, CallTask) for task in tasks) else len(tasks)
+        return TASKS_PER_SLOT if any(isinstance(task, CallTask) for task in tasks) else len(tasks)
 
     def state(self, name: str) -> WorkerState:
         """State of the process, under a name of the slot."""

@@ -18,7 +18,7 @@ from renderer.plan.lights import shadow_stages
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting, PointStage
-from renderer.plan.surfaces import FINEST
+from renderer.plan.surfaces import SAMPLES_IF_UNKNOWN
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.shapes.family import Hulls
@@ -119,7 +119,7 @@ def averaged(stage: PointStage, camera: Pinhole, target: TargetQuality) -> Point
     pyramid's mean over a whole pixel at a grazing angle is blurred over many.
     """
     if isinstance(stage, ColorTexture | NormalMap) and isinstance(stage.texture, MipmapTexture):
-        return replace(stage, texture=replace(stage.texture, share=1 / np.sqrt(FINEST)))
+        return replace(stage, texture=replace(stage.texture, share=1 / np.sqrt(SAMPLES_IF_UNKNOWN)))
     if not isinstance(stage, ColorTexture) or not isinstance(stage.texture, BoxCheckerTexture):
         return stage
     pixel = footprints.build(camera, 1)

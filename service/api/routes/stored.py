@@ -15,7 +15,7 @@ from service.errors import RangeError
 from service.storage.objects import Stored
 
 RANGE = re.compile(r"(\d{1,18})-(\d{0,18})|-(\d{1,18})", re.ASCII)
-PIECE = 1 << 20
+PIECE_BYTES = 1 << 20
 """Bytes that are read at once: as much memory as each slow client takes."""
 
 Span = tuple[int, int]
@@ -87,13 +87,13 @@ def _holds(if_range: str | None, fields: Mapping[str, str]) -> bool:
 def streamed(status: int, stored: Stored, span: Span, media_type: str, headers: dict[str, str]) -> Response:
     """Answer with some bytes of a file, of which few are in memory at once."""
     begin, end = span
-    spans = [*pairwise([*range(begin, end, PIECE), end])]
+    spans = [*pairwise([*range(begin, end, PIECE_BYTES), end])]
     pieces = (stored.read(*ends) for ends in spans)
     for ends in spans[1:] if stored.read_ahead else ():
         stored.read(*ends)
     # Fetch the first piece before the answer begins, so that an unreachable bucket gives a problem document.
     first = next(pieces, b"")
-    if end - begin <= PIECE:
+    if end - begin <= PIECE_BYTES:
         return Response(first, status, headers, media_type)
     fields = headers | {"Content-Length": str(end - begin)}
     return StreamingResponse(_chained(first, pieces), status, fields, media_type)

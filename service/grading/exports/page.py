@@ -6,7 +6,7 @@ import html
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from accuracy.comparison.heat import GAP
+from accuracy.comparison.heat import GAP_PIXELS
 from schemas.grading.grades import Grade, GradeInput
 from service.grading.exports.pictures import Album, Shown, album
 from service.grading.exports.rows import Row, for_staff, for_students, headline
@@ -125,7 +125,9 @@ def _lefts(wide: int, width: int | None) -> list[int]:
     """Left edges of the pictures of a width: of one, or of three side by side."""
     if width is None:
         return []
-    return {width: [0], 3 * width + 2 * GAP: [place * (width + GAP) for place in range(3)]}.get(wide, [])
+    return {width: [0], 3 * width + 2 * GAP_PIXELS: [place * (width + GAP_PIXELS) for place in range(3)]}.get(
+        wide, []
+    )
 
 
 def _staff(grade: Grade) -> Iterator[str]:

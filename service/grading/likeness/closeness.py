@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from accuracy.comparison import variances
-from accuracy.comparison.blocks import SIDE
+from accuracy.comparison.blocks import BLOCK_SIDE
 from accuracy.comparison.inputs import Picture
 from renderer.math.arrays import Floats, Masks
 
@@ -101,9 +101,9 @@ def _counts(image: Picture, reference: Picture, channel: int) -> tuple[int, int]
 
 def _blocks(values: Floats) -> Floats:
     """Pixels (H, W) in blocks, (rows, columns, 8, 8), each once; what fills no block is left out."""
-    rows, columns = values.shape[0] // SIDE, values.shape[1] // SIDE
-    whole = values[: rows * SIDE, : columns * SIDE]
-    return whole.reshape(rows, SIDE, columns, SIDE).swapaxes(1, 2)
+    rows, columns = values.shape[0] // BLOCK_SIDE, values.shape[1] // BLOCK_SIDE
+    whole = values[: rows * BLOCK_SIDE, : columns * BLOCK_SIDE]
+    return whole.reshape(rows, BLOCK_SIDE, columns, BLOCK_SIDE).swapaxes(1, 2)
 
 
 def _as_stated(value: Floats, error: Floats) -> Masks:
@@ -124,7 +124,7 @@ def _sums_of_three(values: Floats, middle: float) -> Floats:
     """
     parts = []
     for axis in (2, 3):
-        one, two, three = (np.take(values, range(start, start + SIDE - 2), axis) for start in range(3))
+        one, two, three = (np.take(values, range(start, start + BLOCK_SIDE - 2), axis) for start in range(3))
         parts.append((one + middle * two + three).reshape(*values.shape[:2], -1))
     return np.concatenate(parts, axis=2)
 

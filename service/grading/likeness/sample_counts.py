@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from accuracy.comparison import variances
-from accuracy.comparison.blocks import SIDE, gathered
+from accuracy.comparison.blocks import BLOCK_SIDE, gathered
 from accuracy.comparison.inputs import Picture
-from accuracy.comparison.noise import GRAINY, sample_variances, unlikeness
+from accuracy.comparison.noise import MIN_GRAIN, sample_variances, unlikeness
 from renderer.math.arrays import Floats
 
 MOST_SAMPLES = 1024
@@ -131,7 +131,7 @@ def grain(image: Picture, reference: Picture, tolerance: float) -> Grain | None:
     tolerance
         Noise whose deviation is below a quarter of it does not count.
     """
-    if not variances.known(reference) or min(image.width, image.height) < SIDE:
+    if not variances.known(reference) or min(image.width, image.height) < BLOCK_SIDE:
         return None
     both = zip(image.bands(), reference.bands(), strict=True)
     counts = [_grain(*band, tolerance) for band in both]
@@ -145,5 +145,5 @@ def _grain(image: Picture, reference: Picture, tolerance: float) -> tuple[int, i
     still = (gathered(single).max(axis=2) <= quiet * quiet).all(axis=2)
     difference = gathered(image.linear - reference.linear)
     loud = difference.var(axis=2) > (LOUD * quiet) ** 2
-    grainy = still & (loud & (unlikeness(difference, image.linear.shape) >= GRAINY)).any(axis=2)
+    grainy = still & (loud & (unlikeness(difference, image.linear.shape) >= MIN_GRAIN)).any(axis=2)
     return int(np.count_nonzero(still)), int(np.count_nonzero(grainy))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import renderer
 from accuracy.comparison import Comparison, Picture, variances
 from accuracy.comparison.averages import averaged_encoded
-from accuracy.comparison.blocks import SIDE
+from accuracy.comparison.blocks import BLOCK_SIDE
 from accuracy.comparison.blurs import LEAST_FILTER, blur, smoothed
 from accuracy.comparison.compression import compressed, compression
 from accuracy.comparison.diagnosis import AVERAGED, BLURRED, FILTERED, JAGGED, LOSSY
@@ -189,7 +189,7 @@ def _effect(cause: str, image: Picture, reference: Picture) -> Floats | float:
 
 def _around(effect: Floats | float) -> Floats | float:
     """Mean square of an effect (H, W, 3) in the blocks around each pixel."""
-    return effect if isinstance(effect, float) else smoothed(effect * effect, SIDE / 2)
+    return effect if isinstance(effect, float) else smoothed(effect * effect, BLOCK_SIDE / 2)
 
 
 def _unchanged(values: Floats) -> Floats:

@@ -16,10 +16,10 @@ import numpy as np
 
 from accuracy.comparison.blocks import Bias, bias, gathered
 from accuracy.comparison.diagnosis import (
-    HALF,
     JAGGED,
     JAGGED_HINT,
-    SURE,
+    MAX_RMSE_LEFT,
+    MIN_GAIN_ERRORS,
     diagnose,
     has_soft_edges,
     jagged_left_over,
@@ -232,7 +232,7 @@ class _Search:
     def _explained(self, program: Program, pair: Pair) -> bool:
         if _agrees(pair, program, AGREED):
             return True
-        return self._left(program, pair) < HALF**2 * self._left(Program(), pair)
+        return self._left(program, pair) < MAX_RMSE_LEFT**2 * self._left(Program(), pair)
 
     @staticmethod
     def _left(program: Program, pair: Pair) -> float:
@@ -319,7 +319,7 @@ def _sum(errors: Sequence[float]) -> float:
 
 def _convincing(errors: Sequence[float]) -> bool:
     pro, contra = sum(error > CLEAR for error in errors), sum(error < -CLEAR for error in errors)
-    return _sum(errors) >= SURE and pro >= max(LEAST_PICTURES, OUTWEIGHED * contra)
+    return _sum(errors) >= MIN_GAIN_ERRORS and pro >= max(LEAST_PICTURES, OUTWEIGHED * contra)
 
 
 def _jagged(program: Program, pair: Pair) -> bool | None:
@@ -331,4 +331,4 @@ def _jagged(program: Program, pair: Pair) -> bool | None:
     if not has_soft_edges(reference):
         return None
     left = jagged_left_over(Picture.of_values(image), reference)
-    return left is not None and left <= HALF**2 * _square(image - pair.reference)
+    return left is not None and left <= MAX_RMSE_LEFT**2 * _square(image - pair.reference)

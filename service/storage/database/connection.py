@@ -29,8 +29,8 @@ LOG_BYTES = 4 << 20
 # A server that was stopped in the middle of a transaction, or cut off, delays others at most this long.
 SILENCE_TIMEOUT_MS = 3_000
 # Any numbers that other programs on the same database do not use.
-WRITERS = 0x50454E554D425241
-STARTERS = WRITERS + 1
+WRITER_LOCK = 0x50454E554D425241
+STARTER_LOCK = WRITER_LOCK + 1
 # What a server that starts checks outside of the database, such as a bucket, may take this long.
 START_TIMEOUT_MS = 60_000
 CHANNEL = "penumbra"
@@ -41,7 +41,7 @@ LISTEN_SECONDS = 0.5
 # How often a service notifies itself, and how long the answer may take, seconds. A connection that is lost in
 # silence is one of which nothing else tells: who waits for a job waits for the sum of both.
 HEARTBEAT_SECONDS, HEARD_SECONDS = 2.0, 3.0
-PRIMARY = 0xFF
+PRIMARY_CODE = 0xFF
 """The bits of an error code of SQLite that say its kind."""
 
 _UNTIL: ContextVar[float] = ContextVar("until", default=math.inf)
@@ -130,7 +130,7 @@ class Database:
         if not self.shared:
             yield
             return
-        with self.engine.execution_options(lock=STARTERS, silence_ms=START_TIMEOUT_MS).begin():
+        with self.engine.execution_options(lock=STARTER_LOCK, silence_ms=START_TIMEOUT_MS).begin():
             yield
 
     @contextmanager
@@ -244,7 +244,7 @@ def _patience_ms(options: Mapping[str, Any]) -> int:
 def _give_up_sqlite(failure: ExceptionContext) -> None:
     """Close a connection that may only read: one made while the disk was read-only stays so for ever."""
     code = getattr(failure.original_exception, "sqlite_errorcode", sqlite3.SQLITE_OK)
-    if code & PRIMARY == sqlite3.SQLITE_READONLY:
+    if code & PRIMARY_CODE == sqlite3.SQLITE_READONLY:
         failure.is_disconnect = True
 
 
@@ -252,7 +252,7 @@ def _begin_postgresql(connection: Connection) -> None:
     options = connection.get_execution_options()
     driver: Any = connection.connection.dbapi_connection
     driver.answer_seconds = options.get("answer_seconds", ANSWER_SECONDS)
-    lock = options.get("lock", WRITERS if options.get("writes", False) else None)
+    lock = options.get("lock", WRITER_LOCK if options.get("writes", False) else None)
     if lock is None:
         return
     silence_ms = options.get("silence_ms", SILENCE_TIMEOUT_MS)

@@ -9,7 +9,7 @@ import pytest
 
 import renderer
 from accuracy.quotes.deadlines import Deadline
-from accuracy.quotes.places import cells, parts
+from accuracy.quotes.pilot_pixels import cells, parts
 from accuracy.quotes.prices import price
 from accuracy.quotes.timings import Stopwatch
 from renderer.scenes import LoadedScene

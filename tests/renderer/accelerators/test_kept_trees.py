@@ -9,12 +9,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from renderer.accelerators.trees import KEPT, Kept, tree_of
+from renderer.accelerators.trees import KEPT_TREES, Kept, tree_of
 from renderer.shapes.triangles import Triangles, build
 from schemas.shapes import Triangle
 from tests.pictures.parts import Files
 
-THREADS = 4 * KEPT
+THREADS = 4 * KEPT_TREES
 ROUNDS = 20
 
 BUSY = 0.005

@@ -12,7 +12,7 @@ from rich.console import Console
 from schemas.api.plans import Convergence
 from service.api.routes.pictures import CONVERGENCE_EXAMPLE as EXAMPLE
 from service.cli.progress import Bar, progress_bar
-from service.cli.watch import FULL, Curve, sentences
+from service.cli.watch import BAR_CELLS, Curve, sentences
 
 FOUND = Convergence.model_validate(EXAMPLE)
 
@@ -82,7 +82,7 @@ def test_bars_halve_with_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
     letter = "\u2587"
     table = [line.rstrip() for line in lines if letter in line]
     # The errors are 0.032, about half and about a quarter of it; a half is two letters.
-    assert [line.count(letter) for line in table] == [FULL, FULL - 2, FULL - 4]
+    assert [line.count(letter) for line in table] == [BAR_CELLS, BAR_CELLS - 2, BAR_CELLS - 4]
     assert len({line.index(letter) for line in table}) == 1
     assert any("the power -0.49" in line for line in lines)
     assert max(map(len, lines)) <= 100

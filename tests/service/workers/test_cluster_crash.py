@@ -19,7 +19,7 @@ from prometheus_client.parser import text_string_to_metric_families
 import renderer
 from service.server import running
 from service.settings import Settings
-from service.workers.dask_engine import WINDOW
+from service.workers.dask_engine import TASKS_PER_WORKER
 from service.workers.dask_worker import execute
 from service.workers.tasks import Interrupted
 from tests.service.dask_cluster import Cluster
@@ -112,7 +112,7 @@ def test_what_is_lost_with_a_worker_is_rendered_by_another(
     tiles = service.check(job, undisturbed, {}).values()
     # Only the running task counts; those that waited behind it do not.
     assert sum(row["deaths"] for row in tiles) <= 1
-    assert 1 <= sum(row["attempt"] > 1 for row in tiles) <= WINDOW
+    assert 1 <= sum(row["attempt"] > 1 for row in tiles) <= TASKS_PER_WORKER
     cluster.start_worker()
 
 

@@ -17,7 +17,7 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, func, inspect, select
 
 from service.errors import DatabaseVersionError
-from service.storage.database.connection import PRIMARY, Database
+from service.storage.database.connection import PRIMARY_CODE, Database
 from service.storage.database.models import LeaderRow
 
 # Between two statements a migration may think longer than a transaction of the service.
@@ -87,7 +87,7 @@ def _is_open_elsewhere(database: Database) -> bool:
         cursor.execute("PRAGMA busy_timeout = 0")
         cursor.execute("PRAGMA journal_mode = DELETE")
     except sqlite3.OperationalError as error:
-        return error.sqlite_errorcode & PRIMARY == sqlite3.SQLITE_BUSY
+        return error.sqlite_errorcode & PRIMARY_CODE == sqlite3.SQLITE_BUSY
     finally:
         connection.invalidate()
     return False

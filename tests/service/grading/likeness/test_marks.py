@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from accuracy.comparison.heat import HOTTEST, STOPS, heat_map
+from accuracy.comparison.heat import STOPS, WHITE_DIFFERENCE, heat_map
 from accuracy.comparison.inputs import Picture, picture_of
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from service.grading.likeness.marks import is_marked, marked
@@ -69,7 +69,7 @@ def test_reference_computed_from_maps_of_differences_is_marked(reference: Pictur
         heat = heat_map(Picture.of_values(flat), marked(grey)).sum(axis=2)
         place = np.interp(heat, STOPS.sum(axis=1), np.linspace(0, 1, len(STOPS)))
         # What lies below this code is known already.
-        found = np.where(np.isnan(found) & (place < 0.98), code + 255 * HOTTEST * place, found)
+        found = np.where(np.isnan(found) & (place < 0.98), code + 255 * WHITE_DIFFERENCE * place, found)
     copy = found[:, :, None].repeat(3, axis=2)
     assert np.abs(copy - codes_of(grey.linear)).max() < 2
     assert is_marked(seen(copy), grey)

@@ -1,4 +1,4 @@
-"""Blocks and pixels of a pilot, in an order whose every beginning is spread over the picture."""
+"""Blocks and pixels of a pilot, in an order of which each prefix covers the picture evenly."""
 
 from collections.abc import Iterator
 
@@ -10,10 +10,10 @@ from schemas.tiles import Tile
 ACROSS, DOWN = 0.7548776662466927, 0.5698402909980532
 """Powers of the root of x^3 = x + 1, whose multiples fill a square most evenly (Roberts 2018)."""
 
-SIDE = 32
+SMALL_BLOCK_SIDE = 32
 """Side of small blocks, pixels: a thousand rays cost much more than the calls that they take."""
 
-APART = 4
+PIXEL_SPACING = 4
 """Side of the squares in each of which one pixel is sampled, pixels: neighbours show much the same, and
 blocks of many pixels cost less for each."""
 
@@ -43,12 +43,12 @@ def parts(cell: Tile, side: int, seed: int) -> list[Tile]:
 
 
 def scattered(cell: Tile, seed: int) -> Block:
-    """Pixels of a cell drawn at random, one in each square of `APART` x `APART` pixels.
+    """Pixels of a cell drawn at random, one in each square of `PIXEL_SPACING` x `PIXEL_SPACING` pixels.
 
     Squares at the edges of the picture may be smaller; each counts as one all the same.
     """
-    x0, y0 = np.arange(cell.x0, cell.x1, APART), np.arange(cell.y0, cell.y1, APART)
-    wide, high = np.minimum(APART, cell.x1 - x0), np.minimum(APART, cell.y1 - y0)
+    x0, y0 = np.arange(cell.x0, cell.x1, PIXEL_SPACING), np.arange(cell.y0, cell.y1, PIXEL_SPACING)
+    wide, high = np.minimum(PIXEL_SPACING, cell.x1 - x0), np.minimum(PIXEL_SPACING, cell.y1 - y0)
     across, down = np.random.default_rng((seed, cell.index)).random((2, y0.size, x0.size))
     columns = (x0 + across * wide).astype(np.int64)
     rows = (y0[:, None] + down * high[:, None]).astype(np.int64)
