@@ -13,6 +13,12 @@ import { skeleton } from "./elements.js";
  * @typedef {[RegExp, (keyof ViewParams)[], () => Promise<View>, string[]]} Route
  */
 
+/** The style sheets of a picture that fills the window. */
+const VIEWER = [
+  "views/job.css",
+  ...["picture", "tools", "stage", "viewer", "drawer"].map((name) => `views/picture/${name}.css`),
+];
+
 // For each view: the pattern of its path, the names of the pattern's groups, the module, and the style sheets to wait for.
 /** @type {Route[]} */
 const ROUTES = [
@@ -22,23 +28,14 @@ const ROUTES = [
     /^\/jobs\/([^/]+)$/,
     ["id"],
     () => import("./views/job.js"),
-    [
-      "editor.css",
-      "views/job.css",
-      "views/picture/picture.css",
-      "views/picture/tools.css",
-      "views/picture/stage.css",
-      "views/job/viewer.css",
-      "views/job/drawer.css",
-      "vendor/uplot/uPlot.min.css",
-    ],
+    ["editor.css", ...VIEWER, "vendor/uplot/uPlot.min.css"],
   ],
   [/^\/service$/, [], () => import("./views/service.js"), ["views/service.css"]],
   [
     /^\/compare\/([^/]+)\/([^/]+)$/,
     ["a", "b"],
     () => import("./views/compare.js"),
-    ["views/job.css", "views/picture/picture.css", "views/picture/tools.css", "views/compare/compare.css"],
+    [...VIEWER, "views/compare/compare.css"],
   ],
 ];
 

@@ -12,7 +12,7 @@ from playwright.sync_api import Page, expect
 
 from service.server import RunningServer
 from tests.browser.conftest import Open, Shoot
-from tests.browser.pictures import codes_of, finished, point_at, served
+from tests.browser.pictures import click_at, codes_of, finished, point_at, served, tab
 from tests.service.support import image, scene
 
 
@@ -33,16 +33,71 @@ def test_verdict_and_worst_region(open_page: Open, pair: tuple[str, str], shoot:
     assert before is not None
     assert after is not None
     assert after["width"] > 1.5 * before["width"]
-    page.get_by_label("Difference", exact=True).check()
+    page.get_by_label("Shown").select_option("Difference")
     expect(page.get_by_label("Highest value")).to_have_value("0.25")
     shoot(page, "compare-region")
 
 
 @pytest.mark.slow
+def test_pixel_of_both_pictures(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
+    page = open_page("/compare/{}/{}".format(*pair))
+    expect(page.locator(".verdict")).to_be_visible()
+    click_at(page, 36, 24)
+    for name, job in zip("AB", pair, strict=True):
+        section = page.get_by_role("region", name=f"Pixel 36, 24 of {name}")
+        answer = client.post(f"/v1/jobs/{job}/inspections", json={"x": 36, "y": 24}).json()
+        expect(section.locator(".reasons li").first).to_contain_text(
+            answer["reasons"][0]["text"].split("`")[0]
+        )
+    values = [image(client, job)[24, 36].astype(np.float64) for job in pair]
+    numbers = [
+        [float(word.replace("\N{MINUS SIGN}", "-")) for word in line.split()[-3:]]
+        for line in page.locator(".readout").inner_text().splitlines()[1:]
+    ]
+    # The readout shows four digits.
+    np.testing.assert_allclose(numbers, [*values, values[0] - values[1]], rtol=1e-3)
+
+
+@pytest.mark.slow
+def test_jobs_and_scenes_side_by_side(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
+    page = open_page("/compare/{}/{}".format(*pair))
+    expect(page.locator(".verdict")).to_be_visible()
+    sides = page.locator(".sides").first
+    cells = sides.get_by_role("row", name="CPU time").get_by_role("cell").all_inner_texts()
+    # The table shows two digits.
+    assert [float(cell.split()[0]) for cell in cells] == pytest.approx(
+        [client.get(f"/v1/jobs/{job}").json()["cost"]["cpu_seconds"] for job in pair], rel=0.06
+    )
+    tab(page, "Scenes")
+    expect(page.get_by_role("tabpanel", name="Scenes").locator("tbody tr")).to_have_count(1)
+    expect(page.get_by_role("row", name="/shapes/1")).to_contain_text("ellipsoid")
+
+
+@pytest.mark.slow
+def test_another_picture_after_a_refusal(
+    open_page: Open, client: httpx2.Client, pair: tuple[str, str]
+) -> None:
+    gone = finished(client, scene() | {"name": "gone"})
+    page = open_page(f"/jobs/{pair[0]}")
+    tab(page, "Compare")
+    page.get_by_label("Compare with").select_option(gone)
+    client.delete(f"/v1/jobs/{gone}")
+    page.get_by_role("button", name="Compare", exact=True).click()
+    expect(page.get_by_role("alert")).to_be_visible()
+    late = finished(client, scene() | {"name": "late"})
+    tab(page, "Pixel")
+    tab(page, "Verdict")
+    page.get_by_label("Compare with").select_option(late)
+    page.get_by_role("button", name="Compare", exact=True).click()
+    expect(page.locator(".verdict")).to_contain_text("Not the same")
+
+
+@pytest.mark.slow
 def test_line_between_two_pictures(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
     page = open_page("/compare/{}/{}".format(*pair))
-    line = page.get_by_label("Line between A and B")
-    line.fill("25")
+    expect(page.get_by_label("Shown")).to_be_enabled()
+    page.get_by_role("button", name="Display").click()
+    page.get_by_label("Line between A and B").fill("25")
     one, other = (served(client, job) for job in pair)
     codes = codes_of(page)
     np.testing.assert_array_equal(codes[:, :20], one[:, :20])
@@ -53,7 +108,7 @@ def choose_reference(page: Page, kind: str, content: bytes) -> None:
     page.get_by_label("Reference: a PNG, NPY or EXR file").set_input_files(
         {"name": f"reference.{kind}", "mimeType": "application/octet-stream", "buffer": content}
     )
-    page.get_by_role("button", name="Compare").click()
+    page.get_by_role("button", name="Compare").first.click()
 
 
 @pytest.mark.slow
@@ -65,7 +120,7 @@ def test_file_as_the_reference(
     content = client.get(f"/v1/jobs/{pair[1]}/image.{kind}").content
     choose_reference(page, kind, content)
     expect(page.locator(".verdict")).to_contain_text("Not the same")
-    page.get_by_label("B alone").check()
+    page.get_by_label("Shown").select_option("b")
     np.testing.assert_array_equal(codes_of(page), served(client, pair[1]))
 
 
@@ -81,9 +136,9 @@ def test_picture_brighter_than_white(open_page: Open, client: httpx2.Client, kin
     page = open_page(f"/compare/{job}/file")
     choose_reference(page, kind, client.get(f"/v1/jobs/{job}/image.{kind}").content)
     expect(page.locator(".verdict")).to_contain_text("The same")
-    page.get_by_label("Difference", exact=True).check()
+    page.get_by_label("Shown").select_option("Difference")
     point_at(page, 20, 22, (40, 24))
-    a, b = page.locator(".readout").inner_text().split("A ")[1].split("   B ")
+    a, b = (line[2:] for line in page.locator(".readout").inner_text().splitlines()[1:3])
     if kind == "npy":
         assert a == b
         assert (codes_of(page) == VIRIDIS_BEGIN).all()

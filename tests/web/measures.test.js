@@ -1,8 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { absolute, drawHeat, metricsOf, relative } from "../../service/web/views/compare/differences.js";
-import { unpack } from "../../service/web/views/picture/colormaps.js";
+import { layerOf, metricsOf } from "../../service/web/views/compare/differences.js";
 import { Film } from "../../service/web/views/picture/film.js";
 import {
   PER_STOP,
@@ -68,13 +67,14 @@ test("the variance of large values does not cancel", () => {
 test("the difference is the largest of the channels, and equal infinities are none", () => {
   const a = film(2, 1, [1, 5, 0, Infinity, 1, 1]);
   const b = film(2, 1, [1.5, 2, 0, Infinity, 1, 1]);
-  assert.deepEqual(Array.from(absolute(a, b)), [3, 0]);
-  assert.ok(Number.isNaN(absolute(film(1, 1, grey(NaN)), film(1, 1, grey(0)))[0]));
+  assert.deepEqual(Array.from(layerOf("difference", a, b).values), [3, 0]);
+  assert.ok(Number.isNaN(layerOf("difference", film(1, 1, grey(NaN)), film(1, 1, grey(0))).values[0]));
 });
 
 test("the mean square of relative differences of grey pictures is the relative error", () => {
   const [a, b] = [film(2, 1, grey(0.5, 0.1)), film(2, 1, grey(0.4, 0))];
-  const mean = relative(a, b).reduce((sum, value) => sum + value * value, 0) / 2;
+  const { values } = layerOf("relative difference", a, b);
+  const mean = values.reduce((sum, value) => sum + value * value, 0) / 2;
   const { relmse } = metricsOf(a, b, a.whole);
   assert.ok(Math.abs(mean - relmse) < 1e-7 * relmse);
 });
@@ -89,10 +89,12 @@ test("metrics are of clipped values", () => {
 });
 
 test("the heat map is black where nothing differs and white from a displayed difference of a quarter on", () => {
-  const packed = new Uint32Array(2);
-  drawHeat(film(2, 1, grey(3, 1)), film(2, 1, grey(2, 0)), packed);
-  assert.deepEqual(Array.from(packed, unpack), [
-    [0, 0, 0],
-    [255, 255, 255],
-  ]);
+  const layer = layerOf("displayed difference", film(2, 1, grey(3, 1)), film(2, 1, grey(2, 0)));
+  assert.deepEqual(
+    [0, 1].map((x) => layer.codes(x, 0)),
+    [
+      [0, 0, 0],
+      [255, 255, 255],
+    ],
+  );
 });

@@ -5,22 +5,22 @@ import { h, pause } from "../dom.js";
 import { signInButton } from "../session.js";
 import { Watch } from "../watch.js";
 import * as actions from "./job/actions.js";
-import { makeBar } from "./job/bar.js";
+import * as bar from "./job/bar.js";
 import * as convergence from "./job/convergence.js";
-import { Drawer } from "./job/drawer.js";
+import * as picture from "./job/picture.js";
 import * as plan from "./job/plan.js";
 import * as progress from "./job/progress.js";
-import { tabTitle } from "./job/state.js";
+import { nameOf, tabTitle } from "./job/state.js";
 import * as warnings from "./job/warnings.js";
-import * as picture from "./picture/panel.js";
+import { makeFrame, refuse } from "./picture/frame.js";
 
 export const title = "Job";
 
-/** @typedef {{viewer: HTMLElement, bar: {controls: HTMLElement}, stage: HTMLElement, drawer: Drawer}} Places */
+/** @import { Frame } from "./picture/frame.js" */
 
 // In the order of the drawer. What they hear ends with the watch; `mount` returns what else is to be ended.
-/** @type {{mount: (places: Places, watch: Watch) => () => void}[]} */
-const PARTS = [progress, warnings, actions, picture, convergence, plan];
+/** @type {{mount: (frame: Frame, watch: Watch) => () => void}[]} */
+const PARTS = [bar, progress, warnings, actions, picture, convergence, plan];
 
 /** @type {[string, string][]} */
 const TABS = [
@@ -38,21 +38,13 @@ export function mount(root, { id }) {
   const life = new AbortController();
   /** @type {(() => void)[]} */
   const unmounts = [];
-  open(root, id, life.signal, unmounts).catch((error) => !life.signal.aborted && refuse(root, error));
+  open(root, id, life.signal, unmounts).catch(
+    (error) => !life.signal.aborted && refuse(root, "This job cannot be shown", error),
+  );
   return () => {
     life.abort();
     for (const unmount of unmounts.splice(0)) unmount();
   };
-}
-
-/** @param {HTMLElement} root @param {unknown} error */
-function refuse(root, error) {
-  const refused = error instanceof Problem && (error.status === 401 || error.status === 403);
-  root.replaceChildren(
-    h("h1", {}, "This job cannot be shown"),
-    h("p", { className: "lead" }, messageOf(error)),
-    refused ? signInButton() : "",
-  );
 }
 
 /**
@@ -84,15 +76,10 @@ async function open(root, id, signal, unmounts) {
   const entitle = () => (document.title = tabTitle(watch.job));
   watch.on("job", entitle);
   entitle();
-  document.body.classList.add("viewing");
-  unmounts.push(() => document.body.classList.remove("viewing"));
-  const drawer = new Drawer(TABS);
-  const bar = makeBar(watch, drawer);
-  const stage = h("section", { className: "stage", "aria-label": "Picture" }, makeNotice(watch));
-  const viewer = h("div", { className: "viewer" }, bar.element, stage, drawer.element);
-  root.replaceChildren(viewer);
-  const places = { viewer, bar, stage, drawer };
-  for (const part of PARTS) unmounts.push(part.mount(places, watch));
+  const frame = makeFrame(root, nameOf(watch.job), TABS);
+  frame.stage.append(makeNotice(watch));
+  unmounts.push(frame.close);
+  for (const part of PARTS) unmounts.push(part.mount(frame, watch));
   watch.start();
 }
 

@@ -1,6 +1,6 @@
 // How far two pictures are apart in each pixel, and in all of them.
 
-import { between } from "../picture/colormaps.js";
+import { Layer } from "../picture/layers.js";
 import { TRANSFERS } from "../picture/transfer.js";
 
 /** @typedef {import("../picture/film.js").Film} Film */
@@ -8,16 +8,13 @@ import { TRANSFERS } from "../picture/transfer.js";
 // What the service adds to the squared reference in `relmse`: dark pixels do not decide alone.
 const RELATIVE_FLOOR = 0.01;
 
-/** The difference at the end of the scale, as in the heat map; the same for all pictures. */
-export const HOTTEST = 0.25;
-
 /** The largest difference of the channels of each pixel, linear. @param {Film} a @param {Film} b */
-export function absolute(a, b) {
+function absolute(a, b) {
   return largest(a, b, (one, other) => Math.abs(one - other));
 }
 
 /** The largest of |a - b| / √(b² + 0.01) of the channels, whose mean square is `relmse`. @param {Film} a @param {Film} b */
-export function relative(a, b) {
+function relative(a, b) {
   return largest(a, b, (one, other) => Math.abs(one - other) / Math.sqrt(other * other + RELATIVE_FLOOR));
 }
 
@@ -37,14 +34,6 @@ function largest({ values: a }, { values: b }, apart) {
   return found;
 }
 
-// The heat map of the service: steps that look alike from black to white.
-const HEAT = between([
-  [0, 0, 0],
-  [90, 0, 120],
-  [220, 40, 40],
-  [255, 190, 20],
-  [255, 255, 255],
-]);
 // Steps of linear light in a table of displayed values; between them it is straight.
 const FINE = 4096;
 const SHOWN = Float64Array.from({ length: FINE + 2 }, (_, step) =>
@@ -59,20 +48,28 @@ function shown(linear) {
   return SHOWN[step] + (place - step) * (SHOWN[step + 1] - SHOWN[step]);
 }
 
+/** The largest difference of the channels as they are displayed, 0 to 1. @param {Film} a @param {Film} b */
+const displayed = (a, b) => largest(a, b, (one, other) => Math.abs(shown(one) - shown(other)));
+
 /**
- * Draw the largest displayed difference of the channels, from black to white.
+ * What can be shown of two pictures beside themselves, with the values at which the colours end: the same for all pictures.
  *
- * @param {Film} a
- * @param {Film} b
- * @param {Uint32Array} packed - A word of RGBA codes for each pixel.
+ * @type {Record<string, {of: (a: Film, b: Film) => Float32Array, high: number, colors: string}>}
  */
-export function drawHeat({ values: a }, { values: b }, packed) {
-  for (let pixel = 0, i = 0; pixel < packed.length; pixel++) {
-    let apart = 0;
-    for (let channel = 0; channel < 3; channel++, i++)
-      if (a[i] !== b[i]) apart = Math.max(apart, Math.abs(shown(a[i]) - shown(b[i])));
-    packed[pixel] = HEAT[Math.round((HEAT.length - 1) * Math.min(1, apart / HOTTEST))];
-  }
+const KINDS = {
+  difference: { of: absolute, high: 0.25, colors: "viridis" },
+  "relative difference": { of: relative, high: 1, colors: "viridis" },
+  // The heat map of the service.
+  "displayed difference": { of: displayed, high: 0.25, colors: "heat" },
+};
+
+/** The names of differences. */
+export const DIFFERENCES = Object.keys(KINDS);
+
+/** A difference in false colours. @param {string} name @param {Film} a @param {Film} b */
+export function layerOf(name, a, b) {
+  const { of, high, colors } = KINDS[name];
+  return new Layer(name, [a.height, a.width], of(a, b), { low: 0, high, log: false, colors });
 }
 
 /**

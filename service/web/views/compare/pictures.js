@@ -6,6 +6,7 @@ import { decodeNpy } from "../picture/npy.js";
 import { EIGHT_BITS, LINEAR, colorsOf } from "./references.js";
 
 /** @import { Encoding } from "./references.js" */
+/** @typedef {{film: Film, note: string, scene?: SceneDocument}} Read A picture, what to know of it, and its scene. */
 
 /**
  * A film that holds a whole picture.
@@ -14,7 +15,7 @@ import { EIGHT_BITS, LINEAR, colorsOf } from "./references.js";
  * @param {number} height
  * @param {ArrayLike<number>} values - Linear RGB by pixel.
  */
-export function exposed(width, height, values) {
+function exposed(width, height, values) {
   const film = new Film(width, height);
   film.fill(values);
   return film;
@@ -32,7 +33,7 @@ export async function filmOfJob(id, signal) {
  *
  * @param {Blob} file
  * @param {Encoding} encoding
- * @returns {Promise<{film: Film, note: string} | null>} Null for a file that only the service can read.
+ * @returns {Promise<Read | null>} Null for a file that only the service can read.
  */
 export async function filmOfFile(file, encoding) {
   const buffer = await file.arrayBuffer();
@@ -70,14 +71,16 @@ function filmOfCodes({ width, height, data }, encoding) {
 const GAP = 4;
 
 /**
- * The third of a picture of three side by side that holds the reference, as the service has read it.
+ * B as the service has read it: the middle third of a picture of three side by side.
  *
- * @param {string} png - In Base64.
- * @param {number} width
- * @param {number} height
+ * @param {ComparisonDocument} answer
+ * @param {Film} film - A.
+ * @returns {Promise<Read>}
  */
-export async function referenceIn(png, width, height) {
-  return filmOfCodes(pixelsOf(await bitmapOf(png, width + GAP, width, height)), "srgb");
+export async function readByService({ images }, { width, height }) {
+  if (!images) throw new Error("The service sent no pictures.");
+  const bitmap = await bitmapOf(images.side_by_side, width + GAP, width, height);
+  return { film: filmOfCodes(pixelsOf(bitmap), "srgb"), note: EIGHT_BITS };
 }
 
 /** @param {ImageBitmap} bitmap */

@@ -18,20 +18,21 @@ const METRICS = [
   ["ssim", "SSIM", "structural similarity as displayed"],
 ];
 
-/**
- * @param {ComparisonDocument} answer - Of `POST /v1/comparisons`.
- * @param {(region: ComparedRegion) => void} showRegion - Show a region.
- */
-export function makeVerdict(answer, showRegion) {
-  const [mark, word, kind] = VERDICTS[answer.verdict];
+/** The verdict and its reason. @param {ComparisonDocument} answer */
+export function makeVerdict({ verdict, reason }) {
+  const [mark, word, kind] = VERDICTS[verdict];
+  const sign = h("span", { "aria-hidden": "true" }, `${mark} `);
+  return h("div", {}, h("h2", { className: `verdict ${kind}` }, sign, word), h("p", {}, reason));
+}
+
+/** Probable mistakes, worst regions and metrics. @param {ComparisonDocument} answer @param {(region: ComparedRegion) => void} showRegion */
+export function makeDetails({ diagnosis: causes, worst_regions: worst, metrics }, showRegion) {
   return h(
     "div",
     {},
-    h("h2", { className: `verdict ${kind}` }, h("span", { "aria-hidden": "true" }, `${mark} `), word),
-    h("p", {}, answer.reason),
-    answer.diagnosis.length ? diagnosis(answer.diagnosis) : "",
-    answer.worst_regions.length ? regions(answer.worst_regions, showRegion) : "",
-    makeNumbers(answer.metrics),
+    causes.length ? diagnosis(causes) : "",
+    worst.length ? regions(worst, showRegion) : "",
+    makeNumbers(metrics),
   );
 }
 

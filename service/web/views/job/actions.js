@@ -8,9 +8,9 @@ import { makePopover } from "../picture/popover.js";
 import { cancel } from "./cancel.js";
 import { nameOf } from "./state.js";
 
-/** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
+/** @import { Frame } from "../picture/frame.js" @import { Watch } from "../../watch.js" */
 
-/** @param {Places} places @param {Watch} watch */
+/** @param {Frame} frame @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const { job } = watch;
   const trouble = h("p", { className: "problem", role: "alert", hidden: true });

@@ -5,9 +5,9 @@ import { h } from "../../dom.js";
 import { CODE_VALUE, codeValues, digits, plural, seconds } from "../../format.js";
 import { makePlot } from "../../plots.js";
 
-/** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
+/** @import { Frame } from "../picture/frame.js" @import { Watch } from "../../watch.js" */
 
-/** @param {Places} places @param {Watch} watch */
+/** @param {Frame} frame @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const plot = makePlot({
     label: "Error in code values against time",

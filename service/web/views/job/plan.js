@@ -11,10 +11,10 @@ import { folded, makeStages } from "./stages.js";
 // Further lines are hidden behind a button, to keep the list short.
 const SHOWN = 3;
 
-/** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
+/** @import { Frame } from "../picture/frame.js" @import { Watch } from "../../watch.js" */
 /** @typedef {(pointers: string[]) => Node} Lines Makes links to the lines of the scene. */
 
-/** @param {Places} places @param {Watch} watch */
+/** @param {Frame} frame @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const editor = makeEditor({ label: "The scene of this job", readOnly: true, signal: watch.signal });
   const stages = h("div", { className: "plan-stages" });

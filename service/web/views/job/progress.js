@@ -7,9 +7,9 @@ import { existedAlready, standing, stateName } from "./state.js";
 
 const TICK_MS = 1000;
 
-/** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
+/** @import { Frame } from "../picture/frame.js" @import { Watch } from "../../watch.js" */
 
-/** @param {Places} places @param {Watch} watch */
+/** @param {Frame} frame @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const large = h("p", { className: "hero-time" });
   const small = h("p", { className: "soft small" });
@@ -105,7 +105,7 @@ function figures(job) {
 }
 
 /** @param {JobDocument} job @returns {[string, string]} */
-function errorOf({ error }) {
+export function errorOf({ error }) {
   if (!error) return ["–", "no estimate"];
   return [
     `${codeValues(error.estimate)} code values`,
@@ -114,7 +114,7 @@ function errorOf({ error }) {
 }
 
 /** @param {JobDocument} job */
-function elapsed(job) {
+export function elapsed(job) {
   if (!job.started_at) return null;
   return Math.max(
     0,

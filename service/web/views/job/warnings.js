@@ -4,7 +4,7 @@ import { h } from "../../dom.js";
 import { plural } from "../../format.js";
 import { inScene } from "../../requests.js";
 
-/** @import { Places } from "../job.js" @import { Watch } from "../../watch.js" */
+/** @import { Frame } from "../picture/frame.js" @import { Watch } from "../../watch.js" */
 
 /** @type {[keyof NonNullable<JobDocument["numerics"]>, string, string][]} */
 const NUMERICS = [
@@ -13,7 +13,7 @@ const NUMERICS = [
   ["degenerate_dropped", "triangle", "left out: without area, or a copy"],
 ];
 
-/** @param {Places} places @param {Watch} watch */
+/** @param {Frame} frame @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const list = h("ul", { className: "warnings", "aria-label": "Warnings" });
 

@@ -27,6 +27,8 @@ const SAMPLES = {
     "00224e 00285b 002e6a 043371 1a386f 273e6e 32436d 3b496c 434e6c 4b546c 52596d 5a5f6e 61656f 686a71 6f7073 757676 " +
     "7c7b78 848179 8b8778 938d78 9b9376 a39a75 aba072 b3a670 bbad6c c3b469 ccba64 d4c15f ddc958 e6d051 efd748 f8df3c fee838",
   grey: "000000 ffffff",
+  // The heat map of the service.
+  heat: "000000 5a0078 dc2828 ffbe14 ffffff",
 };
 
 /** The names of the scales that begin dark and end bright. */
@@ -53,7 +55,7 @@ export function paletteOf(name) {
 const parsed = (hex) => [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16));
 
 /** Colours between those given, which are at equal distances. @param {number[][]} colors */
-export function between(colors) {
+function between(colors) {
   return Uint32Array.from({ length: STEPS }, (_, step) => {
     const place = (step / (STEPS - 1)) * (colors.length - 1);
     const before = Math.min(Math.floor(place), colors.length - 2);

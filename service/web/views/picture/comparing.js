@@ -9,24 +9,25 @@ import { placeOf } from "./place.js";
 const MOST = 50;
 
 /**
- * A form that chooses the picture to compare a finished job with.
+ * A form that chooses the picture to compare that of a finished job with.
  *
- * @param {import("../../watch.js").Watch} watch
+ * @param {JobDocument} job
  * @param {PictureScreen} screen
+ * @param {AbortSignal} signal
  */
-export function makeComparing(watch, screen) {
+export function makeComparing(job, screen, signal) {
+  /** @type {HTMLSelectElement} */
   const select = h("select", { id: "compared-with" });
-  const button = h("button", { type: "submit" }, "Compare");
   const form = h(
     "form",
     {
       className: "comparing",
       hidden: true,
-      onsubmit: (event) => (event.preventDefault(), navigate(`/compare/${watch.id}/${select.value}${at()}`)),
+      onsubmit: (event) => (event.preventDefault(), navigate(`/compare/${job.id}/${select.value}${at()}`)),
     },
     h("label", { htmlFor: select.id }, "Compare with"),
     select,
-    button,
+    h("button", { type: "submit" }, "Compare"),
   );
 
   /** The part that is shown here, for the address of the comparison. */
@@ -37,25 +38,24 @@ export function makeComparing(watch, screen) {
     return query.size ? `?${query}` : "";
   }
 
+  /** Ask for the list of jobs again, and keep what is chosen. */
   async function fill() {
     /** @type {JobListDocument} */
-    const { jobs } = await get(`/v1/jobs?limit=${MOST}`, { signal: watch.signal });
-    const { width, height } = watch.job;
+    const { jobs } = await get(`/v1/jobs?limit=${MOST}&state=succeeded`, { signal });
     const others = jobs.filter(
-      (job) =>
-        job.id !== watch.id && job.state === "succeeded" && job.width === width && job.height === height,
+      ({ id, width, height }) => id !== job.id && width === job.width && height === job.height,
     );
+    const chosen = select.value;
     select.replaceChildren(
-      ...others.map((job) =>
-        h("option", { value: job.id }, `${nameOf(job)}, ${new Date(job.created_at).toLocaleTimeString()}`),
-      ),
+      ...others.map((other) => h("option", { value: other.id }, `${nameOf(other)}, ${timeOf(other)}`)),
       h("option", { value: "file" }, "a file of your own …"),
     );
+    if (others.some(({ id }) => id === chosen)) select.value = chosen;
     form.hidden = false;
   }
 
-  const begin = () => watch.job.state === "succeeded" && form.hidden && fill().catch(() => {});
-  watch.on("job", begin);
-  begin();
-  return form;
+  return { element: form, fill: () => fill().catch(() => {}) };
 }
+
+/** @param {JobDocument} job */
+const timeOf = (job) => new Date(job.created_at).toLocaleTimeString();

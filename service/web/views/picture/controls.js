@@ -14,9 +14,9 @@ const MOST_STOPS = 10;
 export const displayOf = (scene) => ({ exposure: 0, transfer: "srgb", ...scene.display });
 
 /** Controls of exposure and transfer function. @param {() => void} changed */
-export function makeDisplay(changed, prefix = "display") {
+export function makeDisplay(changed) {
   const exposure = h("input", {
-    id: `${prefix}-exposure`,
+    id: "display-exposure",
     type: "range",
     min: -MOST_STOPS,
     max: MOST_STOPS,
@@ -27,7 +27,7 @@ export function makeDisplay(changed, prefix = "display") {
   const stops = h("output", { htmlFor: exposure.id });
   const transfer = h(
     "select",
-    { id: `${prefix}-transfer`, onchange: changed },
+    { id: "display-transfer", onchange: changed },
     Object.keys(TRANSFERS).map((name) => h("option", { value: name }, WORDS[name])),
   );
   const scene = { exposure: 0, transfer: "srgb" };
@@ -80,16 +80,20 @@ export function makeDisplay(changed, prefix = "display") {
   };
 }
 
-/** A list of the picture and its layers. @param {string[]} names @param {(name: string | null) => void} changed */
-export function makeLayerChoice(names, changed) {
+/**
+ * A list of what can be shown.
+ *
+ * @param {[string, string][]} choices - Name and label of each.
+ * @param {(name: string) => void} changed
+ */
+export function makeChoice(choices, changed) {
   /** @type {HTMLSelectElement} */
   const select = h(
     "select",
-    { id: "shown-layer", onchange: () => changed(select.value || null) },
-    h("option", { value: "" }, "Picture"),
-    names.map((name) => h("option", { value: name }, name.replace("_", " "))),
+    { id: "shown-layer", onchange: () => changed(select.value) },
+    choices.map(([value, label]) => h("option", { value }, label)),
   );
-  return field("Shown", select);
+  return { element: field("Shown", select), select };
 }
 
 /**

@@ -1,4 +1,4 @@
-// Draws a film or a layer on a screen, and the numbers in its pixels.
+// Draws films or a layer on a screen, and the numbers in its pixels. Of two films, the second begins at a column.
 
 import { unpack } from "./colormaps.js";
 import { Darkroom } from "./darkroom.js";
@@ -29,28 +29,54 @@ export function measured(name, detail, work) {
 }
 
 export class Developer {
-  /** @type {Darkroom} */
-  #darkroom;
+  /** @type {Darkroom[]} */
+  #darkrooms = [];
 
   /** @param {PictureScreen} screen @param {Film} film */
   constructor(screen, film) {
     this.screen = screen;
-    this.film = film;
     this.look = plainLook();
     /** @type {Layer | null} */
     this.layer = null;
-    this.#darkroom = new Darkroom(film);
+    /** Where the second film begins. */
+    this.column = screen.width;
+    this.#darkrooms = [new Darkroom(film)];
   }
 
   close() {
-    this.#darkroom.close();
+    for (const darkroom of this.#darkrooms) darkroom.close();
+  }
+
+  get films() {
+    return this.#darkrooms.map(({ film }) => film);
+  }
+
+  /** Compare with a second film, in place of one before. @param {Film} film */
+  compare(film) {
+    this.#darkrooms[1]?.close();
+    this.#darkrooms[1] = new Darkroom(film);
+    this.change({});
+  }
+
+  /** Show the second film from a column on. @param {number} column */
+  split(column) {
+    const ends = [this.column, column].sort((one, other) => one - other);
+    this.column = column;
+    if (!this.layer) this.#put({ ...this.films[0].whole, x0: ends[0], x1: ends[1] });
+    this.screen.redraw();
+  }
+
+  /** The film that is shown in a column. @param {number} x */
+  filmAt(x) {
+    return this.#darkrooms[x < this.column ? 0 : 1].film;
   }
 
   /** Take a batch of tiles. @param {import("./film.js").Tile[]} tiles */
   take(tiles) {
     measured("penumbra:paint", { tiles: tiles.length }, () => {
-      const places = tiles.map((tile) => this.film.take(tile));
-      for (const place of places) this.#darkroom.changed(place);
+      const [darkroom] = this.#darkrooms;
+      const places = tiles.map((tile) => darkroom.film.take(tile));
+      for (const place of places) darkroom.changed(place);
       if (!this.layer) this.#putAll(places);
       this.screen.redraw();
     });
@@ -58,7 +84,7 @@ export class Developer {
 
   /** @param {number} exposure @param {string} transfer */
   expose(exposure, transfer) {
-    measured("penumbra:expose", { pixels: this.film.width * this.film.height }, () =>
+    measured("penumbra:expose", { pixels: area(this.films[0].whole) }, () =>
       this.change({ encoder: new Encoder(exposure, transfer) }),
     );
   }
@@ -66,7 +92,7 @@ export class Developer {
   /** Change a part of the look. @param {Partial<import("./look.js").Look>} part */
   change(part) {
     this.look = { ...this.look, ...part };
-    if (!this.layer) this.#put(this.film.whole);
+    if (!this.layer) this.#put(this.films[0].whole);
     // The numbers in pixels are codes.
     this.screen.redraw();
   }
@@ -75,29 +101,38 @@ export class Developer {
   show(layer) {
     this.layer = layer;
     measured("penumbra:layer", { name: layer?.name }, () => {
-      if (layer) this.screen.context.putImageData(layer.develop(this.#darkroom.blank()), 0, 0);
-      else this.#put(this.film.whole);
+      if (layer) this.screen.context.putImageData(layer.develop(this.#darkrooms[0].blank()), 0, 0);
+      else this.#put(this.films[0].whole);
     });
     this.screen.redraw();
   }
 
   /** The values on the screen. @returns {{values: ArrayLike<number>, channels: number}} */
   get shown() {
-    return this.layer ?? { values: this.film.values, channels: 3 };
+    return this.layer ?? { values: this.filmAt(0).values, channels: 3 };
   }
 
   /** The codes of a pixel, or null while it is not known. @param {number} x @param {number} y */
   codes(x, y) {
-    return this.film.at(x, y)?.map((value) => this.look.encoder.code(value)) ?? null;
+    return (
+      this.filmAt(x)
+        .at(x, y)
+        ?.map((value) => this.look.encoder.code(value)) ?? null
+    );
   }
 
   /** The values of a pixel as text. @param {number} x @param {number} y */
   describe(x, y) {
-    if (this.layer) return `${this.layer.name} ${this.layer.at(x, y).map(short).join("  ")}`;
-    const values = this.film.at(x, y);
-    return values
-      ? `linear ${values.map(short).join("  ")}   shown ${this.codes(x, y)?.join("  ")}`
-      : "not rendered yet";
+    if (this.films.length > 1) return this.#describeBoth(x, y);
+    if (this.layer) return `${this.layer.name} ${triple(this.layer.at(x, y))}`;
+    const values = this.films[0].at(x, y);
+    return values ? `linear ${triple(values)}   shown ${this.codes(x, y)?.join("  ")}` : "not rendered yet";
+  }
+
+  /** @param {number} x @param {number} y */
+  #describeBoth(x, y) {
+    const [a, b] = this.films.map((film) => film.at(x, y) ?? []);
+    return `\nA ${triple(a)}\nB ${triple(b)}\nA − B ${triple(a.map((value, i) => value - b[i]))}`;
   }
 
   /**
@@ -110,7 +145,7 @@ export class Developer {
   color(x, y) {
     if (this.layer) return [...this.layer.codes(x, y), 255];
     const packed = new Uint32Array(1);
-    develop(this.film, this.look, { x0: x, y0: y, x1: x + 1, y1: y + 1 }, packed);
+    develop(this.filmAt(x), this.look, { x0: x, y0: y, x1: x + 1, y1: y + 1 }, packed);
     return [...unpack(packed[0]), packed[0] >>> 24];
   }
 
@@ -135,7 +170,7 @@ export class Developer {
   /** @param {number} x @param {number} y */
   #lines(x, y) {
     const codes = this.codes(x, y);
-    const values = this.film.at(x, y);
+    const values = this.filmAt(x).at(x, y);
     return codes && values && values.map((value, i) => `${short(value)} ${String(codes[i]).padStart(4)}`);
   }
 
@@ -149,9 +184,15 @@ export class Developer {
 
   /** @param {Rectangle} place */
   #put(place) {
-    this.#darkroom.paint(this.screen.context, this.look, place);
+    const { context } = this.screen;
+    const column = Math.min(place.x1, Math.max(place.x0, this.column));
+    this.#darkrooms[0].paint(context, this.look, { ...place, x1: column });
+    this.#darkrooms[1]?.paint(context, this.look, { ...place, x0: column });
   }
 }
+
+/** @param {number[]} values */
+const triple = (values) => values.map(short).join("  ");
 
 /** @param {Rectangle[]} places @returns {Rectangle} */
 function around(places) {

@@ -3,18 +3,23 @@
 import { jobPath, messageOf, post } from "../../api.js";
 import { announce, h } from "../../dom.js";
 import { quoted } from "../../elements.js";
-import { MARKS } from "./path.js";
+import { MARKS, makePath } from "./path.js";
 import { makeRay } from "./ray.js";
 import { short } from "./numbers.js";
 import { makeSource } from "./source.js";
 
+/** @typedef {ReturnType<typeof makeInspector>} Inspector */
+
 /**
- * @param {string} id - Of the job.
- * @param {(x: number, y: number) => number[] | null} pictured - The pixel of the picture.
- * @param {(pixel: PixelPlace) => void} copy - Copies its values.
- * @param {AbortSignal} signal
+ * @param {object} options
+ * @param {string} options.id - Of the job.
+ * @param {SceneDocument} options.scene - As it was sent.
+ * @param {string} options.name - Of the picture among several, or empty.
+ * @param {import("./film.js").Film} options.film
+ * @param {(pixel: PixelPlace) => void} options.copy - Copies the values of a pixel.
+ * @param {AbortSignal} options.signal
  */
-export function makeInspector(id, pictured, copy, signal) {
+export function makeInspector({ id, scene, name, film, copy, signal }) {
   const body = h(
     "div",
     {},
@@ -24,27 +29,33 @@ export function makeInspector(id, pictured, copy, signal) {
       "Click a pixel, or press Enter on it, to see what its ray hits and where its colour comes from.",
     ),
   );
-  const heading = h("h2", { id: "inspector-title" }, "Why this colour?");
-  const source = makeSource(id, signal);
+  const heading = h(
+    "h2",
+    { id: `inspector-title${name}` },
+    name ? `Why this colour of ${name}?` : "Why this colour?",
+  );
+  const source = makeSource(id, name, signal);
   const element = h(
-    "aside",
+    "section",
     { className: "inspector", "aria-labelledby": heading.id, tabIndex: -1 },
     heading,
     body,
   );
-  /** @type {{pixel: PixelPlace | null, found: InspectionDocument | null}} */
-  const state = { pixel: null, found: null };
-  const self = Object.assign(state, { element, show });
+  const drawPath = makePath(scene);
+  /** @type {PixelPlace | null} */
+  let wanted = null;
+  /** @type {InspectionDocument | null} */
+  let found = null;
 
   /** @param {PixelPlace} pixel */
   async function show(pixel) {
-    self.pixel = pixel;
-    self.found = null;
+    wanted = pixel;
+    found = null;
     body.setAttribute("aria-busy", "true");
     try {
       /** @type {InspectionDocument} */
-      const found = await post(`${jobPath(id)}/inspections`, pixel, { signal });
-      if (self.pixel === pixel) fill(found);
+      const answer = await post(`${jobPath(id)}/inspections`, pixel, { signal });
+      if (wanted === pixel) fill((found = answer));
     } catch (error) {
       if (!signal.aborted)
         body.replaceChildren(h("p", { className: "problem", role: "alert" }, messageOf(error)));
@@ -54,8 +65,7 @@ export function makeInspector(id, pictured, copy, signal) {
 
   /** @param {InspectionDocument} found */
   function fill(found) {
-    self.found = found;
-    heading.textContent = `Pixel ${found.x}, ${found.y}`;
+    heading.textContent = `Pixel ${found.x}, ${found.y}${name && ` of ${name}`}`;
     const reasons = found.reasons.map(({ text, pointers }) =>
       h("li", {}, h("p", {}, quoted(text)), links(pointers)),
     );
@@ -67,7 +77,7 @@ export function makeInspector(id, pictured, copy, signal) {
           "div",
           {},
           h("ul", { className: "reasons" }, reasons),
-          colours(found, pictured(found.x, found.y)),
+          colours(found, film.at(found.x, found.y)),
           h("button", { type: "button", onclick: () => copy({ x: found.x, y: found.y }) }, "Copy values"),
           source.element,
         ),
@@ -81,7 +91,7 @@ export function makeInspector(id, pictured, copy, signal) {
         ),
       ),
     );
-    element.parentElement?.scrollTo({ top: 0 });
+    element.closest("[role=tabpanel]")?.scrollTo({ top: 0 });
     source.clear();
     announce(`Pixel ${found.x}, ${found.y}. ${found.reasons.map((reason) => reason.text).join(" ")}`);
   }
@@ -100,7 +110,14 @@ export function makeInspector(id, pictured, copy, signal) {
     return buttons.length ? h("span", { className: "pointers" }, buttons) : "";
   }
 
-  return self;
+  return {
+    element,
+    show,
+    /** Draw the path of the ray that is explained. @param {CanvasRenderingContext2D} context @param {PictureScreen} screen */
+    draw(context, screen) {
+      if (found) drawPath(context, screen, found);
+    },
+  };
 }
 
 /** @param {InspectionDocument} found @param {number[] | null} mean */

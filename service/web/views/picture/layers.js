@@ -24,8 +24,9 @@ export class Layer {
    * @param {string} name
    * @param {number[]} shape - Height, width, and channels if there are several.
    * @param {import("./npy.js").Values} values
+   * @param {import("./scales.js").Scale} [scale] - All finite values by default.
    */
-  constructor(name, [height, width, channels = 1], values) {
+  constructor(name, [height, width, channels = 1], values, scale) {
     this.name = name;
     this.height = height;
     this.width = width;
@@ -34,7 +35,7 @@ export class Layer {
     this.kind = kindOf(name, channels);
     this.#numbers = this.kind === "scale" && channels > 1 ? worst(values, channels) : values;
     /** From which value to which the colours go; change it to have others. */
-    this.scale = scaleOf(this.kind === "scale" || this.kind === "colours" ? this.#numbers : []);
+    this.scale = scale ?? scaleOf(this.kind === "scale" || this.kind === "colours" ? this.#numbers : []);
   }
 
   /** @param {number} x @param {number} y */
@@ -90,7 +91,7 @@ function worst(values, channels) {
  * @param {number} begin
  * @param {number} end
  */
-export function writeScale(packed, numbers, scale, begin, end) {
+function writeScale(packed, numbers, scale, begin, end) {
   const palette = paletteOf(scale.colors);
   const step = steps(scale, palette.length);
   for (let pixel = begin; pixel < end; pixel++) {

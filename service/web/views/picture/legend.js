@@ -13,6 +13,9 @@ const UNITS = {
   depth: "scene units",
   samples: "camera samples",
   error: "linear, the largest of the channels",
+  difference: "the largest of the channels, linear",
+  "relative difference": "the largest |A − B| / √(B² + 0.01) of the channels, linear",
+  "displayed difference": "the largest of the channels",
 };
 /** @type {Record<string, string>} */
 const MEANINGS = {
@@ -56,7 +59,7 @@ const typed = (value) => String(Number(value.toPrecision(4)));
  * @param {string} caption
  * @param {(scale: Scale) => void} changed
  */
-export function makeScale(begun, least, caption, changed) {
+function makeScale(begun, least, caption, changed) {
   let scale = begun;
   const ramp = h("canvas", { width: WIDTH, height: HEIGHT, role: "img", "aria-label": "Colour scale" });
   const middle = h("output", { className: "number" });

@@ -24,7 +24,7 @@ export function makeReadout(screen, developer) {
     },
     /** Copy the values of a pixel. @param {PixelPlace} pixel */
     async copy({ x, y }) {
-      const values = developer.layer?.at(x, y) ?? developer.film.at(x, y);
+      const values = developer.layer?.at(x, y) ?? developer.filmAt(x).at(x, y);
       const done = values && (await copied(values.join(" ")));
       announce(done ? `The values of pixel ${x}, ${y} are copied.` : "Nothing was copied.");
     },
@@ -32,7 +32,7 @@ export function makeReadout(screen, developer) {
 }
 
 /** @param {string} text @returns {Promise<boolean>} Whether it is on the clipboard. */
-async function copied(text) {
+export async function copied(text) {
   try {
     await navigator.clipboard.writeText(text);
     return true;

@@ -7,9 +7,9 @@ import { inScene, takenApart } from "../../requests.js";
 
 const MOST_LINES = 24;
 
-/** @param {string} id - Of the job. @param {AbortSignal} signal */
-export function makeSource(id, signal) {
-  const title = h("h3", { id: "source-title" });
+/** @param {string} id - Of the job. @param {string} name - Of its picture among several, or empty. @param {AbortSignal} signal */
+export function makeSource(id, name, signal) {
+  const title = h("h3", { id: `source-title${name}` });
   const lines = h("pre", { tabIndex: 0, "aria-labelledby": title.id });
   const element = h(
     "section",

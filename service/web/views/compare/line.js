@@ -3,6 +3,8 @@
 // CSS pixels beside the line at which it is still caught, and the size of its handle.
 const REACH = 12;
 const HANDLE = 9;
+// CSS pixels between the line and the letters beside it.
+const LABEL_GAP = 8;
 
 /**
  * Catch the line of a screen. @param {PictureScreen} screen
@@ -17,14 +19,24 @@ export function catchLine(screen, { at, move }) {
   };
 }
 
-/**
- * Draw the handle of a line that can be dragged.
- *
- * @param {CanvasRenderingContext2D} context
- * @param {number} x
- * @param {number} height
- */
-export function drawHandle(context, x, height) {
+/** Draw the line, with a handle and the names of the pictures. @param {CanvasRenderingContext2D} context @param {PictureScreen} screen @param {number} column */
+export function drawLine(context, screen, column) {
+  const x = screen.left + screen.scale * column;
+  const height = screen.element.clientHeight;
+  for (const [style, width] of /** @type {[string, number][]} */ ([
+    ["#000", 3],
+    ["#fff", 1],
+  ])) {
+    context.fillStyle = style;
+    context.fillRect(x - width / 2, 0, width, height);
+  }
+  drawHandle(context, x, height);
+  label(context, "A", x - LABEL_GAP, "right");
+  label(context, "B", x + LABEL_GAP, "left");
+}
+
+/** @param {CanvasRenderingContext2D} context @param {number} x @param {number} height */
+function drawHandle(context, x, height) {
   const y = height / 2;
   context.beginPath();
   context.arc(x, y, HANDLE, 0, 2 * Math.PI);
@@ -38,6 +50,25 @@ export function drawHandle(context, x, height) {
     context.lineTo(x + 2 * side, y + 4);
   }
   context.stroke();
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {string} letter
+ * @param {number} x
+ * @param {CanvasTextAlign} align
+ */
+function label(context, letter, x, align) {
+  Object.assign(context, {
+    font: "600 16px sans-serif",
+    textAlign: align,
+    textBaseline: "top",
+    lineWidth: 3,
+    strokeStyle: "#000",
+    fillStyle: "#fff",
+  });
+  context.strokeText(letter, x, LABEL_GAP);
+  context.fillText(letter, x, LABEL_GAP);
 }
 
 /**

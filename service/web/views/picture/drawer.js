@@ -5,7 +5,7 @@ import { h } from "../../dom.js";
 /** @type {Record<string, number>} */
 const KEYS = { ArrowRight: 1, ArrowLeft: -1 };
 
-/** Events: `toggle` (it was opened or closed). */
+/** Events: `toggle` (it was opened or closed), `change` (another tab is shown). */
 export class Drawer extends EventTarget {
   /** @param {[string, string][]} tabs - Name and label of each. */
   constructor(tabs) {
@@ -79,6 +79,7 @@ export class Drawer extends EventTarget {
       tab.tabIndex = name === wanted ? 0 : -1;
       this.panels[name].hidden = name !== wanted;
     }
+    this.dispatchEvent(new Event("change"));
   }
 
   /** Open the drawer at a tab. @param {string} name */

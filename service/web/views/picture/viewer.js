@@ -1,0 +1,145 @@
+// The viewer of a picture: display controls, readout, legend, and why a pixel has its colour.
+
+import { announce, debounced, h } from "../../dom.js";
+import { makeAutoExposure, makeChannels, makeZebra } from "./channels.js";
+import { makeBackground, makeChoice, makeDisplay, makeFullscreen, makeZoom } from "./controls.js";
+import { Developer } from "./develop.js";
+import { makeHistogram } from "./histogram_view.js";
+import { makeInspector } from "./inspector.js";
+import { KEYS } from "./keys.js";
+import { makeLegend } from "./legend.js";
+import { drawGrid } from "./overlay.js";
+import { keepPlace } from "./place.js";
+import { makePopover } from "./popover.js";
+import { makeReadout } from "./readout.js";
+import { Screen, square } from "./screen.js";
+import { makeStatistics } from "./statistics_view.js";
+
+// Without changes for so long, the statistics are taken again.
+const CALM_MS = 300;
+const CHOSEN = "#ffb43c";
+// In narrower windows the display controls are in the popover of the toolbar.
+const NARROW = matchMedia("(max-width: 60rem)");
+
+/** @typedef {ReturnType<typeof makeViewer>} Viewer */
+
+/**
+ * @param {import("./frame.js").Frame} frame - With a tab "pixel".
+ * @param {import("./film.js").Film} film
+ * @param {object} options
+ * @param {string} options.label - What the picture is.
+ * @param {string} [options.keys] - Further keys.
+ * @param {[string, string][]} options.choices - What can be shown: names and labels.
+ * @param {(name: string) => void} options.choose - Show one of them.
+ * @param {(context: CanvasRenderingContext2D) => void} options.overlay - Draws over the picture.
+ * @param {AbortSignal} options.signal
+ */
+export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
+  const { label, choices, signal } = options;
+  const { width, height } = film;
+  const screen = new Screen({ width, height, label: `${label}, ${width} by ${height} pixels`, overlay });
+  const developer = new Developer(screen, film);
+  const display = makeDisplay(() => {
+    developer.expose(display.exposure, display.transfer);
+    histogram.expose(display.exposure);
+    readout.show();
+  });
+  const histogram = makeHistogram(film, signal);
+  const statistics = makeStatistics(screen, () => developer.shown);
+  const recount = debounced(CALM_MS, statistics.changed, signal);
+  const readout = makeReadout(screen, developer);
+  const why = h("div", { className: "why" });
+  const keys = h("p", { className: "soft small", id: "picture-keys" }, `${KEYS} ${options.keys ?? ""}`);
+  const legend = h("div", { className: "stage-legend" });
+  const choice = makeChoice(choices, options.choose);
+  const settings = makePopover(
+    "Display",
+    "display-settings",
+    makeAutoExposure(film, (exposure) => display.set({ exposure })),
+    makeChannels(developer),
+    makeZebra(developer),
+    makeBackground(stage),
+  );
+  /** @type {import("./inspector.js").Inspector[]} */
+  const inspectors = [];
+
+  screen.element.setAttribute("aria-describedby", keys.id);
+  controls.append(makeZoom(screen), settings.button, makeFullscreen(viewer), settings.panel);
+  stage.append(screen.element, readout.element, legend);
+  drawer.panels.pixel.append(why, histogram.element, statistics.element, keys);
+  keepPlace(screen, signal);
+  NARROW.addEventListener("change", settle, { signal });
+  settle();
+
+  function settle() {
+    const shown = choices.length > 1 ? [choice.element, display.element] : [display.element];
+    if (NARROW.matches) settings.panel.prepend(...shown);
+    else controls.prepend(...shown);
+  }
+
+  /** @param {CanvasRenderingContext2D} context */
+  function overlay(context) {
+    drawGrid(context, screen);
+    developer.drawNumbers(context);
+    options.overlay(context);
+    statistics.draw(context);
+    const { pixel } = self;
+    if (!pixel) return;
+    const shown = developer.films.indexOf(developer.filmAt(pixel.x));
+    inspectors[shown]?.draw(context, screen);
+    screen.outline(context, square(pixel), CHOSEN);
+  }
+
+  screen.on("cursor", (pixel) => {
+    readout.show();
+    if (pixel && document.activeElement === screen.element) announce(readout.text);
+  });
+  screen.on("choose", async (pixel) => {
+    drawer.show("pixel");
+    self.pixel = pixel;
+    await Promise.all(inspectors.map((inspector) => inspector.show(pixel)));
+    screen.redraw();
+  });
+  screen.on("copy", readout.copy);
+
+  const self = {
+    screen,
+    developer,
+    display,
+    readout,
+    choice: choice.select,
+    settings: settings.panel,
+    /** The pixel that was chosen last. @type {PixelPlace | null} */
+    pixel: null,
+    close: () => (screen.close(), developer.close()),
+    /** Note that the film has changed. */
+    changed() {
+      histogram.changed();
+      recount();
+      readout.show();
+    },
+    /** Show a layer, or the picture where it is null. @param {import("./layers.js").Layer | null} layer */
+    show(layer) {
+      developer.show(layer);
+      statistics.changed();
+      legend.replaceChildren(layer ? makeLegend(layer, () => developer.show(layer)) : "");
+      display.element.inert = layer !== null;
+      readout.show();
+    },
+    /**
+     * Explain the pixels of a job, whose films are compared in this order.
+     *
+     * @param {string} id
+     * @param {SceneDocument} scene
+     * @param {string} [name] - Of its picture, if there are several.
+     */
+    explain(id, scene, name = "") {
+      const its = developer.films[inspectors.length];
+      const inspector = makeInspector({ id, scene, name, film: its, copy: readout.copy, signal });
+      inspectors.push(inspector);
+      why.append(inspector.element);
+      if (self.pixel) inspector.show(self.pixel).then(() => screen.redraw());
+    },
+  };
+  return self;
+}
