@@ -10,7 +10,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -209,13 +209,17 @@ class RunningServer:
 
 @contextmanager
 def running(
-    settings: Settings, *, stderr: IO[bytes] | None = None, module: str = "service"
+    settings: Settings,
+    *,
+    stderr: IO[bytes] | None = None,
+    module: str = "service",
+    popen: Callable[..., subprocess.Popen[bytes]] = subprocess.Popen,
 ) -> Iterator[RunningServer]:
     """Start a service in a process of its own, wait until it is ready, and stop it at the end.
 
-    Its logs go to ``stderr``; by default to where those of this process go. ``module`` is what is run; it
-    serves at `inherited_listener`. This process binds that socket: a port that is free now may be another
-    program's by the time that the service has imported what it needs.
+    Its logs go to ``stderr``; by default to where those of this process go. ``module`` is what ``popen``
+    runs; it serves at `inherited_listener`. This process binds that socket: a port that is free now may be
+    another program's by the time that the service has imported what it needs.
 
     Raises
     ------
@@ -229,7 +233,7 @@ def running(
         environment = os.environ | _environment(settings.model_copy(update={"port": port}))
         handle = listener.fileno()
         command = [sys.executable, "-m", module, str(handle)]
-        process = subprocess.Popen(command, env=environment, stderr=stderr, pass_fds=[handle])  # noqa: S603  (a caller's own)
+        process = popen(command, env=environment, stderr=stderr, pass_fds=[handle])
     server = RunningServer(process, f"http://{settings.host}:{port}", settings.data)
     try:
         _wait_until_ready(server)

@@ -14,9 +14,10 @@ import httpx2
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
 
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
 from tests.browser.scenes import TIMEOUT
+from tests.service.forking import running
 
 # The default of 5 seconds is too short for a machine with other work.
 expect.set_options(timeout=TIMEOUT)

@@ -19,7 +19,6 @@ from playwright.sync_api import Browser, Page, expect
 from renderer.images import files as image_files
 from renderer.tiling import TILE
 from schemas.scene import Display
-from service.server import running
 from service.settings import Settings
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import (
@@ -35,6 +34,7 @@ from tests.browser.pictures import (
     served,
 )
 from tests.browser.scenes import ENDLESS_SIDE, TIMEOUT, endless
+from tests.service.forking import running
 from tests.service.support import finish, image, long_scene, scene, submit, until
 
 ENCODE = """async ([text, exposure, transfer]) => {

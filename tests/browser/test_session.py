@@ -11,11 +11,12 @@ from playwright.sync_api import Page, Route, expect
 
 from schemas.api.administration import Role
 from service.access import keys
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
 from service.storage.database.connection import Database
 from tests.browser.conftest import Open
 from tests.browser.scenes import PASTE, TIMEOUT, editor, endless, opened, small, write
+from tests.service.forking import running
 from tests.service.support import finish, submit, until
 
 

@@ -13,12 +13,13 @@ import pytest
 
 import renderer
 from schemas.limits import Limits
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from tests.postgres_server import PostgresServer, programs
 from tests.s3_server import S3Server
+from tests.service.forking import running
 from tests.service.in_process import InProcess, in_process
 from tests.service.support import TIMEOUT, work
 

@@ -11,10 +11,11 @@ from typing import Any
 import httpx2
 from sqlalchemy import select
 
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.models import TileRow
+from tests.service.forking import running
 from tests.service.support import TIMEOUT, submit, wait, work
 
 

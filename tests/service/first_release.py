@@ -14,11 +14,11 @@ from alembic import command
 from alembic.config import Config
 from sqlalchemy import Connection, create_engine, func, select
 
-from service.server import running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import SCRIPTS
 from service.storage.database.migrations.versions.tables_0001 import METADATA
+from tests.service.forking import running
 from tests.service.support import TIMEOUT
 
 ARCHIVE = Path(__file__).with_name("releases") / "0.1.0.tar.xz"

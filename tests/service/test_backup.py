@@ -12,10 +12,10 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from service.server import running
 from service.settings import Settings
 from tests.pages import blocks, page
 from tests.postgres_server import programs
+from tests.service.forking import running
 from tests.service.support import TIMEOUT, finish, job_of, long_scene, scene, submit, wait
 
 DAY = "2026-11-23"

@@ -11,9 +11,9 @@ from threading import Barrier
 import httpx2
 import pytest
 
-from service.server import running
 from service.settings import Settings
 from tests.service.conftest import Start
+from tests.service.forking import running
 from tests.service.sending import put
 from tests.service.support import TIMEOUT, finish, long_scene, scene, submit, until, wait
 

@@ -20,12 +20,12 @@ import pytest
 from sqlalchemy import select, update
 from sqlalchemy.exc import OperationalError
 
-from service.server import running
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.models import LeaderRow
 from tests.service.failover import half_done
+from tests.service.forking import running
 from tests.service.support import TIMEOUT, ended, finish, image, job_of, scene, submit, until
 from tests.service.test_deployments import port
 

@@ -14,9 +14,10 @@ from typing import Any
 import httpx2
 import pytest
 
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
 from service.workers.fork_server import ForkServer
+from tests.service.forking import running
 from tests.service.support import TIMEOUT, until
 
 # All that reports something without a logger of ours; the last ends the process.
@@ -114,9 +115,12 @@ def test_malformed_requests_are_counted_and_not_listed(tmp_path: Path) -> None:
     settings = Settings(data=tmp_path / "data", port=0, workers=1, log_level="info")
 
     def counted() -> int:
-        """Lines that stand for all that strangers have sent: one each, and a second one for upgrades."""
-        found = (line for line in lines_of(log.read_text()) if line["level"] == "warning")
-        return sum(line.get("count", 1) for line in found)
+        """Lines that stand for all that strangers have sent: one each, and a second one for upgrades.
+
+        Others tell of requests made before the service was ready.
+        """
+        warnings = (line for line in lines_of(log.read_text()) if line["level"] == "warning")
+        return sum(line.get("count", 1) for line in warnings if line["event"] != "request")
 
     with log.open("wb") as stderr, running(settings, stderr=stderr) as server:
         for _ in range(MANY):

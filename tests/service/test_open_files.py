@@ -13,7 +13,8 @@ import httpx2
 import pytest
 
 from service.cli.errors import ExitCode
-from tests.service.conftest import Start
+from service.server import running
+from service.settings import Settings
 from tests.service.support import TIMEOUT
 
 LOW, MORE = 256, 300
@@ -21,15 +22,15 @@ REQUEST = b"GET /v1/jobs HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
 
 
 @pytest.mark.slow
-def test_low_limit_is_raised_as_far_as_connections_need(start: Start) -> None:
+def test_low_limit_is_raised_as_far_as_connections_need(tmp_path: Path) -> None:
     before = resource.getrlimit(resource.RLIMIT_NOFILE)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (LOW, before[1]))
-    try:
-        server = start(workers=1)
-    finally:
-        resource.setrlimit(resource.RLIMIT_NOFILE, before)
-    host, port = server.url.removeprefix("http://").split(":")
     with ExitStack() as stack:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (LOW, before[1]))
+        try:
+            server = stack.enter_context(running(Settings(data=tmp_path, port=0, workers=1)))
+        finally:
+            resource.setrlimit(resource.RLIMIT_NOFILE, before)
+        host, port = server.url.removeprefix("http://").split(":")
         for _ in range(MORE):
             stack.enter_context(socket.create_connection((host, int(port)), TIMEOUT)).sendall(REQUEST)
         assert httpx2.get(f"{server.url}/v1/jobs", timeout=TIMEOUT).status_code == 200

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from sqlalchemy import select
 
-from service.server import running
 from service.settings import Settings
 from service.start_errors import PortTakenError
 from service.storage.database.connection import Database
 from service.storage.database.models import DONE, TileRow
 from tests.service.conftest import Start
+from tests.service.forking import running
 from tests.service.processes import is_alive, workers_of
 from tests.service.support import (
     TIMEOUT,

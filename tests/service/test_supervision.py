@@ -15,10 +15,10 @@ import httpx2
 import numpy as np
 import pytest
 
-from service.server import running
 from service.settings import Settings
 from tests.service.conftest import Start
 from tests.service.failover import half_done
+from tests.service.forking import running
 from tests.service.processes import workers_of
 from tests.service.support import TIMEOUT, finish, image, job_of, scene, submit, until
 

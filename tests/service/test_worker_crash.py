@@ -12,9 +12,9 @@ import httpx2
 import numpy as np
 import pytest
 
-from service.server import running
 from service.settings import Settings
 from tests.service.conftest import Start
+from tests.service.forking import running
 from tests.service.processes import fork_servers_of, is_alive, workers_of
 from tests.service.support import (
     TIMEOUT,

@@ -11,8 +11,8 @@ import pytest
 from pydantic import ValidationError
 
 from schemas.api.administration import Role
-from service.server import running
 from service.settings import Settings
+from tests.service.forking import running
 from tests.service.in_process import InProcess, in_process
 from tests.service.sending import bearer, make_keys, problem_of
 from tests.service.support import TIMEOUT, finish, scene, submit

@@ -18,8 +18,9 @@ from schemas.api.jobs import JobRequest
 from schemas.errors import SceneError
 from schemas.limits import Limits
 from schemas.reading import read_document
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
+from tests.service.forking import running
 from tests.service.sending import JSON, MARK, mistakes, problem_of
 from tests.service.support import TIMEOUT, finish, scene, submit
 

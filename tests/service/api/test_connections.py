@@ -15,8 +15,9 @@ import pytest
 
 from schemas.api.administration import Role
 from schemas.limits import Limits
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
+from tests.service.forking import running
 from tests.service.sending import bearer, make_keys, problem_of, put
 from tests.service.support import TIMEOUT, long_scene, scene, submit, until
 

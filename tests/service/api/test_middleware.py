@@ -14,8 +14,8 @@ import pytest
 from starlette.types import Message, Receive, Scope, Send
 
 from service.api.middleware import Turns, end_turn
-from service.server import running
 from service.settings import Settings
+from tests.service.forking import running
 from tests.service.sending import DAMAGED, put, with_mesh
 from tests.service.support import TIMEOUT, scene, until
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from service.server import running
 from service.settings import Settings
 from service.storage.folder import place_of
 from service.storage.objects import Objects
 from tests.s3_server import BUCKET
 from tests.service.cli.conftest import Penumbra
+from tests.service.forking import running
 from tests.service.support import TIMEOUT, finish, scene, submit
 
 MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"

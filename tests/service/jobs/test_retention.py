@@ -23,7 +23,7 @@ from service.client import Client
 from service.client.errors import NotAllowedError
 from service.jobs.retention import RetentionThread
 from service.jobs.sweep import Rules
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
@@ -33,6 +33,7 @@ from service.storage.folder import Folder
 from service.storage.reserve import Reserve
 from service.storage.tiles import TileStore
 from tests.service.conftest import Start
+from tests.service.forking import running
 from tests.service.support import BOTH, TIMEOUT, job_with, scene, until
 
 Users = dict[str, httpx2.Client]

@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 
 from renderer.images.deep_png import write_deep_png
-from service.server import running
 from service.settings import Settings
+from tests.service.forking import running
 from tests.service.sending import hollow_png, put, textured, with_mesh
 from tests.service.support import TIMEOUT, finish, submit
 

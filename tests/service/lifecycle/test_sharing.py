@@ -17,11 +17,12 @@ from sqlalchemy import func, select
 
 from schemas.api.administration import Role
 from service.access import keys
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.models import RenderRow
+from tests.service.forking import running
 from tests.service.support import KINDS, TIMEOUT, ended, image, job_of, long_scene, scene, until, wait
 
 Users = dict[str, httpx2.Client]

@@ -15,7 +15,7 @@ from sqlalchemy import select
 import renderer
 from service.client.batches import decode_batch
 from service.lifecycle.rows import documents_of
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
 from service.storage.bucket import CALL_SECONDS
 from service.storage.database.connection import Database
@@ -25,6 +25,7 @@ from service.storage.ownership import MARK
 from service.storage.tiles import Checksums, TileStore
 from tests.s3_server import BUCKET, S3Server
 from tests.service.conftest import Start, typical
+from tests.service.forking import running
 from tests.service.support import TIMEOUT, finish, image, scene, submit, until, wait
 
 STORE = f"s3://{BUCKET}/service"

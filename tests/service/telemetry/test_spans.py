@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 import httpx2
 import pytest
 
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
 from tests.service.collector import Collector, collecting
+from tests.service.forking import running
 from tests.service.processes import workers_of
 from tests.service.support import TIMEOUT, ended, finish, job_of, kill_at_work, scene, submit, until, wait
 

@@ -17,12 +17,12 @@ from distributed import Client
 from prometheus_client.parser import text_string_to_metric_families
 
 import renderer
-from service.server import running
 from service.settings import Settings
 from service.workers.dask_engine import TASKS_PER_WORKER
 from service.workers.dask_worker import execute
 from service.workers.tasks import Interrupted
 from tests.service.dask_cluster import Cluster
+from tests.service.forking import running
 from tests.service.support import TIMEOUT, finish, image, scene, steps, submit, until, wait
 
 pytestmark = pytest.mark.slow

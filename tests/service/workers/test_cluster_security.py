@@ -18,13 +18,14 @@ from distributed.comm import connect
 from schemas.api.administration import Role
 from service.access import keys
 from service.errors import UnsafeClusterError
-from service.server import RunningServer, running
+from service.server import RunningServer
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.workers.engines import check_engine
 from tests.service.conftest import Start
 from tests.service.dask_cluster import Cluster
+from tests.service.forking import running
 from tests.service.support import TIMEOUT, finish, scene, submit
 
 FILES = ("dask_tls_ca", "dask_tls_cert", "dask_tls_key")

@@ -16,7 +16,8 @@ from PIL import Image
 import renderer
 from renderer.images.files import decode_exr
 from schemas.api.layers import LAYER_NAMES
-from tests.service.conftest import Start
+from service.server import running
+from service.settings import Settings
 from tests.service.sending import problem_of
 from tests.service.support import TIMEOUT, ended, finish, image, job_of, long_scene, scene, submit, wait
 
@@ -211,14 +212,13 @@ def test_thumbnail_is_the_mean_of_what_is_shown(api: httpx2.Client) -> None:
 
 
 @pytest.mark.slow
-def test_plot_names_the_extra_that_is_missing(
-    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_plot_names_the_extra_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     missing = tmp_path / "missing"
     missing.mkdir()
     (missing / "matplotlib.py").write_text("raise ImportError")
     monkeypatch.setenv("PYTHONPATH", str(missing))
-    with httpx2.Client(base_url=start(workers=1).url, timeout=TIMEOUT) as client:
+    settings = Settings(data=tmp_path, port=0, workers=1)
+    with running(settings) as server, httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
         job = submit(client, scene(8, 8, samples=1))
         path = f"/v1/jobs/{job}/convergence"
         for form in ("svg", "png"):
