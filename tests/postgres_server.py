@@ -1,7 +1,5 @@
 """A PostgreSQL server for the tests, run by this machine's programs in a temporary folder."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import pwd

@@ -4,8 +4,6 @@ That is moto's server, which keeps everything in memory; or, where ``S3_TESTS_S3
 s3rver, which keeps files and checks signatures.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -1,7 +1,5 @@
 """A server that decodes packets by tev's published layout."""
 
-from __future__ import annotations
-
 import socket
 import struct
 import threading

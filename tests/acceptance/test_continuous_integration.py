@@ -1,7 +1,5 @@
 """The files of docs/how-to/continuous-integration.md, run in a repository as a build runs them."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The image and the files in deploy: their commands and settings exist, by the tools that read them."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

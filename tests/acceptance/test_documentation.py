@@ -1,7 +1,5 @@
 """The examples of the documentation, run as a reader would run them."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The page about grading, and what it gives to Gradescope and Classroom 50, run as these run it."""
 
-from __future__ import annotations
-
 import csv
 import json
 import shutil

@@ -3,8 +3,6 @@
 Packages come from a package index in the versions of this environment. Where none answers, tests are skipped.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Plots of error against time, read back: SVG as XML, PNG as pixels."""
 
-from __future__ import annotations
-
 import io
 from typing import Any
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """The plugin as users of the installed package run it: pytest started in a folder of its own."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

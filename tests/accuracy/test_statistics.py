@@ -1,7 +1,5 @@
 """Intervals of predictions, and levels of tests against densities integrated with 50 digits."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

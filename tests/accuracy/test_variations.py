@@ -1,7 +1,5 @@
 """Variations of a scene: one effect left out at a time, and few samples."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """The live page in Debian's Chromium, before a real server; one browser and one server for all tests."""
 
-from __future__ import annotations
-
 import asyncio
 import re
 import shutil
@@ -106,10 +104,7 @@ def opening(chromium: Browser, url: str) -> Iterator[Open]:
 
     def begin(path: str = "/", *, width: int = 1200, height: int = 900, **options: Any) -> Page:
         context = chromium.new_context(
-            base_url=url,
-            viewport={"width": width, "height": height},
-            reduced_motion="reduce",
-            **options,
+            base_url=url, viewport={"width": width, "height": height}, reduced_motion="reduce", **options
         )
         context.set_default_timeout(TIMEOUT)
         contexts.append(context)

@@ -1,7 +1,5 @@
 """Helpers for tests of pictures on the page: finished jobs, and the content of canvases."""
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Collection

@@ -1,7 +1,5 @@
 """Scenes small enough to render while a test waits, as text that a person might have written."""
 
-from __future__ import annotations
-
 import json
 from base64 import b64encode
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Accessibility of every view by axe, in light and dark, on wide and narrow screens."""
 
-from __future__ import annotations
-
 import json
 from itertools import product
 from pathlib import Path

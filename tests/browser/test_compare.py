@@ -1,7 +1,5 @@
 """The comparison of two pictures in the browser."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

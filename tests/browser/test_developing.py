@@ -1,7 +1,5 @@
 """Pictures are developed the same with a graphics card and without one."""
 
-from __future__ import annotations
-
 import base64
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Drafts: what is written on the start page survives reloads, and a job is sent again as it was."""
 
-from __future__ import annotations
-
 import json
 import re
 from typing import Any

@@ -1,7 +1,5 @@
 """The editor of a scene: what it says about fields and problems, and its keys."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

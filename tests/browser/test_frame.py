@@ -1,7 +1,5 @@
 """The frame around all views: addresses, the content security policy, requests."""
 
-from __future__ import annotations
-
 import httpx2
 import pytest
 from playwright.sync_api import Page, expect
@@ -60,9 +58,7 @@ def test_view_that_cannot_be_loaded(page: Page) -> None:
 
 
 @pytest.mark.slow
-def test_unknown_address(
-    client: httpx2.Client,
-) -> None:
+def test_unknown_address(client: httpx2.Client) -> None:
     shown = client.get("/nothing", headers={"Accept": "text/html,*/*;q=0.8"})
     assert (shown.status_code, shown.headers["content-type"]) == (404, "text/html; charset=utf-8")
     answer = client.get("/nothing", headers={"Accept": "*/*"})

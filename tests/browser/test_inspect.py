@@ -1,7 +1,5 @@
 """The inspector in the browser: why a pixel is dark, what each light adds, which lines of the scene."""
 
-from __future__ import annotations
-
 import re
 
 import httpx2

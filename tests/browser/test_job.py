@@ -1,7 +1,5 @@
 """The page of a job, apart from its picture: state, figures, the plan with its lines, memory."""
 
-from __future__ import annotations
-
 import json
 import re
 from typing import Any

@@ -1,7 +1,5 @@
 """The table of jobs: searched, sorted, followed, cancelled, deleted, paged."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

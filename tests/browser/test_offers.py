@@ -1,7 +1,5 @@
 """Which offers of a quote the page calls better, and what it says of an error that is not known."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The picture of a job in the browser: it fills in, equals that of the service, and shows its numbers."""
 
-from __future__ import annotations
-
 import base64
 import io
 import os

@@ -1,7 +1,5 @@
 """A service with keys: the page asks for one once, and then uses a cookie."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """A scene is chosen, dropped or written, checked while it is written, priced, and rendered."""
 
-from __future__ import annotations
-
 import json
 import re
 from typing import Any

@@ -1,7 +1,5 @@
 """Computations of the page agree with the service: places in JSON, and hashes of files."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from base64 import b64encode

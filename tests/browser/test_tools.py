@@ -1,7 +1,5 @@
 """Tools that look at the picture: histogram, exposure, channels, clipping, statistics, scales."""
 
-from __future__ import annotations
-
 import io
 
 import httpx2

@@ -1,7 +1,5 @@
 """The page of a job as a viewer: it fills the window, and nothing but its drawer scrolls or moves."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 
@@ -13,16 +11,7 @@ from playwright.sync_api import FloatRect, Locator, Page, expect
 from renderer.cameras import build_pinhole
 from schemas.cameras import Camera
 from tests.browser.conftest import Open, Shoot
-from tests.browser.pictures import (
-    OVERLAY,
-    click_at,
-    codes_of,
-    finished,
-    opened,
-    point_at,
-    served,
-    tab,
-)
+from tests.browser.pictures import OVERLAY, click_at, codes_of, finished, opened, point_at, served, tab
 from tests.browser.scenes import TIMEOUT
 from tests.service.support import scene
 

@@ -12,13 +12,7 @@ from renderer.math.arrays import unit
 from tests.documents import Json, ellipsoid, scene, sphere
 from tests.numerics import families, oracle
 from tests.numerics.families import aimed, between, family
-from tests.numerics.judging import (
-    assert_right,
-    of_the_axes,
-    relative,
-    round_details,
-    rounded,
-)
+from tests.numerics.judging import assert_right, of_the_axes, relative, round_details, rounded
 from tests.numerics.tracing import EPS, mp, problems, read_shape, traced
 
 Floats = np.ndarray
@@ -26,11 +20,7 @@ NEAR_ONE, FAR_APART = families.axes_near_one, families.axes_far_apart
 FAMILIES: dict[str, tuple[Any, ...]] = {
     "tiny and far": (lambda: family("far and tiny", families.far_and_tiny), relative, round_details),
     "ground": (lambda: family("ground", families.ground), of_the_axes(4), round_details),
-    "near the surface": (
-        lambda: family("close", families.near_the_surface),
-        of_the_axes(16),
-        round_details,
-    ),
+    "near the surface": (lambda: family("close", families.near_the_surface), of_the_axes(16), round_details),
     "thin and far": (
         lambda: aimed("thin and far", FAR_APART, distance=between(6, 12)),
         relative,

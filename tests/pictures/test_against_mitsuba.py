@@ -46,12 +46,7 @@ def test_part_of_soft_is_near_its_reference() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "quality", "limit"),
-    [
-        ("chess", FINE, 2.4),
-        ("mesh", FOUR, 2.5),
-        ("normal_texturing", FOUR, 1.0),
-        ("lamp", FOUR, 1.0),
-    ],
+    [("chess", FINE, 2.4), ("mesh", FOUR, 2.5), ("normal_texturing", FOUR, 1.0), ("lamp", FOUR, 1.0)],
 )
 def test_picture_is_near_its_reference(name: str, quality: FixedQuality, limit: float) -> None:
     converged, provenance = references.load(name)

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from renderer.cameras import ThinLens
-from tests.documents import (
-    camera,
-    phong,
-    rectangle,
-    sampled,
-    scene,
-)
+from tests.documents import camera, phong, rectangle, sampled, scene
 from tests.pictures.parts import image_of, plan_of
 
 PATTERNS = ["center", "uniform", "rotated", "random", "stratified", "sobol"]

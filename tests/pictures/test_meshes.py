@@ -9,15 +9,7 @@ import renderer
 from renderer.shapes import meshes
 from schemas.reading import read_scene
 from tests import documents, solids
-from tests.documents import (
-    Json,
-    lamp,
-    phong,
-    rectangle,
-    sampled,
-    scene,
-    sphere,
-)
+from tests.documents import Json, lamp, phong, rectangle, sampled, scene, sphere
 from tests.pictures.parts import Files, plan_of
 
 VERTICES, FACES = solids.outward([0.0, 1.0, 0.0], 1.0, 2)

@@ -1,7 +1,5 @@
 """Packaged scenes: no bad pixel in any, and the hard ones look as their geometry says."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any, Literal

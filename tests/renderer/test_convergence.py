@@ -1,7 +1,5 @@
 """The power law through errors of passes: exact laws, noise, and points through which none goes."""
 
-from __future__ import annotations
-
 import math
 from statistics import NormalDist
 from typing import Any

@@ -1,7 +1,5 @@
 """glTF files whose buffers lie beside them or inside them, and what is wrong with such files."""
 
-from __future__ import annotations
-
 import base64
 import json
 from collections.abc import Callable
@@ -48,9 +46,7 @@ def written(mesh: trimesh.Trimesh) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("make", [solid, textured], ids=["plain", "textured"])
-def test_gltf_with_its_buffers_equals_glb(
-    make: Callable[[], trimesh.Trimesh],
-) -> None:
+def test_gltf_with_its_buffers_equals_glb(make: Callable[[], trimesh.Trimesh]) -> None:
     files = written(make())
     assert len([name for name in files if name.endswith(".bin")]) > 1
     found = read_mesh("model.gltf", Files(files))
@@ -184,10 +180,7 @@ WRONG: dict[str, tuple[Callable[[Made], None], str]] = {
     "nowhere": (changed("nodes", 0, matrix=[10**400] * 16), "not finite"),
     "fewer coordinates": (coordinates([(0, 0), (1, 0)]), "2 pairs of texture coordinates for 3 vertices"),
     "odd coordinates": (coordinates([(0, 0), (1, 0), (0, 1e30)]), "first at its vertex 2"),
-    "its own child": (
-        added(scenes=[{"nodes": [0]}], nodes=[{"mesh": 0, "children": [0]}]),
-        "damaged",
-    ),
+    "its own child": (added(scenes=[{"nodes": [0]}], nodes=[{"mesh": 0, "children": [0]}]), "damaged"),
 }
 
 

@@ -1,7 +1,5 @@
 """OBJ files as meshes: what each way of writing means, and which lines are refused."""
 
-from __future__ import annotations
-
 import io
 import re
 from typing import Any

@@ -1,7 +1,5 @@
 """Errors estimated from the differences of passes, and the plans that allow an estimate."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Warnings are given for what is pointless, and only then."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -131,12 +129,7 @@ def test_triangle_without_area_at_any_scale(
     assert no_area(Triangle.model_validate({"type": "triangle", "vertices": vertices, "material": "m"}))
 
 
-@given(
-    column=st.floats(0, 64),
-    row=st.floats(0, 48),
-    distance=st.floats(1e-3, 1e6),
-    angle=st.floats(1, 179),
-)
+@given(column=st.floats(0, 64), row=st.floats(0, 48), distance=st.floats(1e-3, 1e6), angle=st.floats(1, 179))
 def test_ball_on_any_camera_ray_is_in_view(column: float, row: float, distance: float, angle: float) -> None:
     h = math.tan(math.radians(angle) / 2)
     x, y = h * 64 / 48 * (2 * column / 64 - 1), h * (1 - 2 * row / 48)

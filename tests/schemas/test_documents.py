@@ -1,7 +1,5 @@
 """Bytes that are not a usable document are refused cleanly, whatever they are."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 from typing import Any

@@ -1,7 +1,5 @@
 """A file of another kind is recognised by its content and called by its name."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import json

@@ -1,7 +1,5 @@
 """The published JSON Schema says what the reader does, and the documentation says what the schema does."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

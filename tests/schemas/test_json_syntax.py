@@ -1,7 +1,5 @@
 """What stands where JSON does not allow it is named, with its cure."""
 
-from __future__ import annotations
-
 import pytest
 
 from schemas.errors import SceneError

@@ -1,7 +1,5 @@
 """Limits are the same wherever a scene is read, and raised in the same way."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import asdict

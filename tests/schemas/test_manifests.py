@@ -1,7 +1,5 @@
 """Manifests are read from YAML and JSON alike, and every mistake is reported with its place."""
 
-from __future__ import annotations
-
 import copy
 import json
 import textwrap

@@ -1,7 +1,5 @@
 """All problems come at once, in the user's words, and repeat no values."""
 
-from __future__ import annotations
-
 import json
 import pickle
 import subprocess

@@ -1,7 +1,5 @@
 """The scenes that come with the package are what their descriptions say."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

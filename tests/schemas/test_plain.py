@@ -1,7 +1,5 @@
 """Scenes made in Python hold arrays, iterators and models: they are read as the JSON that they stand for."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from decimal import Decimal

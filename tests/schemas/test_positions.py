@@ -1,7 +1,5 @@
 """A problem's pointer, line and column name exactly the place that is wrong, however the text is written."""
 
-from __future__ import annotations
-
 import copy
 import json
 import random

@@ -1,7 +1,5 @@
 """What the scene language accepts and refuses, field by field."""
 
-from __future__ import annotations
-
 import copy
 import json
 import math
@@ -200,13 +198,7 @@ def test_checker_is_no_normal_map(scene: dict[str, Any]) -> None:
     assert problems(wrong) == {"/materials/carved/normal_map": "not_an_image"}
 
 
-@pytest.mark.parametrize(
-    ("place", "value"),
-    [
-        ("/materials/plain/sheen", 0.5),
-        ("/layers", ["depth"]),
-    ],
-)
+@pytest.mark.parametrize(("place", "value"), [("/materials/plain/sheen", 0.5), ("/layers", ["depth"])])
 def test_unknown_fields(scene: dict[str, Any], place: str, value: object) -> None:
     assert problems(changed(scene, place, value)) == {place: "unknown_field"}
 

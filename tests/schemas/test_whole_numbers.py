@@ -1,7 +1,5 @@
 """A whole number may have a decimal point: neither JSON nor anything here distinguishes 32.0 from 32."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -5,8 +5,6 @@ process that is stopped closes no connection, and takes what is sent until its b
 looks that is cut in two.
 """
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal

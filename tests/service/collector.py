@@ -1,7 +1,5 @@
 """A collector of OpenTelemetry spans, by OTLP over HTTP."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager

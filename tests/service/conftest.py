@@ -1,7 +1,5 @@
 """Real servers in their own processes, and real databases, shared by tests that leave them unchanged."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A Dask cluster of separate processes on this machine, with the configuration for operators."""
 
-from __future__ import annotations
-
 import os
 import socket
 import subprocess

@@ -1,7 +1,5 @@
 """Two servers on one database and one data folder."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass

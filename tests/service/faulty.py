@@ -3,8 +3,6 @@
 The name of a scene says what happens to the worker that renders it. Workers import this module, too.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,7 +1,5 @@
 """The data folder of a service of version 0.1.0, as it was when that was killed while it rendered."""
 
-from __future__ import annotations
-
 import tarfile
 from collections.abc import Iterator
 from contextlib import contextmanager

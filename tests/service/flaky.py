@@ -1,7 +1,5 @@
 """A TCP proxy that breaks connections like bad networks and busy proxies."""
 
-from __future__ import annotations
-
 import socket
 import struct
 import threading

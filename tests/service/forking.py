@@ -3,8 +3,6 @@
 The first server of the tests starts that process, ``python -m tests.service.forking``.
 """
 
-from __future__ import annotations
-
 import ctypes
 import importlib
 import json

@@ -1,7 +1,5 @@
 """The service inside the process of the tests, asked over ASGI: no socket, and no Python to start."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -25,7 +23,7 @@ class Bridge(httpx2.BaseTransport):
         self._portal, self._app = portal, app
         self._transport = httpx2.ASGITransport(app, raise_app_exceptions=False, client=(address, 1))
 
-    def of(self, address: str) -> Bridge:
+    def of(self, address: str) -> "Bridge":
         """The same for a client at another address."""
         return Bridge(self._portal, self._app, address)
 

@@ -1,7 +1,5 @@
 """Processes of a service, read from /proc."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

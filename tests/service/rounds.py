@@ -1,7 +1,5 @@
 """Jobs in a database and rounds of the dispatcher over them, without an engine."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """Files, scenes and keys that tests send, and the problems that come back."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import struct

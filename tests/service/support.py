@@ -1,7 +1,5 @@
 """Scenes small enough to render at once, and access to the processes of a server."""
 
-from __future__ import annotations
-
 import io
 import os
 import signal

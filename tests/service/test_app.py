@@ -1,7 +1,5 @@
 """Starting a service: what it loads, whose its folder is, what its log shows."""
 
-from __future__ import annotations
-
 import os
 import pty
 import stat

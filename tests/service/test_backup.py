@@ -1,7 +1,5 @@
 """A backup made and restored by the commands of docs/how-to/backup.md serves every job."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

@@ -1,7 +1,5 @@
 """Stored files that change or go: no wrong byte is sent or rendered, and what is lost is rendered again."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import os

@@ -1,7 +1,5 @@
 """Files of unfinished pictures that change or go are rendered again, with the same bytes at the end."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Jobs that are deleted while others read or watch them, and clients that leave before their answer ends."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor

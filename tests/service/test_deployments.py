@@ -1,7 +1,5 @@
 """The command lines of the files for operators, with their variables, as real processes on this machine."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import socket

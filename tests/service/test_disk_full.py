@@ -1,7 +1,5 @@
 """A full disk, and one that is read-only for a while: the server has a file system of its own."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

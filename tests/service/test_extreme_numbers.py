@@ -1,7 +1,5 @@
 """Every number that can be set, at its ends: it is refused by its name, or a service works with it."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator

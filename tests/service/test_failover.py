@@ -1,7 +1,5 @@
 """Several servers on one PostgreSQL: one hands out work, all answer, and another takes over."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Iterator
@@ -140,10 +138,7 @@ def test_leader_that_is_stopped_loses_nothing(two: Pair, undisturbed: np.ndarray
 
 @pytest.mark.parametrize("kill", [False, True], ids=["terminated", "killed"])
 def test_leader_that_ends_is_followed(
-    kill: bool,
-    tmp_path_factory: pytest.TempPathFactory,
-    postgres: PostgresServer,
-    undisturbed: np.ndarray,
+    kill: bool, tmp_path_factory: pytest.TempPathFactory, postgres: PostgresServer, undisturbed: np.ndarray
 ) -> None:
     with pair(tmp_path_factory.mktemp("shared"), postgres.database()) as two:
         leader, other = two.leader_and_other()

@@ -1,7 +1,5 @@
 """A worker of a former leader that wakes late changes no picture that another has composed since."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import signal

@@ -1,7 +1,5 @@
 """Jobs of version 0.1.0 after an upgrade: they run to their end, and every address of each answers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The tutorial for operators, followed step by step."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The log of a service: each line is JSON, errors have tracebacks, and strangers do not fill it."""
 
-from __future__ import annotations
-
 import json
 import os
 import socket

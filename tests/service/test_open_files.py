@@ -1,7 +1,5 @@
 """The limit of open files: raised at the start, or the start is refused."""
 
-from __future__ import annotations
-
 import resource
 import socket
 import subprocess

@@ -1,7 +1,5 @@
 """Time limits and outages: a job does not run while the service cannot work on it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sqlite3

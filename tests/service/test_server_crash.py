@@ -1,7 +1,5 @@
 """Servers that are killed or stopped in the middle of a job, and started again."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any
@@ -18,17 +16,7 @@ from service.storage.database.models import DONE, TileRow
 from tests.service.conftest import Start
 from tests.service.forking import running
 from tests.service.processes import is_alive, workers_of
-from tests.service.support import (
-    TIMEOUT,
-    finish,
-    image,
-    job_of,
-    long_scene,
-    submit,
-    until,
-    wait,
-    work,
-)
+from tests.service.support import TIMEOUT, finish, image, job_of, long_scene, submit, until, wait, work
 
 
 def finished(settings: Settings) -> dict[tuple[int, int], tuple[Any, ...]]:

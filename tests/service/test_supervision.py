@@ -1,7 +1,5 @@
 """Threads of a service after an error that nobody has foreseen: they go on, or the service ends."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import resource

@@ -1,7 +1,5 @@
 """Jobs that are rendered until an error is reached."""
 
-from __future__ import annotations
-
 import io
 import itertools
 import os

@@ -1,7 +1,5 @@
 """A tile that takes longer than its time slice: it is preempted, charged, and continued where it was."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Workers that are killed, stopped or ruined by a scene in the middle of a job."""
 
-from __future__ import annotations
-
 import os
 import signal
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Errors of fixed qualities, measured in few pixels."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from math import sqrt
 

@@ -1,7 +1,5 @@
 """The cheapest setting for an error, and the best one for a time."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import pytest

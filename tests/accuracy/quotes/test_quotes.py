@@ -1,7 +1,5 @@
 """Quotes as a whole: offers, prices, effects, and a pilot that ends in time."""
 
-from __future__ import annotations
-
 import pytest
 
 import renderer

@@ -1,7 +1,5 @@
 """What target quality takes, from the first passes of the very picture."""
 
-from __future__ import annotations
-
 import pytest
 
 from accuracy.quotes.deadlines import Deadline

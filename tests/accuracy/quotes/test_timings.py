@@ -1,7 +1,5 @@
 """CPU seconds from blocks, the places that are timed, and the time that is left for them."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

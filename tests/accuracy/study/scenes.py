@@ -1,7 +1,5 @@
 """A small scene with all that a study takes apart: an area light, a shadow, highlights, a texture's edge."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

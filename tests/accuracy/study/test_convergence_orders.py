@@ -4,8 +4,6 @@ Each threshold fails one right renderer in a million: 4.9 standard deviations, b
 independently.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cache

@@ -1,7 +1,5 @@
 """Curves of error against cost."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

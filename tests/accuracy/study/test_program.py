@@ -1,7 +1,5 @@
 """What a study renders."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A picture is judged by two references that know nothing of each other."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

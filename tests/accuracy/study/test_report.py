@@ -1,7 +1,5 @@
 """The report of a tiny study, read back."""
 
-from __future__ import annotations
-
 import re
 from html.parser import HTMLParser
 from pathlib import Path

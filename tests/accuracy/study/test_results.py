@@ -1,7 +1,5 @@
 """What is worked out from the journal of a study."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Studies of a tiny scene, run for real."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import replace

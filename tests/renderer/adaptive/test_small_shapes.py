@@ -14,18 +14,7 @@ import renderer
 from accuracy.statistics import clipped
 from renderer.math.arrays import Floats
 from schemas.quality import FixedQuality, TargetQuality
-from tests.documents import (
-    Json,
-    bulb,
-    lamp,
-    mesh,
-    phong,
-    rectangle,
-    scene,
-    sphere,
-    sun,
-    triangle,
-)
+from tests.documents import Json, bulb, lamp, mesh, phong, rectangle, scene, sphere, sun, triangle
 from tests.pictures.references import root_of_product
 
 SIDE = 64

@@ -10,17 +10,7 @@ from numpy.typing import NDArray
 
 import renderer
 from schemas.quality import TargetQuality
-from tests.documents import (
-    Json,
-    bulb,
-    camera,
-    dark_scene,
-    ellipsoid,
-    mesh,
-    phong,
-    rectangle,
-    triangle,
-)
+from tests.documents import Json, bulb, camera, dark_scene, ellipsoid, mesh, phong, rectangle, triangle
 from tests.pictures.parts import DOUBLE, plan_of, png, samples_of
 
 Vector = NDArray[np.float64]

@@ -10,14 +10,7 @@ from pydantic import BaseModel
 
 import scenes
 from renderer.math.arrays import Floats
-from renderer.plan.effects import (
-    LIGHTS,
-    MATERIALS,
-    SHAPES,
-    TEXTURES,
-    LightEffect,
-    registered,
-)
+from renderer.plan.effects import LIGHTS, MATERIALS, SHAPES, TEXTURES, LightEffect, registered
 from renderer.samplers import PATTERNS
 from renderer.shapes import Family
 from schemas import lights, shapes, textures

@@ -10,17 +10,7 @@ import renderer
 from accuracy.inspection import inspect, inspection_plan
 from renderer.plan.effects import SHAPES, TEXTURES
 from schemas.quality import FixedQuality, TargetQuality
-from tests.documents import (
-    Json,
-    bulb,
-    ellipsoid,
-    mesh,
-    phong,
-    rectangle,
-    scene,
-    sphere,
-    triangle,
-)
+from tests.documents import Json, bulb, ellipsoid, mesh, phong, rectangle, scene, sphere, triangle
 from tests.pictures import pictures
 from tests.pictures.parts import Files, png
 from tests.solids import icosphere

@@ -50,20 +50,14 @@ def board(color: list[float], *names: str) -> Change:
 
 NEUTRAL: dict[str, Change] = {
     "PhongMaterial/ambient": ({"materials": on_all({"ambient": 0})}, {"ambient": None}),
-    "PhongMaterial/diffuse": (
-        {"materials": on_all({"diffuse": 0, "specular": 0})},
-        {"lights": None},
-    ),
+    "PhongMaterial/diffuse": ({"materials": on_all({"diffuse": 0, "specular": 0})}, {"lights": None}),
     "PhongMaterial/specular": material({"specular": 0, "shininess": 700}, {"specular": None}),
     "PhongMaterial/bump_height": material({"bump_map": "bumps", "bump_height": 0}),
     "PhongMaterial/displacement_height": material({"displacement_map": "bumps", "displacement_height": 0}),
     "PhongMaterial/mirror": material({"mirror": 0, "max_depth": 40}),
     "PhongMaterial/transmission": material({"transmission": 0, "ior": 3, "max_depth": 40}),
     "Camera/lens_radius": ({"camera": {"lens_radius": 0, "focus_distance": 3}}, {}),
-    "Scene/ambient": (
-        {"ambient": [0, 0, 0]},
-        {"materials": on_all({"ambient": 0})},
-    ),
+    "Scene/ambient": ({"ambient": [0, 0, 0]}, {"materials": on_all({"ambient": 0})}),
     "Scene/background": ({"background": [0, 0, 0]}, {"background": None}),
     "Display/exposure": ({"display": {"exposure": 0}}, {}),
     "RectangleLight/color": light({"type": "rectangle", **CARD, **HIDDEN}),

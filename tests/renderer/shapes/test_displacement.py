@@ -1,7 +1,5 @@
 """Bump and displacement maps: slopes, moved surfaces, shadows, and how neighbours are joined."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Any

@@ -9,18 +9,7 @@ import pytest
 
 import renderer
 from schemas.quality import TargetQuality
-from tests.documents import (
-    Json,
-    camera,
-    ellipsoid,
-    lamp,
-    mesh,
-    phong,
-    rectangle,
-    scene,
-    sphere,
-    triangle,
-)
+from tests.documents import Json, camera, ellipsoid, lamp, mesh, phong, rectangle, scene, sphere, triangle
 from tests.pictures.parts import image_of, plan_of, png
 from tests.solids import triangles_of
 

@@ -1,7 +1,5 @@
 """Names that a service answers to: a page of another site can have its own name lead to loopback."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import httpx2

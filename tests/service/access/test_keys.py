@@ -1,7 +1,5 @@
 """Keys, sessions and roles."""
 
-from __future__ import annotations
-
 import csv
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Users behind a proxy and their rights: no one is an admin unless a setting says so."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

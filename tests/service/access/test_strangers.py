@@ -1,7 +1,5 @@
 """Access control of every route; the list of routes is that of the application."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor

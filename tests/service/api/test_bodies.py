@@ -1,7 +1,5 @@
 """Bodies of requests: malformed, misspelt, too long, too slow, compressed, cut off."""
 
-from __future__ import annotations
-
 import contextlib
 import copy
 import gzip

@@ -1,7 +1,5 @@
 """Clients that hold as many connections as they can: probes are answered, and others find room."""
 
-from __future__ import annotations
-
 import json
 import re
 import socket

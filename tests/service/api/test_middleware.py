@@ -1,7 +1,5 @@
 """Request ids in answers and in the log, and turns of clients."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import re

@@ -1,7 +1,5 @@
 """Every exception of the project has a status and a code, and no answer reveals internals."""
 
-from __future__ import annotations
-
 import asyncio
 import importlib
 import pkgutil

@@ -1,7 +1,5 @@
 """The OpenAPI document, and the reference at /docs that is written from it."""
 
-from __future__ import annotations
-
 import httpx2
 import pytest
 import schemathesis

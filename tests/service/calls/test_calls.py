@@ -1,7 +1,5 @@
 """Pixels explained and pictures priced, over HTTP: what workers compute while a client waits."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Comparisons over HTTP, by the client and on the command line."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

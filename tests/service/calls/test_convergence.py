@@ -1,7 +1,5 @@
 """Error against time over HTTP: as a document, a table and a plot."""
 
-from __future__ import annotations
-
 import csv
 import io
 import time

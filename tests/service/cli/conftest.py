@@ -1,7 +1,5 @@
 """The command line: in this process where its text and exit status are tried, or as one of its own."""
 
-from __future__ import annotations
-
 import copy
 import io
 import json

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path
@@ -66,12 +64,7 @@ def test_misspelt_variable_is_reported_with_what_was_meant(
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [
-        ("PORT", "many"),
-        ("DATA", "file/data"),
-        ("STORE", "s3://"),
-        ("STORE", "s3://pictures/here"),
-    ],
+    [("PORT", "many"), ("DATA", "file/data"), ("STORE", "s3://"), ("STORE", "s3://pictures/here")],
 )
 def test_unusable_setting_is_a_failure(
     here: Penumbra, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, value: str

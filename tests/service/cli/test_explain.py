@@ -1,7 +1,5 @@
 """Plans and predicted costs before a render begins: ``explain`` and ``quote``."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

@@ -1,7 +1,5 @@
 """Exit codes, and what is on stdout and stderr, whatever goes wrong."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import shlex

@@ -1,7 +1,5 @@
 """``penumbra grade --class`` with real folders."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

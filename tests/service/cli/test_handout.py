@@ -1,7 +1,5 @@
 """``penumbra handout``: every student gets the scenes that grading expects of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The commands of the client against a running service, and how that starts and stops."""
 
-from __future__ import annotations
-
 import json
 import re
 import signal

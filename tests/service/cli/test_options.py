@@ -1,7 +1,5 @@
 """Options of several commands: quality, size and layers."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

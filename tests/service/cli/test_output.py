@@ -1,7 +1,5 @@
 """Lines for people: excerpts of documents, sentences, and logs of jobs."""
 
-from __future__ import annotations
-
 from datetime import datetime
 
 import pytest

@@ -1,7 +1,5 @@
 """A command as a process: its streams, and signals at any time."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """``penumbra render`` and ``penumbra trace``."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Settings of a service, and its keys, which are made where it has its database."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

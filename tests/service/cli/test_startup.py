@@ -1,7 +1,5 @@
 """Imports at the start of a command, and completion in a shell."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path

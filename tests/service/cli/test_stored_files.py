@@ -1,7 +1,5 @@
 """``penumbra doctor --data``: what is damaged is named, in a folder and in a bucket."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 
@@ -29,11 +27,7 @@ def changed(place: Objects, name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["folder", "bucket"])
 def test_damaged_files_are_named(
-    here: Penumbra,
-    tmp_path: Path,
-    kind: str,
-    request: pytest.FixtureRequest,
-    monkeypatch: pytest.MonkeyPatch,
+    here: Penumbra, tmp_path: Path, kind: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store = None
     if kind == "bucket":

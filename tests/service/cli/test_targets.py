@@ -1,7 +1,5 @@
 """Output targets: files, stdout, and the viewer tev."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -40,12 +38,7 @@ def test_link_stays_a_link(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "suffix", "on_stdout"),
-    [
-        ("-", ".png", True),
-        ("-.NPY", ".npy", True),
-        ("./-.npy", ".npy", False),
-        ("a.PNG", ".png", False),
-    ],
+    [("-", ".png", True), ("-.NPY", ".npy", True), ("./-.npy", ".npy", False), ("a.PNG", ".png", False)],
 )
 def test_dash_is_stdout(text: str, suffix: str, on_stdout: bool) -> None:
     target = ImageTarget.named(text)

@@ -1,7 +1,5 @@
 """What the error of a job costs, in words and on a terminal."""
 
-from __future__ import annotations
-
 import io
 import re
 from typing import Any

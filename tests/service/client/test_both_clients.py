@@ -1,7 +1,5 @@
 """The client that blocks is generated from the asynchronous one."""
 
-from __future__ import annotations
-
 import inspect
 import runpy
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What a client makes of servers that behave badly: real sockets, answers made by hand."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import ssl

@@ -1,7 +1,5 @@
 """Values given to the clients, and the errors if they cannot be used: nothing is sent here."""
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import io

@@ -1,7 +1,5 @@
 """The Python clients over a bad network, and calls that are interrupted."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 import sys

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import hashlib
 import json
 from pathlib import Path
@@ -75,11 +73,7 @@ def test_meshes_are_sent_along(folder: Path) -> None:
     one, two = (hashlib.sha256(content).hexdigest() for content in (b"one", b"two"))
     parcel = pack(path)
     assert parcel.contents == {one: b"one", two: b"two"}
-    assert parcel.document["shapes"] == [
-        {"type": "sphere"},
-        {"type": "mesh", "asset": f"sha256:{two}"},
-        3,
-    ]
+    assert parcel.document["shapes"] == [{"type": "sphere"}, {"type": "mesh", "asset": f"sha256:{two}"}, 3]
     with pytest.raises(SceneError) as caught:
         pack(scene)
     assert [problem.pointer for problem in caught.value.errors] == ["/textures/x/asset", "/shapes/1/asset"]

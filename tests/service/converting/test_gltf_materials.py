@@ -1,7 +1,5 @@
 """Materials of glTF files, their textures and pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from schemas.reading import read_scene
@@ -126,10 +124,7 @@ def test_unreadable_texture_is_noted(converted: Convert) -> None:
         "images": [{"uri": "gone.png"}, {"bufferView": made.view(b"no picture")}],
         "textures": [{"source": 0}, {"source": 1}],
         "materials": [
-            {
-                "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
-                "normalTexture": {"index": 1},
-            }
+            {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "normalTexture": {"index": 1}}
         ],
     }
     made.node(mesh=made.mesh(material=0))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import io
 from pathlib import Path
 from typing import Any
@@ -100,9 +98,7 @@ class One:
         st.lists(st.tuples(st.integers(0, 5), st.integers(-1, 3)), min_size=3, max_size=3), min_size=1
     )
 )
-def test_part_is_read_by_the_renderer(
-    faces: list[list[tuple[int, int]]],
-) -> None:
+def test_part_is_read_by_the_renderer(faces: list[list[tuple[int, int]]]) -> None:
     places = np.array([(0.1, 0, 0), (1, 0, 0), (0, 1e-17, 0), (0, 0, 1), (2, 3, 5), (7, 1, 4)])
     pairs = np.array([(0, 0), (1, 0), (0.25, 0.5), (0.125, 1 / 3)])
     corners = np.array([corner for face in faces for corner in face])

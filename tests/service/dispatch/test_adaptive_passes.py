@@ -1,7 +1,5 @@
 """Decisions of the dispatcher about jobs with a target error."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import pytest

@@ -1,7 +1,5 @@
 """Attempts to compose a picture: no number is given twice, and only the newest counts. No engine."""
 
-from __future__ import annotations
-
 import pytest
 
 from schemas.api.jobs import JobState

@@ -1,7 +1,5 @@
 """The dispatcher, and a database whose answers get lost."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager

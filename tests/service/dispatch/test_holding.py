@@ -1,7 +1,5 @@
 """Tasks are held back before their next attempt, counted, and have less time left."""
 
-from __future__ import annotations
-
 from schemas.tiles import Tile
 from service.dispatch.holding import HeldTasks
 from service.telemetry.metrics import Metrics

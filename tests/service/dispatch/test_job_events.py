@@ -1,7 +1,5 @@
 """Events of a job: sent at once to a single watcher, collected for many."""
 
-from __future__ import annotations
-
 import asyncio
 from contextlib import ExitStack
 

@@ -1,7 +1,5 @@
 """One of several servers leads; the others learn what changes."""
 
-from __future__ import annotations
-
 import secrets
 import threading
 from collections.abc import Iterator

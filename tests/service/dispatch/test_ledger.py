@@ -1,7 +1,5 @@
 """Decisions of the dispatcher: order, stale results, crashes, a full disk."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import pytest

@@ -1,7 +1,5 @@
 """Notifications between servers, over a connection that is lost in silence."""
 
-from __future__ import annotations
-
 import time
 from contextlib import closing
 from pathlib import Path

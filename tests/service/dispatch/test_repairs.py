@@ -1,7 +1,5 @@
 """Steps whose files are damaged are handed out again, a few times. No engine."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest

@@ -1,7 +1,5 @@
 """Throughput of a service: idle time does not count."""
 
-from __future__ import annotations
-
 import pytest
 
 from service.dispatch.throughput import Throughput

@@ -1,7 +1,5 @@
 """The same manifest gives the same points here and with a service that renders."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

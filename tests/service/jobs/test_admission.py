@@ -1,7 +1,5 @@
 """Requests that ask too much are refused before any work."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

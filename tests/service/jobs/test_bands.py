@@ -1,7 +1,5 @@
 """Pictures put together band by band, and tiles whose files are damaged."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

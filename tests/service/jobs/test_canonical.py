@@ -1,7 +1,5 @@
 """Requests that share one picture."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Entering a job: how long others wait for it."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import re

@@ -1,7 +1,5 @@
 """Pictures as large as the service takes them: a client that asks for them does not take its memory."""
 
-from __future__ import annotations
-
 import io
 import resource
 import socket

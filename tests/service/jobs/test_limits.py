@@ -1,7 +1,5 @@
 """A full queue refuses jobs with Retry-After; no accepted job is lost."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """What is read to show a page or to sweep does not grow with what is kept: by counts, never by time."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict

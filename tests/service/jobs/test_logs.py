@@ -1,7 +1,5 @@
 """The history of a job, derived from its rows."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from typing import Any
 

@@ -1,7 +1,5 @@
 """How many pixels are encoded at once, and whose."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Sequence
 

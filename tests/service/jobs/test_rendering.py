@@ -1,7 +1,5 @@
 """A scene sent over HTTP becomes the picture that the renderer makes."""
 
-from __future__ import annotations
-
 import io
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Retention on the disk of a real server: by age, by size, pinned, and on request."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import sqlite3

@@ -1,7 +1,5 @@
 """Jumps of the wall clock, as sweeps find them."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 import pytest

@@ -1,7 +1,5 @@
 """Textures and meshes that are admitted fit into the memory of a worker, whatever their files are."""
 
-from __future__ import annotations
-
 import io
 import struct
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Jobs that are cancelled or deleted, queued, running, or while nobody hands out work."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Iterator

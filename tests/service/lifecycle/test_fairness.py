@@ -1,7 +1,5 @@
 """Fair scheduling, and queue positions that say in which order jobs start."""
 
-from __future__ import annotations
-
 import random
 from collections import Counter
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Paused jobs: no more of their tiles are started, and no time limit runs on."""
 
-from __future__ import annotations
-
 import asyncio
 from datetime import timedelta
 

@@ -1,7 +1,5 @@
 """A picture is rendered once for all users, without revealing them to each other."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterator

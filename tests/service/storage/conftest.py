@@ -1,7 +1,5 @@
 """A folder and a bucket, which behave the same."""
 
-from __future__ import annotations
-
 from itertools import count
 from pathlib import Path
 

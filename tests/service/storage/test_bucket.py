@@ -1,7 +1,5 @@
 """A service with a bucket answers like one with a folder, and waits for its bucket only where it must."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """The database: built by migrations, shared by threads, and given up when it does not answer."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """Files are on the disk before a row refers to them."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A database of the first release that has jobs in it, opened by this one."""
 
-from __future__ import annotations
-
 import hashlib
 import shutil
 import subprocess

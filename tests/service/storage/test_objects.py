@@ -1,7 +1,5 @@
 """Objects in a folder and in a bucket, and the assets among them."""
 
-from __future__ import annotations
-
 import asyncio
 import hashlib
 import io
@@ -185,9 +183,7 @@ READERS: dict[str, Callable[[TileStore, str, Checksum], bytes]] = {
 
 @pytest.mark.parametrize("read", READERS.values(), ids=READERS)
 def test_garbled_answer_of_a_bucket_is_asked_for_again(
-    object_store: S3Server,
-    monkeypatch: pytest.MonkeyPatch,
-    read: Callable[[TileStore, str, Checksum], bytes],
+    object_store: S3Server, monkeypatch: pytest.MonkeyPatch, read: Callable[[TileStore, str, Checksum], bytes]
 ) -> None:
     parts = urlsplit(object_store.url)
     way = Flaky((str(parts.hostname), parts.port or 0))

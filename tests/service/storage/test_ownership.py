@@ -1,7 +1,5 @@
 """A place belongs to one database, and to one service or several that share it."""
 
-from __future__ import annotations
-
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path

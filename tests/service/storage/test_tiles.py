@@ -1,7 +1,5 @@
 """Tiles, layers and states of jobs, in a folder and in a bucket."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 from pathlib import Path

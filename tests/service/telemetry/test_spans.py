@@ -1,7 +1,5 @@
 """Spans of requests, jobs and tiles, as a collector receives them."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

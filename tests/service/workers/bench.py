@@ -1,7 +1,5 @@
 """An engine with one worker, a store with one job, and what was reported."""
 
-from __future__ import annotations
-
 import hashlib
 import queue
 import resource

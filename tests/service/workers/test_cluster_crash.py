@@ -1,7 +1,5 @@
 """A Dask cluster of separate processes, each of which is killed in the middle of a job."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Clusters that a service does not start with, and who gives orders to those that it uses."""
 
-from __future__ import annotations
-
 import asyncio
 import shutil
 import subprocess

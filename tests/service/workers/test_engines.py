@@ -1,7 +1,5 @@
 """The contract of all engines: they run tasks, survive crashes, and give tasks back on request."""
 
-from __future__ import annotations
-
 import json
 import os
 import queue

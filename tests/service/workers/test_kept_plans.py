@@ -1,7 +1,5 @@
 """Plans that a worker keeps leave the memory to the next job, however large those before it were."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The engine of one machine when its processes die, hang, or take too much."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time
@@ -16,15 +14,7 @@ import pytest
 
 from schemas.tiles import Tile
 from service.workers.heartbeats import Lease
-from service.workers.tasks import (
-    CallDone,
-    Interrupted,
-    TaskFailed,
-    TileDone,
-    TileTask,
-    TraceTask,
-    WorkerDied,
-)
+from service.workers.tasks import CallDone, Interrupted, TaskFailed, TileDone, TileTask, TraceTask, WorkerDied
 from tests.service.processes import fork_servers_of, is_alive
 from tests.service.support import TIMEOUT, scene, until
 from tests.service.workers.bench import Bench

@@ -1,7 +1,5 @@
 """A finished job that many tests look at."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.service.in_process import InProcess

@@ -1,7 +1,5 @@
 """Textures and meshes: uploaded by content, checked by their headers, decoded by workers alone."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import httpx2

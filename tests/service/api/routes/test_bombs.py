@@ -1,7 +1,5 @@
 """Small files that unpack to gigabytes are refused by their headers, before memory is used."""
 
-from __future__ import annotations
-
 import io
 import json
 import struct

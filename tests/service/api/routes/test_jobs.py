@@ -1,7 +1,5 @@
 """Jobs over HTTP: submitted, listed, repeated, limited in time, deleted."""
 
-from __future__ import annotations
-
 import json
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any

@@ -1,7 +1,5 @@
 """Routes for operators: health checks, version, metrics."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sqlite3

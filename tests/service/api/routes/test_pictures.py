@@ -1,7 +1,5 @@
 """Pictures and layers over HTTP: partial, final, cached, in pieces."""
 
-from __future__ import annotations
-
 import io
 import tempfile
 from email.utils import formatdate, parsedate_to_datetime

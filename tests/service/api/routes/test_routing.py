@@ -1,7 +1,5 @@
 """Rules for all addresses: HEAD beside GET, all methods in Allow, no unknown parameters."""
 
-from __future__ import annotations
-
 import httpx2
 import pytest
 

@@ -1,7 +1,5 @@
 """Calls that create no job: plans, traces, previews, JSON Schemas. Every pointer leads into the request."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Watching a job: long-polling, binary batches, server-sent events."""
 
-from __future__ import annotations
-
 import json
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any

@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 
 from accuracy.comparison.inputs import Picture, picture_of
-from service.grading.likeness.fingerprints import (
-    Fingerprint,
-    fingerprint,
-    like,
-    noise_of,
-    pairs,
-    parts,
-)
+from service.grading.likeness.fingerprints import Fingerprint, fingerprint, like, noise_of, pairs, parts
 from tests.service.grading.assignments import codes_of, npy, png
 
 HEIGHT, WIDTH, SAMPLES, STUDENTS = 64, 96, 16, 40

@@ -172,11 +172,7 @@ def test_one_light_sample_may_differ_unless_it_is_the_only(
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        ({"t": np.zeros(7)}, "(8,)"),
-        ({"t": np.full(8, np.nan)}, "NaN in row 0"),
-    ],
+    ("wrong", "said"), [({"t": np.zeros(7)}, "(8,)"), ({"t": np.full(8, np.nan)}, "NaN in row 0")]
 )
 def test_unusable_hits_are_not_gradable(assignment: Assignment, hits: Hits, wrong: Hits, said: str) -> None:
     assert len(hits["t"]) == 8
