@@ -10,13 +10,21 @@ export const pointerParts = (pointer) =>
     .slice(1)
     .map((part) => part.replaceAll("~1", "/").replaceAll("~0", "~"));
 
-// A string may lack its end.
-const TOKEN = /^(?:"(?:[^"\\]|\\.)*"?|[^\s,\]}]+)/;
-
-/** The length of the token at a place of a text, 0 where none is. @param {string} text @param {number} start */
+/** The length of the token at a place of a text, 0 where none is; a string may lack its end. @param {string} text @param {number} start */
 export function tokenLength(text, start) {
   const end = text.indexOf("\n", start);
-  return TOKEN.exec(text.slice(start, end < 0 ? undefined : end))?.[0].length ?? 0;
+  const line = text.slice(start, end < 0 ? undefined : end);
+  return line.startsWith('"') ? stringEnd(line, 0) : (/^[^\s,\]}]+/.exec(line)?.[0].length ?? 0);
+}
+
+/** Where a string ends. Expressions run out of stack in strings of some megabytes. @param {string} text @param {number} start */
+function stringEnd(text, start) {
+  for (let quote = start; (quote = text.indexOf('"', quote + 1)) >= 0;) {
+    let first = quote;
+    while (text[first - 1] === "\\") first--;
+    if ((quote - first) % 2 === 0) return quote + 1;
+  }
+  return text.length;
 }
 
 /**
@@ -67,7 +75,14 @@ function lineOf(starts, offset) {
   return low + 1;
 }
 
-const VALUE = /"(?:[^"\\]|\\.)*"|[{}[\],:]|[^\s"{}[\],:]+/g;
+/** The tokens of a text, and where they begin. @param {string} text - JSON. @returns {Generator<[string, number]>} */
+function* tokens(text) {
+  const next = /["{}[\],:]|[^\s"{}[\],:]+/g;
+  for (let found; (found = next.exec(text));) {
+    if (found[0] === '"') next.lastIndex = stringEnd(text, found.index);
+    yield [text.slice(found.index, next.lastIndex), found.index];
+  }
+}
 
 /**
  * An open bracket: its pointer, the index or key of its next value, and where that key began.
@@ -92,7 +107,7 @@ function walk(text, wanted) {
     if (typeof frame.name === "number") frame.name++;
     frame.at = null;
   };
-  for (const { 0: token, index } of text.matchAll(VALUE)) {
+  for (const [token, index] of tokens(text)) {
     const frame = top();
     if (token === "{" || token === "[") {
       const keyed = token === "{";
@@ -169,4 +184,8 @@ function refuseInfinite(_name, value) {
 }
 
 /** @param {string} text - JSON. */
-const countTokens = (text) => text.match(VALUE)?.length ?? 0;
+function countTokens(text) {
+  let count = 0;
+  for (const _ of tokens(text)) count++;
+  return count;
+}

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { readable } from "../../service/web/json_text.js";
+import { places, readable, tokenLength } from "../../service/web/json_text.js";
 
 /** The text of a scene in one line that is as long as programs write them. @param {string} members */
 const long = (members) =>
@@ -23,3 +23,10 @@ for (const [kind, members] of [
     const text = long(members);
     assert.equal(readable(text), text);
   });
+
+test("a string of megabytes is one token", () => {
+  const string = JSON.stringify(`"${"x".repeat(12e6)}\\`);
+  const text = `{"name": ${string}, "seed": 7}`;
+  assert.equal(places(text, ["/seed"]).get("/seed")?.value, text.length - 2);
+  assert.equal(tokenLength(text, 9), string.length);
+});
