@@ -23,7 +23,7 @@ class PreviewRequest(Closed):
     """The body of ``POST /v1/previews``."""
 
     scene: Scene = Field(description="The scene to render.")
-    side: Annotated[int, Field(strict=True, ge=8, le=256), WHOLE] = Field(
+    side: Annotated[int, Field(strict=True, ge=8, le=512), WHOLE] = Field(
         default=128, description="Most pixels along a side; a smaller picture keeps its size."
     )
 

@@ -95,6 +95,12 @@ def opened(page: Page) -> None:
     expect(render_button(page)).to_be_enabled(timeout=TIMEOUT)
 
 
+def choose(page: Page, title: str) -> None:
+    """Open a scene of the gallery."""
+    page.get_by_role("button", name="Open a scene").click()
+    page.get_by_role("button", name=title, exact=True).click()
+
+
 DROP = """async ([onto, files]) => {
   const transfer = new DataTransfer();
   for (const [name, bytes] of Object.entries(files)) {

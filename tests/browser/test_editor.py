@@ -9,6 +9,7 @@ from tests.browser.conftest import Open
 from tests.browser.scenes import (
     GALLERY,
     TIMEOUT,
+    choose,
     drop,
     editor,
     expect_written,
@@ -100,7 +101,7 @@ def test_search_far_out_of_sight(page: Page) -> None:
 @pytest.mark.slow
 def test_undo_stops_at_the_opened_scene(page: Page) -> None:
     opened(page)
-    page.get_by_role("button", name="Falloff", exact=True).click()
+    choose(page, "Falloff")
     text = (GALLERY / "falloff.json").read_text().rstrip()
     expect_written(page, text)
     editor(page).press("Control+End")
@@ -116,5 +117,5 @@ def test_undo_stops_at_the_opened_scene(page: Page) -> None:
 def test_dropped_file_is_opened(page: Page) -> None:
     opened(page)
     drop(page, onto=".cm-content", mine__json=small("basic").encode())
-    expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible()
+    expect(page.get_by_role("heading", level=1, name="mine.json")).to_be_visible()
     expect_written(page, small("basic"))

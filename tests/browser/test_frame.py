@@ -69,7 +69,7 @@ def test_unknown_address(client: httpx2.Client) -> None:
 def test_scene_dropped_on_any_view(open_page: Open) -> None:
     page = open_page("/jobs")
     drop(page, mine__json=small("basic").encode())
-    expect(page.get_by_role("heading", level=2, name="mine.json")).to_be_visible(timeout=TIMEOUT)
+    expect(page.get_by_role("heading", level=1, name="mine.json")).to_be_visible(timeout=TIMEOUT)
     expect_written(page, small("basic"))
 
 

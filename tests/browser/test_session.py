@@ -117,7 +117,7 @@ def test_not_now_is_final_until_asked(open_page: Open, key: str) -> None:
     dialog = page.get_by_role("dialog")
     dialog.get_by_role("button", name="Not now").click()
     page.get_by_role("link", name="Start").click()
-    expect(page.get_by_role("heading", level=1)).to_have_text("Render a scene")
+    expect(page.get_by_role("heading", level=1)).to_have_text("Basic", timeout=TIMEOUT)
     page.wait_for_timeout(1000)
     expect(dialog).to_have_count(0)
     page.locator("#session").get_by_role("button", name="Sign in").click()

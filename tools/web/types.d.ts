@@ -21,7 +21,7 @@ type ElementProperties<Element> = {
     Settable<Element[Name]> | Skipped;
 } & Listeners & {
     [Name in `aria-${string}` | `data-${string}`]?: string | number | boolean | Skipped;
-  } & { role?: string | Skipped; popovertarget?: string };
+  } & { role?: string | Skipped; popovertarget?: string; form?: string };
 
 /** What the address of a view says: parts of its path, and its query. */
 interface ViewParams {

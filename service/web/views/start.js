@@ -3,7 +3,7 @@
 import { Unreachable, get, jobPath, messageOf, post, text } from "../api.js";
 import { confirmed } from "../dialog.js";
 import { announce, h, pause } from "../dom.js";
-import { chosen, isScene, takeDrops } from "../drop.js";
+import { isScene, takeDrops } from "../drop.js";
 import { makeEditor } from "../editor.js";
 import { plural } from "../format.js";
 import { lineStarts, readable, tokenLength } from "../json_text.js";
@@ -13,6 +13,7 @@ import { nameOf } from "./job/state.js";
 import { draftOf, makeKeeper, onService, uploaded } from "./start/draft.js";
 import { makeFiles } from "./start/files.js";
 import { makeGallery } from "./start/gallery.js";
+import { helpPanel, openingPanel } from "./start/panels.js";
 import { makePreview } from "./start/preview.js";
 import { makeProblems } from "./start/problems.js";
 import { makeQuality } from "./start/quality.js";
@@ -20,9 +21,6 @@ import { makeQuote } from "./start/quote.js";
 import { makeValidation } from "./start/validation.js";
 
 export const title = "Start";
-
-const KEYS =
-  "Ctrl + Enter renders, Ctrl + F searches, Ctrl + I explains the field at the cursor, F8 goes to the next problem, Tab leaves the editor.";
 
 // Layers that the page of the job can show.
 const LAYERS = ["depth", "normal", "shape", "samples", "error"];
@@ -56,8 +54,10 @@ export function mount(root, { query }) {
   const preview = makePreview(signal);
   const validation = makeValidation(checked, signal);
   const gallery = makeGallery(replace, signal);
-  const heading = h("h2", { id: "scene-title" }, "Scene");
-  const notice = h("p", { className: "soft notice" });
+  const opening = openingPanel(addFiles, gallery.element);
+  const help = helpPanel();
+  const heading = h("h1", { id: "scene-title", dir: "auto" }, "Render a scene");
+  const notice = h("p", { className: "soft small notice" });
   const layers = h("input", { type: "checkbox", checked: true, onchange: keepLater });
   const labels = h("input", {
     type: "text",
@@ -67,7 +67,11 @@ export function mount(root, { query }) {
     spellcheck: false,
   });
   const refusal = h("div", { className: "problem", role: "alert", hidden: true });
-  const button = h("button", { type: "submit", className: "primary render", disabled: true }, "Render");
+  const button = h(
+    "button",
+    { type: "submit", form: "order", className: "primary render", disabled: true },
+    "Render",
+  );
 
   /** @param {OpenedScene} scene */
   function open(scene) {
@@ -90,6 +94,7 @@ export function mount(root, { query }) {
 
   /** Open another scene. One that was edited is asked for first, and can be brought back. @param {OpenedScene} scene */
   async function replace(scene) {
+    opening.panel.hidePopover();
     const edited = origin !== null && editor.text !== origin.text ? origin : null;
     if (edited && !(await confirmed("Replace the scene that you have edited?", "Replace it"))) return;
     const former = draft();
@@ -182,22 +187,15 @@ export function mount(root, { query }) {
 
   const form = h(
     "form",
-    { className: "order", onsubmit: submit },
+    { className: "order", id: "order", onsubmit: submit },
     preview.element,
-    quality.element,
-    layersChoice(layers),
-    labelsField(labels),
-    quote.element,
-    refusal,
-    button,
+    h(
+      "div",
+      { className: "settings" },
+      h("div", {}, quality.element, layersChoice(layers), labelsField(labels)),
+      quote.element,
+    ),
   );
-  /** @type {HTMLInputElement} */
-  const picker = h("input", {
-    type: "file",
-    multiple: true,
-    className: "unseen",
-    onchange: () => (addFiles(chosen(picker.files)), (picker.value = "")),
-  });
   const writing = h(
     "section",
     { className: "writing", "aria-labelledby": "scene-title" },
@@ -205,26 +203,16 @@ export function mount(root, { query }) {
       "div",
       { className: "row spread" },
       heading,
-      h("label", { className: "button" }, picker, "Open files …"),
+      h("div", { className: "row" }, opening.button, help.button),
     ),
     notice,
-    editor.element,
-    h("p", { className: "soft small keys" }, KEYS),
-    problems.element,
+    h("div", { className: "sheet" }, editor.element, problems.element),
     fileList.element,
   );
-  const lead = h(
-    "p",
-    { className: "lead" },
-    "Choose an example, drop your own scene with its textures and meshes on this page, or write one here.",
-  );
   root.append(
-    h(
-      "div",
-      { className: "workbench" },
-      h("div", {}, h("h1", {}, "Render a scene"), lead, gallery.element, writing),
-      form,
-    ),
+    h("div", { className: "workbench" }, writing, form, h("div", { className: "foot" }, refusal, button)),
+    opening.panel,
+    help.panel,
     h("div", { className: "drop-hint", "aria-hidden": "true" }, "Drop a scene and its files"),
   );
   const dropped = takeDrops(addFiles, signal);

@@ -1,12 +1,13 @@
-// A small picture of the scene beside its text, while it is edited. It creates no job.
+// A picture of the scene beside its text, while it is edited. It creates no job.
 
 import { Problem, Unreachable, request, whenFree } from "../../api.js";
 import { debounced, h } from "../../dom.js";
 import { requestText } from "../../requests.js";
 import { keep, kept } from "../../storage.js";
 
-// Pixels along the longer side.
-const SIDE = 128;
+// Pixels along the longer side: of a first picture that comes fast, and of one that the quote does not wait long for.
+const FIRST_SIDE = 128;
+const LARGEST_SIDE = 384;
 const IDLE_MS = 300;
 // Where the choice is kept, in the browser.
 const OFF = "penumbra-preview-off";
@@ -21,11 +22,12 @@ export function makePreview(signal) {
     checked: kept("localStorage", OFF) === null,
     onchange: choose,
   });
+  const frame = h("div", { className: "preview-picture" }, picture);
   const element = h(
     "div",
     { className: "preview" },
-    h("div", { className: "preview-picture" }, picture),
-    h("div", {}, h("label", {}, live, " Live preview"), state),
+    frame,
+    h("div", { className: "row" }, h("label", {}, live, " Live preview"), state),
   );
   // The last valid scene; null while there is none.
   /** @type {string | null} */
@@ -42,20 +44,34 @@ export function makePreview(signal) {
     if (scene === null || !live.checked) return;
     asking = new AbortController();
     const { signal: current } = asking;
+    let shown = false;
     try {
-      const content = await rendered(requestText(scene, { side: SIDE }), current);
-      if (!current.aborted) show(content);
+      for (const side of [FIRST_SIDE, largestSide()]) {
+        await show(await rendered(requestText(scene, { side }), current), current);
+        shown = true;
+        // That is the whole picture.
+        if (Math.max(picture.naturalWidth, picture.naturalHeight) < side) break;
+      }
+      if (!current.aborted) report("current", "");
     } catch (error) {
-      if (!current.aborted) report("stale", reason(error));
+      // Only a small one may be cheap enough.
+      if (!current.aborted) report(shown ? "current" : "stale", shown ? "" : reason(error));
     }
   }
 
-  /** @param {Blob} content */
-  function show(content) {
+  /** As many pixels as are shown. */
+  function largestSide() {
+    const shown = devicePixelRatio * Math.max(frame.clientWidth, frame.clientHeight);
+    return Math.round(Math.min(LARGEST_SIDE, Math.max(FIRST_SIDE, shown)));
+  }
+
+  /** @param {Blob} content @param {AbortSignal} current */
+  async function show(content, current) {
+    current.throwIfAborted();
     URL.revokeObjectURL(picture.src);
     picture.src = URL.createObjectURL(content);
     picture.hidden = false;
-    report("current", "");
+    await picture.decode();
   }
 
   /** @param {"current" | "waiting" | "stale"} name @param {string} text */

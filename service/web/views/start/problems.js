@@ -33,7 +33,7 @@ export function makeProblems(id, onPoint) {
   }
 
   return {
-    element: h("div", {}, summary, list),
+    element: h("div", { className: "strip" }, summary, list),
     show,
     wait: () => {
       summary.className = "problems-summary soft";

@@ -1,0 +1,69 @@
+// The panels of the start page: what can be opened, and help.
+
+import { h } from "../../dom.js";
+import { chosen } from "../../drop.js";
+
+const KEYS = [
+  ["Ctrl + Enter", "render"],
+  ["Ctrl + F", "search"],
+  ["Ctrl + I", "explain the field at the cursor"],
+  ["F8", "go to the next problem"],
+  ["Tab", "leave the editor"],
+];
+
+/** @param {string} label @param {Node[]} content */
+function makePanel(label, ...content) {
+  const id = `${label.split(" ")[0].toLowerCase()}-panel`;
+  return {
+    button: h("button", { type: "button", popovertarget: id }, label),
+    panel: h("div", { id, className: "start-panel", popover: "auto", "aria-label": label }, ...content),
+  };
+}
+
+/**
+ * Files, and the gallery.
+ *
+ * @param {(files: Map<string, File>) => void} onFiles
+ * @param {HTMLElement} gallery
+ */
+export function openingPanel(onFiles, gallery) {
+  /** @type {HTMLInputElement} */
+  const picker = h("input", {
+    type: "file",
+    multiple: true,
+    className: "unseen",
+    onchange: () => (onFiles(chosen(picker.files)), (picker.value = "")),
+  });
+  return makePanel(
+    "Open a scene",
+    h(
+      "div",
+      { className: "row" },
+      h("label", { className: "button" }, picker, "Open files …"),
+      h(
+        "p",
+        { className: "soft small" },
+        "Or drop a scene with its textures and meshes anywhere on this page.",
+      ),
+    ),
+    h("h2", {}, "Examples"),
+    gallery,
+  );
+}
+
+export const helpPanel = () =>
+  makePanel(
+    "Help",
+    h("p", {}, "Hold the pointer over a field of the scene to read what it means."),
+    h(
+      "dl",
+      { className: "keys" },
+      KEYS.map(([keys, action]) => h("div", {}, h("dt", {}, h("kbd", {}, keys)), h("dd", {}, action))),
+    ),
+    h(
+      "p",
+      {},
+      h("a", { href: "/v1/schemas/scene.json", target: "_blank" }, "All fields of scenes, a JSON Schema"),
+    ),
+    h("p", {}, h("a", { href: "/docs", target: "_blank" }, "All calls of the service")),
+  );
