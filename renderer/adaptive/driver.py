@@ -5,13 +5,14 @@ workers through a database; a picture has the same passes, tiles and bytes eithe
 """
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Self
 
 from renderer.adaptive.controller import advance
 from renderer.adaptive.error_statistics import settle
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, measured, usual_prices
-from renderer.adaptive.guides import Surroundings, surroundings
+from renderer.adaptive.guides import surroundings
 from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.requests import TileRequest, records_centres, tile_request
 from renderer.adaptive.samples import Samples
@@ -69,14 +70,13 @@ class Driver:
         return pass_tiles(self.estimate, self.prices, self.workers, self.tile_size, records=records)
 
     def requests(self, limit: TimeLimit | None) -> list[TileRequest]:
-        """Requests of the next pass, each to be finished at the limit."""
-        estimate, first, requested = self.estimate, self.is_first, self.estimate.requested
+        """Requests of the next pass, each to be finished at the limit; the first is finished in any case."""
+        first, requested = self.is_first, self.estimate.requested
+        plan, around, limit = self.estimate.plan, self.estimate.around, None if first else limit
 
         def request(tile: Tile) -> TileRequest:
-            def around() -> Surroundings:
-                return surroundings(tile, estimate.around)
-
-            return tile_request(estimate.plan, tile, requested.part(tile), around, limit, first=first)
+            levels, nearby = requested.part(tile), partial(surroundings, tile, around)
+            return tile_request(plan, tile, levels, nearby, limit, first=first)
 
         return [request(tile) for tile in self.tiles()]
 

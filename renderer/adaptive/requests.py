@@ -109,7 +109,6 @@ class TileRequest:
     records : bool
         Whether layers are recorded at the centres of pixels: in the first pass only.
     limit : TimeLimit or None
-        Of the first pass only for a time slice.
     """
 
     tile: Tile
@@ -144,15 +143,14 @@ def tile_request(
         Returns the pilot samples around the tile; called only if they are needed.
     limit : TimeLimit or None
     first : bool
-        Whether it is the first pass, which records layers and ignores the limit: without it there is no
-        picture.
+        Whether it is the first pass, which records layers.
     """
     return TileRequest(
         tile=tile,
         levels=levels,
         around=around() if levels.needs_pilots(plan) else None,
         records=first and records_centres(plan),
-        limit=None if first else limit,
+        limit=limit,
     )
 
 

@@ -35,8 +35,6 @@ class Request:
         Names of what shall be recorded about each pixel beside its colour.
     in_sequence : bool
         Whether samples go on until an error is reached, so that their number is not known.
-    details : frozenset of str
-        Materials whose images pilot samples average over pixels; they take footprints.
     entries, left_out : list
         The plan as people read it, under construction.
     reads : set of str
@@ -61,7 +59,6 @@ class Request:
     culling: bool
     layers: tuple[str, ...] = ()
     in_sequence: bool = False
-    details: frozenset[str] = frozenset()
     entries: list[Entry] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
     reads: set[str] = field(default_factory=set)

@@ -55,7 +55,7 @@ def _footprints(request: Request) -> list[Footprints]:
     """Textures that filter ask for footprints, if some shown material looks them up at points."""
     used = [*_textures_of(request, "color_texture"), *_textures_of(request, "normal_map")]
     asking = {name for name in used if getattr(request.document.textures[name], "filter", None) in FILTERING}
-    if not asking and not request.details:
+    if not asking:
         return []
     samples = SAMPLES_IF_UNKNOWN if request.in_sequence else request.sampling.antialiasing.samples
     pointers = tuple(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import partial
 from math import inf
 from typing import Any
@@ -60,11 +60,10 @@ class PassWorker:
             When the task began, by `time.process_time`.
         """
         levels, before = self._levels(plan, task)
-        request = tile_request(
-            plan, task.tile, levels, partial(self._around, task), None, first=not task.merged
-        )
+        around, limit = partial(self._around, task), self._limit(task, until)
+        request = tile_request(plan, task.tile, levels, around, limit, first=not task.merged)
         try:
-            samples = render_request(plan, replace(request, limit=self._limit(task, until)))
+            samples = render_request(plan, request)
         except OutOfTimeError:
             spent = time.process_time() - begun
             return Interrupted(late=True) if time.monotonic() >= until else Preempted(spent)

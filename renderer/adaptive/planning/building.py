@@ -7,7 +7,8 @@ import numpy as np
 
 from renderer.adaptive.edges import edge_pixels
 from renderer.adaptive.lattice import first_stride
-from renderer.adaptive.planning import details, explanations, pilots
+from renderer.adaptive.planning import explanations, pilots
+from renderer.adaptive.planning.details import decoupled
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.thin_shadows import shadow_pixels
 from renderer.adaptive.thin_shapes import thin_pixels
@@ -59,28 +60,34 @@ def _light_points(document: Scene) -> int:
 def adapted(plan: RenderPlan, request: Request, target: TargetQuality) -> TargetPlan:
     """Build the plan of target quality from that of a request's samples."""
     if request.document.camera.lens_radius > 0:
-        made = _made(plan, target, request, None)
+        made = _made(plan, target, request, frozenset(), None)
         return replace(made, entries=explanations.with_lattice(plan))
-    hasty = pilots.in_time(target)
-    seen = pilots.request_of(request, hasty, details.materials(request, plan.lightings))
+    hasty, details = pilots.in_time(target), decoupled(request, plan.lightings)
+    seen = pilots.request_of(request, hasty, details)
     # Pilot samples share the camera and the shapes, and so what intersectors precompute.
-    pilot = replace(pilots.build_pilot(seen, hasty), intersectors=plan.intersectors)
-    made = _made(plan, target, seen, pilot)
+    pilot = replace(pilots.build_pilot(seen, details, hasty), intersectors=plan.intersectors)
+    made = _made(plan, target, seen, details, pilot)
     entries = (*pilot.entries, *explanations.thin_shadows(request, made.thin_shadows))
     return replace(made, pilot=replace(pilot, entries=entries))
 
 
-def _made(plan: RenderPlan, target: TargetQuality, seen: Request, pilot: RenderPlan | None) -> TargetPlan:
+def _made(
+    plan: RenderPlan,
+    target: TargetQuality,
+    seen: Request,
+    details: frozenset[str],
+    pilot: RenderPlan | None,
+) -> TargetPlan:
     """Build the plan, where `seen` is the request of pilot samples, or of samples through a lens."""
-    detailed = pilots.detailed(seen)
+    needs_sampling = pilots.materials_with(seen, "normal_map", "bump_map", "mirror", "transmission")
     return TargetPlan.of(
         plan,
         quality=target,
         pilot=pilot,
-        textured=pilots.shapes_with(seen, "color_texture") | detailed,
-        averaged=pilots.averaged_shapes(seen),
-        detailed=detailed,
-        needs_sampling=pilots.shapes_with(seen, "normal_map", "bump_map", "mirror", "transmission"),
+        textured=pilots.shapes_of(seen, pilots.materials_with(seen, "color_texture") | details),
+        averaged=pilots.shapes_of(seen, pilots.averaged_materials(seen) | details),
+        detailed=pilots.shapes_of(seen, details),
+        needs_sampling=pilots.shapes_of(seen, needs_sampling - details),
         glints=pilots.glints(seen),
         **_places(plan, seen),
     )

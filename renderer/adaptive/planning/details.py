@@ -12,6 +12,7 @@ from renderer.materials.maps import BumpMap, ColorTexture, NormalMap
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting
+from renderer.textures.footprints import Footprints, build
 from renderer.textures.image import ImageTexture
 from schemas.materials import Surface
 from schemas.quality import TargetQuality
@@ -24,7 +25,7 @@ PENUMBRA_POINT_FACTOR, MAX_PENUMBRA_POINTS = 4, 1024
 hit fine detail as well cost far more."""
 
 
-def materials(request: Request, lightings: tuple[Illumination, ...]) -> frozenset[str]:
+def decoupled(request: Request, lightings: tuple[Illumination, ...]) -> frozenset[str]:
     """Materials with decoupled shading; none without lights."""
     if not lightings:
         return frozenset()
@@ -48,17 +49,21 @@ def _images(request: Request, material: Surface) -> list[language.Texture]:
     return [request.document.textures[name] for name in names if name is not None]
 
 
-def with_fine_texture(plan: RenderPlan, request: Request, target: TargetQuality) -> RenderPlan:
-    """Add decoupled shading of the materials `request.details` to a plan of pilot samples."""
-    if not request.details:
+def with_fine_texture(
+    plan: RenderPlan, names: list[str], details: frozenset[str], target: TargetQuality
+) -> RenderPlan:
+    """Add decoupled shading of the materials `details` to a plan of pilot samples, with materials `names`."""
+    if not details:
         return plan
-    fine = np.array([name in request.details for name in request.names])
+    fine = np.array([name in details for name in names])
     texels, relief = np.zeros(fine.size), np.zeros(fine.size, dtype=bool)
     for stage in plan.surfaces:
         if isinstance(stage, MAPS):
             np.maximum(texels, stage.used * fine * _texels(stage), out=texels)
             relief |= stage.used & (not isinstance(stage, ColorTexture))
     first = next(i for i, stage in enumerate(plan.surfaces) if isinstance(stage, MAPS))
+    has_footprints = any(isinstance(stage, Footprints) for stage in plan.surfaces)
+    footprints = () if has_footprints else (build(plan.camera, 1),)
     lights = FineTexture(
         plain=plan.lightings,
         quadratures={
@@ -73,7 +78,7 @@ def with_fine_texture(plan: RenderPlan, request: Request, target: TargetQuality)
         replace(stage, used=stage.used & ~fine) if isinstance(stage, MAPS) else stage
         for stage in plan.surfaces
     )
-    return replace(plan, surfaces=surfaces, lightings=(lights,))
+    return replace(plan, surfaces=(*surfaces[:first], *footprints, *surfaces[first:]), lightings=(lights,))
 
 
 def _texels(stage: ColorTexture | NormalMap | BumpMap) -> int:

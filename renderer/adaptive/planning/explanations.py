@@ -15,13 +15,15 @@ from renderer.plan.stages import Entry, Illumination
 from schemas.pointers import escaped
 
 
-def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Entry]:
+def entries(request: Request, details: frozenset[str], lightings: Iterable[Illumination]) -> Iterator[Entry]:
     """Entries of the plan: the lattice, each area light, exact means, and border pixels.
 
     Parameters
     ----------
     request : Request
         Of the pilot samples.
+    details : frozenset of str
+        Materials with decoupled shading.
     lightings
         Of the pilot samples; lights without area have no entry.
     """
@@ -30,7 +32,7 @@ def entries(request: Request, lightings: Iterable[Illumination]) -> Iterator[Ent
         if isinstance(lighting, PilotLighting):
             yield from _light(request, lighting)
     yield from _checkerboards(request)
-    yield from _details(request)
+    yield from _details(request, details)
     detail = (
         "rays measure how much of a pixel each shape fills, where it may show more than one: more rays the "
     )
@@ -98,9 +100,9 @@ def _checkerboards(request: Request) -> Iterator[Entry]:
             yield Entry(name, f"textures.{board.type}", detail, (f"/textures/{escaped(texture)}", *pointers))
 
 
-def _details(request: Request) -> Iterator[Entry]:
+def _details(request: Request, details: frozenset[str]) -> Iterator[Entry]:
     """Entries of materials with decoupled shading."""
-    for name in sorted(request.details):
+    for name in sorted(details):
         material = request.document.materials[name]
         parts = [part for part in ("color_texture", "normal_map", "bump_map") if getattr(material, part)]
         pointers = tuple(f"/materials/{escaped(name)}/{part}" for part in parts)

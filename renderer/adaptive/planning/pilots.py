@@ -1,13 +1,14 @@
 """Build the plan of pilot samples: one ray through the centre of each pixel, with little noise."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from dataclasses import fields, replace
 
 import numpy as np
 
 from renderer.accelerators.trees import in_tree
 from renderer.adaptive.lighting import SIDES, PilotLighting, ProbingEmitter, grid_sides, probe_side
-from renderer.adaptive.planning import details, explanations
+from renderer.adaptive.planning import explanations
+from renderer.adaptive.planning.details import with_fine_texture
 from renderer.cameras import Pinhole
 from renderer.lights.emitters import Emitter
 from renderer.materials.maps import ColorTexture, NormalMap
@@ -43,10 +44,11 @@ def in_time(target: TargetQuality) -> TargetQuality:
     return target.model_copy(update={"error": max(target.error, MIN_TIMED_ERROR)})
 
 
-def request_of(request: Request, target: TargetQuality, detailed: frozenset[str]) -> Request:
-    """Request of pilot samples, with the materials that get decoupled shading."""
-    scene = filtered(request.scene)
-    return Request(scene, quality_of(target), request.geometry, request.culling, details=detailed)
+def request_of(request: Request, target: TargetQuality, details: frozenset[str]) -> Request:
+    """Request of pilot samples; materials with decoupled shading, `details`, need footprints."""
+    reads = {"coordinates", "derivatives", "viewers"} if details else set()
+    quality = quality_of(target)
+    return Request(filtered(request.scene), quality, request.geometry, request.culling, reads=reads)
 
 
 def filtered(scene: LoadedScene) -> LoadedScene:
@@ -59,12 +61,22 @@ def filtered(scene: LoadedScene) -> LoadedScene:
     return replace(scene, document=scene.document.model_copy(update={"textures": textures}))
 
 
-def shapes_with(request: Request, *parts: str) -> Masks:
-    """Shapes (K,) whose material has any of these attributes and no decoupled shading."""
+def shapes_of(request: Request, materials: Container[str]) -> Masks:
+    """Shapes (K,) with one of some materials."""
+    return np.array([shape.material in materials for shape in request.document.shapes], dtype=bool)
+
+
+def materials_with(request: Request, *parts: str) -> set[str]:
+    """Materials with any of some attributes."""
     materials = request.document.materials
-    having = {name for name, material in materials.items() if any(getattr(material, part) for part in parts)}
-    having -= request.details
-    return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
+    return {name for name, material in materials.items() if any(getattr(material, part) for part in parts)}
+
+
+def averaged_materials(request: Request) -> set[str]:
+    """Materials whose texture has a known mean over a pixel."""
+    textures = request.document.textures
+    known = {name for name, texture in textures.items() if TEXTURES[type(texture)].mean}
+    return {name for name, each in request.document.materials.items() if each.color_texture in known}
 
 
 def glints(request: Request) -> Floats:
@@ -77,21 +89,6 @@ def glints(request: Request) -> Floats:
     return np.where(brightness > 1, brightness, 0.0)
 
 
-def averaged_shapes(request: Request) -> Masks:
-    """Shapes (K,) whose mean colour over a pixel is known."""
-    materials, textures = request.document.materials, request.document.textures
-    known = {name for name, texture in textures.items() if TEXTURES[type(texture)].mean}
-    having = {name for name, material in materials.items() if material.color_texture in known}
-    having |= request.details
-    return np.array([shape.material in having for shape in request.document.shapes], dtype=bool)
-
-
-def detailed(request: Request) -> Masks:
-    """Shapes (K,) with decoupled shading."""
-    shown = [shape.material in request.details for shape in request.document.shapes]
-    return np.array(shown, dtype=bool)
-
-
 def positions(families: Iterable[Family], of_hulls: Callable[[Hulls], Integers]) -> Integers:
     """Pixels (2, N) of the hulls of families; triangles in trees are parts of larger shapes."""
     found = [np.zeros((2, 0), dtype=np.int64)]
@@ -99,7 +96,7 @@ def positions(families: Iterable[Family], of_hulls: Callable[[Hulls], Integers])
     return np.hstack(found)
 
 
-def build_pilot(seen: Request, target: TargetQuality) -> RenderPlan:
+def build_pilot(seen: Request, details: frozenset[str], target: TargetQuality) -> RenderPlan:
     """Build the plan of pilot samples from their request."""
     plan = build_plan(seen)
     lightings = _lightings(seen, target, plan.lightings)
@@ -107,9 +104,9 @@ def build_pilot(seen: Request, target: TargetQuality) -> RenderPlan:
         plan,
         surfaces=tuple(averaged(stage, plan.camera, target) for stage in plan.surfaces),
         lightings=lightings,
-        entries=tuple(explanations.entries(seen, lightings)),
+        entries=tuple(explanations.entries(seen, details, lightings)),
     )
-    return details.with_fine_texture(plan, seen, target)
+    return with_fine_texture(plan, seen.names, details, target)
 
 
 def averaged(stage: PointStage, camera: Pinhole, target: TargetQuality) -> PointStage:
