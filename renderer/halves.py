@@ -51,11 +51,6 @@ class SequenceLens(ThinLens):
         return disk(*PATTERNS["sobol"](key, shuffled(key, samples // HALVES), self.antialiasing.samples))
 
 
-def in_sequence(light: Emitter) -> SequenceEmitter:
-    """The same light, with one sequence of points per half."""
-    return SequenceEmitter(**{item.name: getattr(light, item.name) for item in fields(light)})
-
-
 def lens_in_sequence(lens: ThinLens) -> SequenceLens:
     """The same lens, with one sequence of points per half."""
     return SequenceLens(**{item.name: getattr(lens, item.name) for item in fields(lens)})

@@ -55,9 +55,6 @@ PROBE_LEVEL_STEP = 2
 MIN_GOAL_SHARE = 1 / 4
 """Least share of the budget that samples aim for, however uncertain the error is."""
 
-MAX_ROUNDS = 38
-"""Bound on the loop of sampling passes. No picture has needed as many."""
-
 UNEXPLAINED_ERROR_RATIO = 2.0
 """Error of an interpolated stratum over the noise of its nodes from which on more samples of the nodes do not
 help, so that the stratum itself is sampled."""
@@ -81,7 +78,6 @@ def _after_lattice(estimate: Estimate) -> State:
 
 
 def _after_samples(estimate: Estimate) -> State:
-    estimate.rounds += 1
     before = estimate.shown.copy()
     take_nodes(estimate)
     more = _sample_more(estimate)
@@ -109,8 +105,6 @@ def _sample_more(estimate: Estimate) -> bool:
         return False
     # Only what is shown meanwhile: few probes may leave more doubt about pilot samples than samples have.
     estimate.error = error_of(estimate, keep_pilots(estimate, found))
-    if estimate.rounds > MAX_ROUNDS:
-        return False
     lower_aim(estimate, sampled.bound)
     if _sample_probed_strata(estimate, found):
         found = error_statistics(estimate)

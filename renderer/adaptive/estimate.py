@@ -98,8 +98,6 @@ class Estimate:
         Of the next pass.
     stride : int
         Pixels between the nodes of the lattice, those of the next pass included.
-    rounds : int
-        Sampling decisions so far, after the probes.
     aims : int
         Times that the error aimed at was halved, where there is a time limit.
     predicted_rays : int
@@ -131,7 +129,6 @@ class Estimate:
     probe_probability: Floats
     state: State
     stride: int
-    rounds: int = 0
     aims: int = 0
     predicted_rays: int = 0
     error: ErrorEstimate | None = None
@@ -345,7 +342,7 @@ def _of_first_release(arrays: dict[str, Any]) -> dict[str, Any]:
 
     It showed the samples of all strata, had more states, and others counted as 0 in the control variate.
     """
-    arrays = {_RENAMED.get(name, name): array for name, array in arrays.items()}
+    arrays = {_RENAMED.get(name, name): array for name, array in arrays.items() if name != "rounds"}
     if "known" not in arrays:
         return arrays
     covered, known = arrays["coverage"] > 0, arrays.pop("known")
@@ -362,7 +359,7 @@ def _of_first_release(arrays: dict[str, Any]) -> dict[str, Any]:
 STATE, ERROR = "state", "error"
 """Names of the arrays of an estimate's state, and of its error where that is known."""
 
-_COUNTERS = ("stride", "rounds", "aims", "predicted_rays")
+_COUNTERS = ("stride", "aims", "predicted_rays")
 
 _ARRAYS = tuple(item.name for item in fields(Estimate) if item.name not in {"plan", STATE, ERROR, *_COUNTERS})
 

@@ -31,78 +31,55 @@ class Outline:
 
     Attributes
     ----------
-    numbers : (M,) int64
-        Of their shapes.
     starts, ends, inner : (3, M) float64
         Either end, and the third vertex of the triangle.
     """
 
-    numbers: Integers
     starts: Floats
     ends: Floats
     inner: Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SharedEdges:
-    """Edges of triangles with their adjacency.
-
-    Attributes
-    ----------
-    numbers : (K,) int64
-    vertices : (3, 3, K) float64
-    alone : (A,) int64
-        Edges of one triangle or of more than two; edge j of triangle k has the number j K + k.
-    pairs : (2, B) int64
-        Edges of two triangles: their numbers in either.
-    alike : (B,) bool
-        Whether both triangles traverse it in the same direction, unlike those of an oriented surface.
-    """
-
-    numbers: Integers
-    vertices: Floats
-    alone: Integers
-    pairs: Integers
-    alike: Masks
-
-    @classmethod
-    def of(cls, numbers: Integers, vertices: Floats) -> "SharedEdges":
-        """Adjacency of triangles (3, 3, K); vertices at equal positions are identified."""
-        names = _names(vertices)
-        after = names[NEXT]
-        both = (names + after).ravel()
-        order = np.argsort(both, kind="stable")
-        fresh = np.flatnonzero(np.diff(both[order], prepend=both[order[:1]] + np.uint64(1)))
-        counts = np.diff(fresh, append=order.size)
-        first = fresh[counts == 2]
-        pairs = np.stack((order[first], order[first + 1]))
-        rising = (names < after).ravel()
-        alone = order[(counts != 2).repeat(counts)]
-        return cls(numbers, vertices, alone, pairs, rising[pairs[0]] == rising[pairs[1]])
-
-    def outline(self, place: Floats, weight: float = 1.0) -> Outline:
-        """Silhouette from a position (3, 1), or from a direction with weight 0."""
-        a, b, c = self.vertices
-        faces = np.sign(dot(cross(b - a, c - a), place - weight * a))
-        one, other = (faces[side % faces.size] for side in self.pairs)
-        turned = np.where(self.alike, one * other, -one * other)
-        sides = np.concatenate((self.alone, self.pairs[0][turned >= 0]))
-        corner, triangle = np.divmod(sides, faces.size)
-        starts, ends, inner = (
-            np.ascontiguousarray(self.vertices[(corner + step) % 3, :, triangle].T) for step in range(3)
-        )
-        return Outline(self.numbers[triangle], starts, ends, inner)
-
-
 def outline_of(family: Family, place: Floats, weight: float = 1.0) -> Outline:
     """Silhouette of flat shapes from a position (3, 1), or from a direction with weight 0."""
     if isinstance(family, Triangles):
-        return SharedEdges.of(family.numbers, family.vertices).outline(place, weight)
+        return _silhouette(family.vertices, place - weight * family.vertices[0])
     hulls = family.hulls()
     starts, ends = (np.hstack([hulls.corners[pair[end]] for pair in hulls.edges]) for end in (0, 1))
-    sides = len(hulls.edges)
-    inner = np.tile(hulls.corners.mean(axis=0), sides)
-    return Outline(np.tile(hulls.numbers, sides), starts, ends, inner)
+    return Outline(starts, ends, np.tile(hulls.corners.mean(axis=0), len(hulls.edges)))
+
+
+def _silhouette(vertices: Floats, towards: Floats) -> Outline:
+    """Edges of triangles (3, 3, K) between faces turned to the viewer and away, and those of open surfaces.
+
+    `towards` (3, K) leads from their first vertices to the viewer.
+    """
+    alone, pairs, alike = _adjacency(vertices)
+    a, b, c = vertices
+    faces = np.sign(dot(cross(b - a, c - a), towards))
+    one, other = (faces[side % faces.size] for side in pairs)
+    turned = np.where(alike, one * other, -one * other)
+    corner, triangle = np.divmod(np.concatenate((alone, pairs[0][turned >= 0])), faces.size)
+    return Outline(*(np.ascontiguousarray(vertices[(corner + step) % 3, :, triangle].T) for step in range(3)))
+
+
+def _adjacency(vertices: Floats) -> tuple[Integers, Integers, Masks]:
+    """Adjacency of triangles (3, 3, K); vertices at equal positions are identified.
+
+    Edge j of triangle k has the number j K + k. Edges (A,) of one triangle or of more than two; edges (2, B)
+    of two, with their numbers in either; and whether both traverse it in the same direction (B,), unlike
+    those of an oriented surface.
+    """
+    names = _names(vertices)
+    after = names[NEXT]
+    both = (names + after).ravel()
+    order = np.argsort(both, kind="stable")
+    fresh = np.flatnonzero(np.diff(both[order], prepend=both[order[:1]] + np.uint64(1)))
+    counts = np.diff(fresh, append=order.size)
+    first = fresh[counts == 2]
+    pairs = np.stack((order[first], order[first + 1]))
+    rising = (names < after).ravel()
+    return order[(counts != 2).repeat(counts)], pairs, rising[pairs[0]] == rising[pairs[1]]
 
 
 def _names(vertices: Floats) -> NDArray[np.uint64]:

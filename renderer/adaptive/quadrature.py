@@ -5,7 +5,7 @@ share of its cell.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -68,12 +68,6 @@ class NodeEmitter(Emitter):
         """Weight of each node relative to the mean weight, (J, 1)."""
         _, shares = GAUSS_LEGENDRE[self.side]
         return self.count * np.outer(shares, shares).reshape(-1, 1)
-
-
-def with_nodes(emitter: Emitter, side: int) -> NodeEmitter:
-    """Replace the points of a light by a grid of `side` by `side` nodes."""
-    values = {item.name: getattr(emitter, item.name) for item in fields(Emitter)}
-    return NodeEmitter(**values | {"count": side * side, "pattern": "uniform"})
 
 
 @dataclass(frozen=True, slots=True)

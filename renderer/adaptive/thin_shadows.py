@@ -11,7 +11,7 @@ import numpy as np
 from renderer.accelerators.trees import in_tree
 from renderer.adaptive.edges import project
 from renderer.adaptive.lighting import PROBE_SIDE
-from renderer.adaptive.outlines import SharedEdges, thin_positions
+from renderer.adaptive.outlines import outline_of, thin_positions
 from renderer.cameras import Pinhole, basis
 from renderer.integrator import find_hits
 from renderer.interaction import MISS, Rays
@@ -67,22 +67,6 @@ class _Edges:
         return _Edges(self.starts[:, chosen], self.ends[:, chosen], self.widths[chosen])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Shadow:
-    """End points of rays (n,) past edges, on the picture.
-
-    Attributes
-    ----------
-    places : (2, n) float64
-        Column and row.
-    shapes : (n,) int64
-        Hit shapes; `interaction.MISS` outside the picture, and where the shadow is soft or wide.
-    """
-
-    places: Floats
-    shapes: Integers
-
-
 def shadow_pixels(plan: RenderPlan) -> Integers:
     """Pixels (3, N) that thin shadows may cross: column, row, and number of the shadowed shape."""
     found = [np.zeros((3, 0), dtype=np.int64)]
@@ -110,7 +94,7 @@ def _casters(families: Iterable[Family], light: Emitter) -> Iterator[_Edges]:
 
 def _outline_edges(family: Triangles, light: Emitter) -> _Edges:
     """Silhouette edges of triangles from the light, where they are thin."""
-    outline = SharedEdges.of(family.numbers, family.vertices).outline(light.centre, light.weight)
+    outline = outline_of(family, light.centre, light.weight)
     chosen = np.unique(thin_positions(_sight(family.vertices, light), outline, OUTLINE_GAP).edges)
     starts, ends, inner = (taken(part, chosen) for part in (outline.starts, outline.ends, outline.inner))
     along = ends - starts
@@ -159,9 +143,9 @@ def _pixels(plan: RenderPlan, light: Emitter, edges: _Edges, soft: float) -> Int
     count = edges.widths.size
     rays = int(np.clip(MAX_FAMILY_RAYS // max(count, 1), 2, MAX_EDGE_RAYS))
     which, along = np.arange(count).repeat(rays), np.tile(np.linspace(0, 1, rays), count)
-    coarse = _shadow(plan, light, edges.part(which), along, soft)
-    hit = (coarse.shapes != MISS).reshape(count, rays)
-    gaps = np.hypot(*np.diff(coarse.places.reshape(2, count, rays), axis=2)) / STEP
+    places, shapes = coarse = _shadow(plan, light, edges.part(which), along, soft)
+    hit = (shapes != MISS).reshape(count, rays)
+    gaps = np.hypot(*np.diff(places.reshape(2, count, rays), axis=2)) / STEP
     both, either = hit[:, 1:] & hit[:, :-1], hit[:, 1:] | hit[:, :-1]
     counts = np.where(both, np.minimum(gaps, plan.width + plan.height), rays * either)
     counts = counts.astype(np.int64).ravel()
@@ -169,16 +153,18 @@ def _pixels(plan: RenderPlan, light: Emitter, edges: _Edges, soft: float) -> Int
     edge, first = np.divmod(gap, rays - 1)
     step = (np.arange(gap.size) - (np.cumsum(counts) - counts)[gap] + 1) / (counts[gap] + 1)
     fine = _shadow(plan, light, edges.part(edge), (first + step) / (rays - 1), soft)
-    return np.hstack([_marked(coarse), _marked(fine)])
+    places, shapes = (np.concatenate(each, axis=-1) for each in zip(coarse, fine, strict=True))
+    return np.vstack((np.floor(places).astype(np.int64), shapes))[:, shapes != MISS]
 
 
-def _marked(shadow: _Shadow) -> Integers:
-    there = shadow.shapes != MISS
-    return np.vstack((np.floor(shadow.places[:, there]).astype(np.int64), shadow.shapes[there]))
+def _shadow(
+    plan: RenderPlan, light: Emitter, edges: _Edges, along: Floats, soft: float
+) -> tuple[Floats, Integers]:
+    """Trace rays from the light past edges (n,), each at a fraction (n,) of its length.
 
-
-def _shadow(plan: RenderPlan, light: Emitter, edges: _Edges, along: Floats, soft: float) -> _Shadow:
-    """Trace rays from the light past edges (n,), each at a fraction (n,) of its length."""
+    Returns column and row (2, n) where they end, and the shapes (n,) that they hit; `interaction.MISS`
+    outside the picture, and where the shadow is soft or wide.
+    """
     edge = edges.ends - edges.starts
     places = edges.starts + along * edge
     away = light.weight * places - light.centre
@@ -194,4 +180,4 @@ def _shadow(plan: RenderPlan, light: Emitter, edges: _Edges, along: Floats, soft
     across = unit(cross(away, edge))
     extent = np.abs(dot(across, light.first)) + np.abs(dot(across, light.second))
     seen = inside & (width < MAX_WIDTH * pixel) & (extent * behind <= soft * pixel * before)
-    return _Shadow(on_picture, np.where(seen, rays.shapes, MISS))
+    return on_picture, np.where(seen, rays.shapes, MISS)

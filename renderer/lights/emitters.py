@@ -5,7 +5,8 @@ has edges of length 0; a directional light is a point at infinity, w = 0, whose 
 towards it. A function affine in space, f(x) = m . (x - x0), is m . (q - w x0) on all of them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any, Self
 
 import numpy as np
 
@@ -65,6 +66,11 @@ class Emitter:
     pattern: str
     seed: int
     size: float
+
+    @classmethod
+    def of(cls, light: "Emitter", **changes: Any) -> Self:
+        """A light as one of this class, with changes."""
+        return cls(**{item.name: getattr(light, item.name) for item in fields(Emitter)} | changes)
 
     @property
     def shared(self) -> bool:

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from renderer.halves import SequenceEmitter, in_sequence, places
+from renderer.halves import SequenceEmitter, places
 from renderer.lights import emitters
 from schemas.lights import ParallelogramLight
 from schemas.quality import LightSampling, TargetQuality
@@ -26,7 +26,7 @@ def numbers(first: int, last: int, half: int) -> NDArray[np.int64]:
 
 def emitter(number: int = 0, count: int = 4, seed: int = 3) -> SequenceEmitter:
     sampling = LightSampling(pattern="sobol", samples=count)
-    return in_sequence(emitters.build_rectangle(number, LIGHT, sampling, seed))
+    return SequenceEmitter.of(emitters.build_rectangle(number, LIGHT, sampling, seed))
 
 
 def on_light(light: SequenceEmitter, pixels: Numbers, samples: Numbers) -> Numbers:

@@ -7,7 +7,7 @@ import numpy as np
 import schemas.textures as language
 from renderer.adaptive.fine_texture import FineTexture
 from renderer.adaptive.lighting import PilotLighting
-from renderer.adaptive.quadrature import GAUSS_LEGENDRE, Quadrature, with_nodes
+from renderer.adaptive.quadrature import GAUSS_LEGENDRE, NodeEmitter, Quadrature
 from renderer.materials.maps import BumpMap, ColorTexture, NormalMap
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
@@ -90,7 +90,8 @@ def _texels(stage: ColorTexture | NormalMap | BumpMap) -> int:
 def _quadrature(light: Illumination, side: int) -> Quadrature:
     """Incident light at the centres of pixels, with `side` nodes along each side of an area light."""
     if isinstance(light, PilotLighting):
-        nodes, partial = with_nodes(light.emitter, side), light.partial
+        nodes = NodeEmitter.of(light.emitter, count=side * side, pattern="uniform")
+        partial = light.partial
         count = min(PENUMBRA_POINT_FACTOR * partial.emitter.count, MAX_PENUMBRA_POINTS)
         many = replace(partial, emitter=replace(partial.emitter, count=count))
         return Quadrature(light.probe, many, replace(partial, emitter=nodes, shadows=()))

@@ -1,7 +1,7 @@
 """Build the plan of pilot samples: one ray through the centre of each pixel, with little noise."""
 
 from collections.abc import Callable, Container, Iterable
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from renderer.adaptive.lighting import SIDES, PilotLighting, ProbingEmitter, gri
 from renderer.adaptive.planning import explanations
 from renderer.adaptive.planning.details import with_fine_texture
 from renderer.cameras import Pinhole
-from renderer.lights.emitters import Emitter
 from renderer.materials.maps import ColorTexture, NormalMap
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.plan.building import build_plan
@@ -148,8 +147,7 @@ def _lightings(
 def _pilot_lighting(request: Request, target: TargetQuality, lighting: Lighting) -> PilotLighting:
     emitter = lighting.emitter
     grid = replace(emitter, pattern="uniform")
-    values = {item.name: getattr(grid, item.name) for item in fields(Emitter)}
-    probing = ProbingEmitter(**values | {"count": probe_side(target.error) ** 2})
+    probing = ProbingEmitter.of(grid, count=probe_side(target.error) ** 2)
     shadows = tuple(shadow_stages(request, probing)) if lighting.shadows else ()
     curvatures = np.array([MATERIALS[type(each)].curvature(each) for each in request.materials])
     return PilotLighting(
