@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import tempfile
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
 
 GRADEBOOK, PAGE, RESULT, ROSTER = "gradebook.csv", "index.html", "class.json", "roster.csv"
 STAFF_PAGE = "staff.html"
+SORTED = ".submissions"
+"""Folder for the submissions of a download while they are graded. A killed run leaves it."""
 
 HEADINGS = ("points", "submission", "not graded", "signals")
 
@@ -126,9 +129,14 @@ def file_names(words: Sequence[str]) -> dict[str, str]:
 
 def grade_class(run: ClassRun) -> int:
     """Grade a class, write all results, report them, and return the exit code."""
-    with tempfile.TemporaryDirectory(prefix="submissions-", dir=run.out) as into:
-        students, left_out = _submissions(run, Path(into))
+    into = run.out / SORTED
+    shutil.rmtree(into, ignore_errors=True)
+    make_folder(into)
+    try:
+        students, left_out = _submissions(run, into)
         whole = _graded(run, [_adjusted(run, student) for student in students], left_out)
+    finally:
+        shutil.rmtree(into, ignore_errors=True)
     _report(whole, as_json=run.options.as_json)
     return ExitCode.DONE if any(entry.gradable for entry in whole.students) else ExitCode.UNUSABLE_INPUT
 
@@ -159,6 +167,12 @@ def _adjusted(run: ClassRun, student: Student) -> Student:
     if run.manifest.late is not None and submitted is None:
         output.say(f"{output.harmless(student.name)} has no time of submission; lateness costs nothing.")
     corrections = tuple(each for each in run.corrections if student.is_called(each.student))
+    for one, other in combinations(corrections, 2):
+        if one.test == other.test:
+            raise InputError(
+                f"--overrides: lines {one.line} and {other.line} both set the points of "
+                f"{output.harmless(student.name)} in {one.test}, by name and by number. Keep one of them."
+            )
     return replace(student, submitted=submitted, corrections=corrections)
 
 

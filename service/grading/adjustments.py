@@ -6,7 +6,7 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 
 from schemas.grading.grades import Lateness, Override, Status, TestGrade
@@ -26,6 +26,8 @@ class Correction:
     test: str
     points: float
     reason: str
+    # The record of a graded submission must not change when a row moves.
+    line: int = field(repr=False)
 
 
 def read_corrections(content: bytes, manifest: Manifest) -> tuple[Correction, ...]:
@@ -48,7 +50,8 @@ def read_corrections(content: bytes, manifest: Manifest) -> tuple[Correction, ..
             raise AdjustmentError(f"{where}: no test has the id {test!r}. Tests are {', '.join(most)}.")
         if not student or not reason or (student, test) in found:
             raise AdjustmentError(f"{where}: name a student and a reason, and each test of a student once.")
-        found[student, test] = Correction(student, test, _points(points, most[test], where), reason)
+        given = _points(points, most[test], where)
+        found[student, test] = Correction(student, test, given, reason, reader.line_num)
     return tuple(found.values())
 
 

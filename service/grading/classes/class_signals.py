@@ -16,7 +16,7 @@ from renderer.scenes import LoadedScene
 from schemas.grading.classes import NotCompared, SharedFiles, SharedNoise
 from schemas.grading.grades import Grade
 from schemas.grading.manifests import ImageTest, Manifest, ReferencePicture
-from schemas.quality import Antialiasing, FixedQuality, LightSampling
+from schemas.quality import Antialiasing, LightSampling
 from service.grading.folders import Folder
 from service.grading.grading import reference_folder
 from service.grading.likeness.fingerprints import (
@@ -30,6 +30,7 @@ from service.grading.likeness.fingerprints import (
     pairs,
     parts,
 )
+from service.grading.mistakes.reproductions import quality_of
 from service.grading.references import Wanted, key_of, prepare, wanted
 from service.grading.settings import Run
 
@@ -169,11 +170,8 @@ def _innocent(test: ImageTest, run: Run) -> list[Fingerprint]:
 
 
 def _by_pattern(scene: LoadedScene, pattern: str, samples: int) -> Floats:
-    quality = FixedQuality(
-        mode="fixed",
-        antialiasing=Antialiasing.model_validate({"pattern": pattern, "samples": samples}),
-        light=LightSampling(pattern="uniform", samples=samples),
-    )
+    pixels = Antialiasing.model_validate({"pattern": pattern, "samples": samples})
+    quality = quality_of(scene, pixels, LightSampling(pattern="uniform", samples=samples))
     image = renderer.render(renderer.compile_scene(scene, quality)).image
     return np.clip(image, 0, 1).astype(np.float64)
 

@@ -9,8 +9,9 @@ from accuracy.comparison.diagnosis import Cause
 from renderer.cameras import build_pinhole
 from renderer.math.arrays import Floats, Masks
 from renderer.scenes import LoadedScene
-from schemas.quality import Antialiasing, FixedQuality, LightSampling
+from schemas.quality import Antialiasing, LightSampling
 from service.grading.mistakes.hints import HINTS
+from service.grading.mistakes.reproductions import quality_of
 
 CAUSE = "light_points_shared"
 
@@ -49,11 +50,8 @@ def bands(scene: LoadedScene, image: Floats, reference: Floats) -> Cause | None:
 
 def penumbrae(scene: LoadedScene) -> Masks:
     """Pixels whose centre sees a light partially occluded, (H, W) bool."""
-    quality = FixedQuality(
-        mode="fixed",
-        antialiasing=Antialiasing(pattern="center", samples=1),
-        light=LightSampling(pattern="uniform", samples=POINTS),
-    )
+    points = LightSampling(pattern="uniform", samples=POINTS)
+    quality = quality_of(scene, Antialiasing(pattern="center", samples=1), points)
     camera = scene.document.camera
     eye = build_pinhole(camera)
     y, x = np.mgrid[: camera.height, : camera.width].reshape(2, -1) + 0.5

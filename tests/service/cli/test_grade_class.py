@@ -114,7 +114,11 @@ def test_download_with_roster_and_points_of_staff(here: Penumbra, pupils: Path, 
     assert "1 of 2 submissions have not changed" in outcome.err
     assert "late: -2.5" in (marks / "index.html").read_text()
     assert "Agreed" in (marks / "students" / "roe_52" / "staff.html").read_text()
-    assert [path.name for path in marks.iterdir() if path.name.startswith("submissions")] == []
+    assert [*marks.glob(".*")] == []
+    overrides.write_text("student,test,points,reason\n52,picture,5,Late\nroe_52,picture,6,Agreed\n")
+    outcome = here(*words)
+    assert outcome.code == 3
+    assert "lines 2 and 3 both set the points of roe_52 in picture" in outcome.err
 
 
 def test_nothing_gradable_exit_code(here: Penumbra, pupils: Path) -> None:
@@ -148,6 +152,7 @@ def test_ended_run_continues(
     again = here(*WORDS)
     assert again.code == 0, again.err
     assert f"{len(kept)} of 20 submissions have not changed" in again.err
+    assert [*marks.glob(".*")] == []
 
 
 @pytest.mark.slow

@@ -125,6 +125,12 @@ def test_mistakes_with_equal_pictures_are_not_named() -> None:
     assert explained(right, dark, flat) == []
 
 
+def test_soft_shadows_where_hard_ones_are_intended_are_no_bands() -> None:
+    hard = SCENE | {"sampling": {"light": {"pattern": "uniform", "samples": 1}}}
+    right, soft = picture(SCENE, "uniform", "uniform", 1), picture(SCENE, "uniform", "uniform", 144)
+    assert "light_points_shared" not in explained(right, soft, hard)
+
+
 def test_undone_mistake_ends_the_search(reference: Picture) -> None:
     upside_down = picture(SCENE).linear[::-1].astype(np.float32)
     found = against(reference, picture_of(npy(upside_down), "picture.npy"))
