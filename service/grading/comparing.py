@@ -26,9 +26,9 @@ from service.grading.likeness.signals import signals, signals_of_scene
 from service.grading.mistakes.counterfactuals import explain, is_certain
 from service.grading.outcomes import DIFFERENCE, Outcome, of_picture
 from service.grading.programs.program import ProgramMistake
-from service.grading.programs.repairing import Pardon, Repair, pardoned
 from service.grading.references import Wanted, read_picture, wanted
 from service.grading.rendering import rendered
+from service.grading.repairing import Pardon, Repair, pardoned
 from service.grading.selection import Selection, select
 from service.grading.settings import Run
 

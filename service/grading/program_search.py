@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from accuracy.comparison import Picture, Policy
@@ -10,10 +10,17 @@ from renderer.errors import MissingExtraError
 from schemas.grading.acceptance import Verdict
 from schemas.grading.manifests import ImageTest
 from service.grading.errors import GradingError
-from service.grading.programs.program import NONE, Pair, ProgramMistake, ProgramMistakes, is_undone
-from service.grading.programs.repairing import ambient_term
-from service.grading.programs.shared_mistakes import Shared, agree, shared
+from service.grading.programs.program import (
+    NONE,
+    Pair,
+    Program,
+    ProgramMistake,
+    ProgramMistakes,
+    is_undone,
+)
+from service.grading.programs.shared_mistakes import agree, shared
 from service.grading.references import read_picture, reference_picture, reference_scene
+from service.grading.repairing import ambient_term
 from service.grading.settings import Run
 
 LEAST_SIDE = 3
@@ -29,14 +36,12 @@ def search(run: Run) -> ProgramMistakes:
     # Pictures that agree need not be in memory together.
     if all(agree(*pictures, _tolerance(test)) for test, pictures in _pictures(run)):
         return NONE
-    seen = {test.id: (test, _pair(test, *pictures)) for test, pictures in _pictures(run)}
+    seen = {test.id: _pair(test, *pictures) for test, pictures in _pictures(run)}
     if "ambient" in kinds:
-        seen = {test_id: (test, _with_ambient(test, pair, run)) for test_id, (test, pair) in seen.items()}
-    program, found = shared([pair for _, pair in seen.values()], kinds)
-    everywhere = () if is_undone(program.scale) else ("exposure",)
-    return ProgramMistakes(
-        program, tuple(_charged(each, list(seen), run, everywhere=each.kind in everywhere) for each in found)
-    )
+        tests = {test.id: test for test in run.manifest.tests if isinstance(test, ImageTest)}
+        seen = {name: _with_ambient(tests[name], pair, run) for name, pair in seen.items()}
+    made = shared(seen, kinds)
+    return replace(made, found=tuple(_charged(each, made.program, [*seen], run) for each in made.found))
 
 
 def _pictures(run: Run) -> Iterator[tuple[ImageTest, tuple[Picture, Picture]]]:
@@ -71,13 +76,12 @@ def _with_ambient(test: ImageTest, pair: Pair, run: Run) -> Pair:
     return pair if scene is None else replace(pair, ambient=ambient_term(scene, samples=1))
 
 
-def _charged(found: Shared, ids: list[str], run: Run, *, everywhere: bool) -> ProgramMistake:
-    """A mistake with the tests in which it costs points: `everywhere` if it cannot be undone."""
-    shows = frozenset(test_id for test_id, shown in zip(ids, found.shows, strict=True) if shown)
-    listed = next(charge.tests for charge in run.manifest.charged_once if found.kind in charge.mistakes)
-    tests = ids if everywhere else listed
-    charged = tuple(test_id for test_id in tests if found.cause not in _forgiven(run, test_id))
-    return ProgramMistake(found.kind, found.cause, found.hint, shows, charged)
+def _charged(found: ProgramMistake, program: Program, pictures: Sequence[str], run: Run) -> ProgramMistake:
+    """A mistake with the tests in which it costs points: all of pictures if it cannot be undone."""
+    tests = next(charge.tests for charge in run.manifest.charged_once if found.kind in charge.mistakes)
+    if found.kind == "exposure" and not is_undone(program.scale):
+        tests = tuple(pictures)
+    return replace(found, charged=tuple(each for each in tests if found.cause not in _forgiven(run, each)))
 
 
 def _forgiven(run: Run, test_id: str) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.math.arrays import Floats
-from service.grading.programs.displacements import Displacement, thinned
+from service.grading.displacements import Displacement, thinned
 
 KINDS = ("encoding", "orientation", "channels", "exposure", "ambient", "offset", "antialiasing")
 """Kinds of mistakes; a program makes at most one of each kind."""
@@ -191,14 +191,14 @@ class ProgramMistake:
     shows : frozenset of str
         Ids of tests in whose pictures it shows.
     charged : tuple of str
-        Ids of tests in which it costs points, as the manifest lists them.
+        Ids of tests in which it costs points, as the manifest lists them; empty until it is charged.
     """
 
     kind: str
     cause: str
     hint: str
     shows: frozenset[str]
-    charged: tuple[str, ...]
+    charged: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

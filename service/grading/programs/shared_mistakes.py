@@ -8,9 +8,9 @@ the pictures then agree with their references.
 """
 
 import math
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import product
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import compress, product
 
 import numpy as np
 
@@ -36,9 +36,17 @@ from accuracy.comparison.mistakes import (
     exposure_hint,
 )
 from renderer.math.arrays import Floats
+from service.grading.displacements import DISPLACEMENTS
 from service.grading.mistakes.hints import AMBIENT_HINT
-from service.grading.programs.displacements import DISPLACEMENTS
-from service.grading.programs.program import UNDO, Pair, Program, encoded, orientations
+from service.grading.programs.program import (
+    UNDO,
+    Pair,
+    Program,
+    ProgramMistake,
+    ProgramMistakes,
+    encoded,
+    orientations,
+)
 
 GLANCE = 16_000
 """Most pixels of a picture that the search for the closest program looks at: with all of ten pictures of
@@ -83,25 +91,6 @@ CORNER_HINT = (
 HINTS = {mistake.cause: mistake.hint for mistake in (*ENCODINGS, *CHANNELS, *TURNED, TRANSPOSED)}
 
 
-@dataclass(frozen=True, slots=True)
-class Shared:
-    """A mistake of a program.
-
-    Attributes
-    ----------
-    kind : str
-        One of `programs.KINDS`.
-    cause, hint : str
-    shows : tuple of bool
-        Whether it shows in each picture.
-    """
-
-    kind: str
-    cause: str
-    hint: str
-    shows: tuple[bool, ...]
-
-
 def agree(image: Picture, reference: Picture, tolerance: float) -> bool:
     """Whether a picture agrees with its reference but for noise, so that there is nothing to find in it.
 
@@ -116,35 +105,31 @@ def agree(image: Picture, reference: Picture, tolerance: float) -> bool:
     return found.share <= MOST_BIAS and not diagnose(image, reference, tolerance, MOST_BIAS)
 
 
-def shared(pairs: Sequence[Pair], kinds: Collection[str]) -> tuple[Program, tuple[Shared, ...]]:
-    """The mistakes that the pictures of one program share.
+def shared(pairs: Mapping[str, Pair], kinds: Collection[str]) -> ProgramMistakes:
+    """The mistakes that the pictures of one program share, none of them charged.
 
     Parameters
     ----------
     pairs
-        With three pixels or more along each side.
+        By test, with three pixels or more along each side.
     kinds
         Kinds of mistakes to look for.
-
-    Returns
-    -------
-    Program
-        With all of them but missing anti-aliasing.
-    tuple of Shared
     """
-    search, glance = _Search(pairs, kinds), _Search([pair.thinned(GLANCE) for pair in pairs], kinds)
+    search = _Search(pairs, kinds)
+    glance = _Search({test: pair.thinned(GLANCE) for test, pair in pairs.items()}, kinds)
     closest = glance.displaced(search.needed(glance.pointwise()))
     program = search.needed(closest)
     if not search.explains(program):
         program = Program()
     jagged = search.jagged(program) if "antialiasing" in kinds else None
     if jagged is None:
-        return program, tuple(search.mistakes(program))
+        return ProgramMistakes(program, tuple(search.mistakes(program)))
     # A single sample at the corner lies half a pixel off.
     corner = closest.offset is not None and closest.offset.is_half
     program = program.without("offset") if corner else program
     hint = CORNER_HINT if corner else JAGGED_HINT
-    return program, (*search.mistakes(program), Shared("antialiasing", JAGGED, hint, jagged))
+    found = *search.mistakes(program), ProgramMistake("antialiasing", JAGGED, hint, jagged)
+    return ProgramMistakes(program, found)
 
 
 def _agrees(pair: Pair, program: Program, most_bias: float) -> bool:
@@ -156,8 +141,8 @@ def _agrees(pair: Pair, program: Program, most_bias: float) -> bool:
 class _Search:
     """Pictures and the kinds of mistakes that may be in them."""
 
-    def __init__(self, pairs: Sequence[Pair], kinds: Collection[str]) -> None:
-        self._pairs, self._kinds = list(pairs), kinds
+    def __init__(self, pairs: Mapping[str, Pair], kinds: Collection[str]) -> None:
+        self._tests, self._pairs, self._kinds = [*pairs], [*pairs.values()], kinds
 
     def pointwise(self) -> Program:
         """The closest program without an offset: all products of the other kinds are tried."""
@@ -205,19 +190,22 @@ class _Search:
                 return program
             program = program.without(min(doubtful, key=doubtful.__getitem__))
 
-    def mistakes(self, program: Program) -> Iterator[Shared]:
+    def mistakes(self, program: Program) -> Iterator[ProgramMistake]:
         """The mistakes of a program."""
         for kind in program.kinds():
-            shows = tuple(bool(errors > 0) for errors in self._evidence(program, kind))
-            yield Shared(kind, *_named(program, kind), shows)
+            shows = self._where(errors > 0 for errors in self._evidence(program, kind))
+            yield ProgramMistake(kind, *_named(program, kind), shows)
 
-    def jagged(self, program: Program) -> tuple[bool, ...] | None:
-        """In which pictures anti-aliasing is missing; None where that is no mistake of the program."""
+    def _where(self, shown: Iterable[bool]) -> frozenset[str]:
+        return frozenset(compress(self._tests, shown))
+
+    def jagged(self, program: Program) -> frozenset[str] | None:
+        """Tests in which anti-aliasing is missing; None where that is no mistake of the program."""
         found = [_jagged(program, pair) for pair in self._pairs]
         votes = found.count(True), found.count(False)
         if votes[0] < max(LEAST_PICTURES, OUTWEIGHED * votes[1]):
             return None
-        return tuple(vote is True for vote in found)
+        return self._where(vote is True for vote in found)
 
     def _evidence(self, program: Program, kind: str) -> list[float]:
         """By how many standard errors each picture is closer with the mistake than without it."""

@@ -11,7 +11,7 @@ import pytest
 from renderer import compile_scene, load_scene, render
 from renderer.images.colors import linear_from_srgb
 from schemas.grading.grades import Grade
-from service.grading.programs.repairing import ambient_term
+from service.grading.repairing import ambient_term
 from tests.service.grading.assignments import SCENE, Assignment, codes_of, image_test, npy, pixels, png, scene
 
 CAMERAS = {"front": [0, 2, 8], "left": [-5, 3, 6], "above": [3, 6, 5]}

@@ -9,7 +9,7 @@ import pytest
 from accuracy.comparison import Picture
 from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
-from service.grading.programs.program import KINDS, UNDO, Pair, Program, encoded
+from service.grading.programs.program import KINDS, UNDO, Pair, Program, ProgramMistake, encoded
 from service.grading.programs.shared_mistakes import agree, shared
 
 HEIGHT, WIDTH = 48, 64
@@ -39,12 +39,22 @@ def parts(number: int) -> tuple[np.ndarray, np.ndarray]:
     return color * shade[:, :, None], ambient
 
 
-def window(fine: np.ndarray, right: int = 0, down: int = 0) -> np.ndarray:
-    """The parts of each pixel, (H, W, parts, 3), of a picture that lies so many parts too far."""
-    rows, columns = FINE - down, FINE - right
-    cut = fine[rows : rows + HEIGHT * FINE, columns : columns + WIDTH * FINE]
-    whole = cut.reshape(HEIGHT, FINE, WIDTH, FINE, 3).swapaxes(1, 2)
+def window(fine: np.ndarray, right: int = 0, down: int = 0, origin: float | None = None) -> np.ndarray:
+    """The parts of each pixel, (H, W, parts, 3), of a picture that lies so many parts too far.
+
+    With an `origin` it is stretched from there: places are divided by a pixel too few.
+    """
+    rows, columns = (_places(length, moved, origin) for length, moved in ((HEIGHT, down), (WIDTH, right)))
+    whole = fine[rows[:, None], columns].reshape(HEIGHT, FINE, WIDTH, FINE, 3).swapaxes(1, 2)
     return whole.reshape(HEIGHT, WIDTH, FINE * FINE, 3)
+
+
+def _places(length: int, moved: int, origin: float | None) -> np.ndarray:
+    """Indices of the parts that a side of so many pixels shows."""
+    places = np.arange(length * FINE) + 0.5
+    if origin is not None:
+        places = (places - origin * FINE) * (length / (length - 1))
+    return np.floor(FINE + places - moved).astype(np.intp)
 
 
 def sampled(fine: np.ndarray, samples: int, seed: int) -> np.ndarray:
@@ -69,6 +79,7 @@ def pairs(
     ambient: bool = True,
     right: int = 0,
     down: int = 0,
+    origin: float | None = None,
     after: Change = lambda picture: picture,
 ) -> list[Pair]:
     """Pictures of a program, with their references."""
@@ -77,7 +88,9 @@ def pairs(
         direct, surrounding = parts(number)
         reference = np.clip(window(direct + surrounding).mean(axis=2), 0, 1)
         shown = direct + surrounding if ambient else direct
-        linear = np.clip(light * sampled(window(shown, right, down), samples, 100 * seed + number), 0, 1)
+        linear = np.clip(
+            light * sampled(window(shown, right, down, origin), samples, 100 * seed + number), 0, 1
+        )
         allowed = np.full_like(reference, TOLERANCE)
         made.append(Pair(codes(after(linear)), reference, allowed, window(surrounding).mean(axis=2)))
     return made
@@ -86,7 +99,11 @@ def pairs(
 def causes(found: list[Pair]) -> set[str]:
     pictures = [(Picture.of_values(pair.image), Picture.of_values(pair.reference)) for pair in found]
     assert not all(agree(*both, TOLERANCE) for both in pictures)
-    return {mistake.cause for mistake in shared(found, KINDS)[1]}
+    return {mistake.cause for mistake in mistakes(found)}
+
+
+def mistakes(found: list[Pair]) -> tuple[ProgramMistake, ...]:
+    return shared({str(number): pair for number, pair in enumerate(found)}, KINDS).found
 
 
 MADE: dict[str, dict[str, object]] = {
@@ -122,6 +139,12 @@ def test_mistake_in_all_pictures_is_found(cause: str, samples: int) -> None:
     assert causes(pairs(samples, **MADE[cause])) == {cause}  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("origin", [0.0, 0.5])
+def test_division_by_a_pixel_too_few_is_found(origin: float) -> None:
+    (found,) = mistakes(pairs(origin=origin))
+    assert (found.cause, len(found.shows)) == ("size_minus_one", len(PICTURES))
+
+
 @pytest.mark.parametrize("both", PRODUCTS, ids=" and ".join)
 def test_two_mistakes_at_once_are_found(both: tuple[str, str]) -> None:
     steps = [MADE[cause]["after"] for cause in both if "after" in MADE[cause]]
@@ -151,7 +174,7 @@ def test_large_pictures_show_the_same_mistakes(both: tuple[str, str]) -> None:
 def test_right_program_has_no_mistakes(seeds: int) -> None:
     """If one right program in ten were accused, one of 23 trials of 30 programs would pass."""
     for samples in (4, 16, 64):
-        assert [shared(pairs(samples, seed), KINDS)[1] for seed in range(seeds)] == [()] * seeds
+        assert [mistakes(pairs(samples, seed)) for seed in range(seeds)] == [()] * seeds
 
 
 def test_mistake_in_one_picture_is_none_of_the_program() -> None:
@@ -162,8 +185,8 @@ def test_mistake_in_one_picture_is_none_of_the_program() -> None:
 def test_another_wrong_picture_hides_no_mistake() -> None:
     turned = pairs(after=lambda picture: picture[::-1])
     other = Pair(1 - turned[0].image, *(getattr(turned[0], name) for name in ("reference", "allowed")))
-    found = shared([other, *turned[1:]], KINDS)[1]
-    assert [(mistake.cause, mistake.shows[1:]) for mistake in found] == [("flipped_vertically", (True,) * 3)]
+    (found,) = mistakes([other, *turned[1:]])
+    assert (found.cause, found.shows | {"0"}) == ("flipped_vertically", {"0", "1", "2", "3"})
 
 
 @pytest.mark.parametrize("corner", [False, True])
@@ -174,7 +197,7 @@ def test_single_sample_is_missing_antialiasing(corner: bool) -> None:
         fine = window(sum(parts(number)))  # type: ignore[arg-type]
         reference = fine.mean(axis=2)
         made.append(Pair(codes(fine[:, :, place]), reference, np.full_like(reference, TOLERANCE)))
-    (found,) = shared(made, KINDS)[1]
+    (found,) = mistakes(made)
     assert found.cause == "antialiasing_missing"
     assert ("corner" in found.hint) == corner
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -20,14 +20,13 @@ from accuracy.comparison.diagnosis import AVERAGED, BLURRED, FILTERED, JAGGED, L
 from accuracy.comparison.mistakes import EXPOSURE, Undo, candidates, exposure_of
 from accuracy.comparison.neighbours import neighbourhood
 from accuracy.comparison.noise import sample_variances
-from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
 from schemas.grading.acceptance import Acceptance, Verdict
 from schemas.quality import Antialiasing, LightSampling
 from service.grading.accepting import noiseless
+from service.grading.displacements import DisplacedPinhole, Displacement
 from service.grading.mistakes.reproductions import kept, quality_of
-from service.grading.programs.displacements import Displacement
 from service.grading.programs.program import UNDO, Program, ProgramMistake, ProgramMistakes, is_undone
 from service.grading.references import Wanted
 
@@ -39,17 +38,6 @@ LIGHT_POINTS = 4
 
 PREDICTED = (AVERAGED, FILTERED, LOSSY)
 """Mistakes that change the picture by what they would change in the reference."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class DisplacedPinhole(Pinhole):
-    """A camera whose pixels lie in the wrong place."""
-
-    displacement: Displacement
-
-    def screen(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Place on the screen of raster positions, as in `Pinhole`."""
-        return Pinhole.screen(self, *self.displacement.places(x, y, self.width, self.height))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -239,8 +227,7 @@ def _displaced(reference: Wanted, offset: Displacement, keep: Path | None) -> Fl
 
 
 def _rendered(scene: LoadedScene, samples: int, offset: Displacement | None, keep: Path | None) -> Floats:
-    cause = "" if offset is None else offset.cause
-    key = f"offset {cause} {samples} {scene.document.model_dump_json()}"
+    key = f"offset {offset} {samples} {scene.document.model_dump_json()}"
     return kept(keep, key, partial(_image, scene, samples, offset)).astype(np.float64)
 
 
@@ -249,8 +236,7 @@ def _image(scene: LoadedScene, samples: int, offset: Displacement | None) -> NDA
     lights = LightSampling(pattern="sobol", samples=LIGHT_POINTS)
     plan = renderer.compile_scene(scene, quality_of(scene, pixels, lights))
     if offset is not None:
-        parts = {field.name: getattr(plan.camera, field.name) for field in fields(Pinhole)}
-        plan = replace(plan, camera=DisplacedPinhole(**parts, displacement=offset))
+        plan = replace(plan, camera=DisplacedPinhole.of(offset, plan.width, plan.height, plan.camera))
     return renderer.render(plan).image
 
 

@@ -1,17 +1,24 @@
 """Pictures whose pixels lie in the wrong place by a pixel or less, predicted from the right picture.
 
 A wrong place cannot be undone in the wrong picture without smoothing its noise. It can be made in the right
-one, which has none.
+one, which has none, or by the camera that renders it.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from accuracy.comparison.mistakes import OFFSETS, SHIFTS
+from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats
+from service.grading.mistakes.hints import HINTS
 
 SIZE_MINUS_ONE = "size_minus_one"
+
+BORDER, CENTRE = 0.0, 0.5
+"""Origins of programs that divide by width - 1: the border of the first pixel, or its centre."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,15 +33,16 @@ class Displacement:
         For people.
     right, down : float
         How far everything lies to the right and down, in pixels.
-    stretched : bool
-        Whether a picture of n pixels shows what n - 1 should show, from the upper left corner.
+    stretched_from : float or None
+        If a picture of n pixels shows what n - 1 should show, the position along each side, in pixels, that
+        shows the upper left corner of the right one.
     """
 
     cause: str
     hint: str
     right: float = 0.0
     down: float = 0.0
-    stretched: bool = False
+    stretched_from: float | None = None
 
     @property
     def is_half(self) -> bool:
@@ -43,8 +51,8 @@ class Displacement:
 
     def places(self, x: Floats, y: Floats, width: int, height: int) -> tuple[Floats, Floats]:
         """Position in the right picture of the wrong one's content at x, y, pixels from the upper left."""
-        if self.stretched:
-            x, y = x * (width / (width - 1)), y * (height / (height - 1))
+        if (origin := self.stretched_from) is not None:
+            x, y = (x - origin) * (width / (width - 1)), (y - origin) * (height / (height - 1))
         return x - self.right, y - self.down
 
     def of(self, picture: Floats, step: int = 1) -> Floats:
@@ -60,6 +68,34 @@ class Displacement:
         )
         x, y = self.places(columns, rows, width, height)
         return _resampled(_resampled(picture, y - 0.5, 0), x - 0.5, 1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DisplacedPinhole(Pinhole):
+    """A camera whose pixels lie in the wrong place.
+
+    Attributes
+    ----------
+    displacement : Displacement
+    columns, rows : int
+        Pixels of the whole picture; `width` and `height` may be those of a smaller trial.
+    """
+
+    displacement: Displacement
+    columns: int
+    rows: int
+
+    @classmethod
+    def of(cls, displacement: Displacement, columns: int, rows: int, right: Pinhole) -> DisplacedPinhole:
+        """The camera `right` with a displacement."""
+        kept = {field.name: getattr(right, field.name) for field in fields(Pinhole)}
+        return cls(**kept, displacement=displacement, columns=columns, rows=rows)
+
+    def screen(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Place on the screen of raster positions, as in `Pinhole`."""
+        across, down = self.columns / self.width, self.rows / self.height
+        x, y = self.displacement.places(across * x, down * y, self.columns, self.rows)
+        return Pinhole.screen(self, x / across, y / down)
 
 
 def thinned(values: Floats, step: int) -> Floats:
@@ -93,17 +129,16 @@ def _resampled(values: Floats, places: Floats, axis: int) -> Floats:
     return total
 
 
+STRETCHED = tuple(
+    Displacement(SIZE_MINUS_ONE, HINTS[SIZE_MINUS_ONE], stretched_from=origin) for origin in (BORDER, CENTRE)
+)
+
 DISPLACEMENTS = (
     *(
         Displacement(mistake.cause, mistake.hint, pixels * x, pixels * y)
         for (x, y), whole, half in zip(OFFSETS, SHIFTS[::2], SHIFTS[1::2], strict=True)
         for mistake, pixels in ((whole, 1.0), (half, 0.5))
     ),
-    Displacement(
-        SIZE_MINUS_ONE,
-        "The picture is stretched by a pixel: places are divided by width - 1 and height - 1. Divide by "
-        "width and height; the centre of pixel i is at i + 0.5.",
-        stretched=True,
-    ),
+    *STRETCHED,
 )
 """Displacements that are tried."""
