@@ -208,7 +208,7 @@ def _grade_one(given: GradeOptions, submission: Path, fail_under: float | None) 
 
 
 def _exit_code(found: Grade, fail_under: float | None) -> int:
-    from service.grading.scales import reached
+    from service.grading.outcomes import reached
 
     if not found.gradable:
         return ExitCode.UNUSABLE_INPUT

@@ -13,8 +13,7 @@ from accuracy.comparison.metrics import metrics
 from accuracy.comparison.pixels import AT_ONCE
 from schemas.grading.acceptance import Acceptance, Error, Metric, Verdict
 from service.grading.errors import BrokenTestError
-from service.grading.outcomes import Outcome
-from service.grading.scales import by_number, margin_of, share_of
+from service.grading.outcomes import Outcome, by_number, margin_of, share_of
 from service.grading.selection import Selection
 
 NOISE = ("error", "samples")

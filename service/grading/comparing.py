@@ -19,7 +19,6 @@ from schemas.grading.manifests import ImageTest, SceneTest
 from service.grading import sentences
 from service.grading.accepting import accepted, compared, noiseless
 from service.grading.errors import BrokenTestError, NotGradableError
-from service.grading.evidence import evidence
 from service.grading.likeness.fingerprints import Fingerprint, fingerprint
 from service.grading.likeness.marks import marked
 from service.grading.likeness.signals import signals, signals_of_scene
@@ -29,7 +28,7 @@ from service.grading.programs.program import ProgramMistake
 from service.grading.references import Wanted, read_picture, wanted
 from service.grading.rendering import rendered
 from service.grading.repairing import Pardon, Repair, pardoned
-from service.grading.selection import Selection, select
+from service.grading.selection import Selection, evidence, select
 from service.grading.settings import Run
 
 LABEL = "picture, reference, difference"

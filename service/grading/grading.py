@@ -20,13 +20,12 @@ from service.grading.comparing import image, scene
 from service.grading.errors import BrokenTestError
 from service.grading.folders import Folder
 from service.grading.likeness.fingerprints import Fingerprint
-from service.grading.outcomes import Outcome, of_file
+from service.grading.outcomes import Outcome, by_number, of_file
 from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
 from service.grading.program_search import search
 from service.grading.rays.ray_tests import rays
 from service.grading.references import prepare, to_render
 from service.grading.rendering import rendered
-from service.grading.scales import by_number
 from service.grading.settings import Run
 from service.grading.variants import references_for
 

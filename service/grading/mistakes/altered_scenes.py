@@ -14,8 +14,7 @@ from schemas.lights import Light, ParallelogramLight, RectangleLight
 from schemas.materials import PhongMaterial, Surface
 from schemas.scene import Scene
 from schemas.shapes import Parallelogram, Triangle
-from service.grading.mistakes.altered_cameras import Change, altered_cameras
-from service.grading.mistakes.altered_hits import with_last_hits
+from service.grading.mistakes.altered_rays import Change, altered_cameras, with_last_hits
 from service.grading.mistakes.altered_shading import altered_shading, is_lit
 from service.grading.mistakes.altered_textures import altered_textures
 from service.grading.mistakes.hints import HINTS

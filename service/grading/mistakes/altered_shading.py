@@ -23,8 +23,8 @@ from renderer.workspace import Workspace
 from schemas.lights import DirectionalLight
 from schemas.scene import Scene
 from schemas.shapes import Triangle
-from service.grading.mistakes.altered_cameras import Change
 from service.grading.mistakes.altered_normals import Bend, bent, from_center, of_gradient, of_sphere
+from service.grading.mistakes.altered_rays import Change
 
 BRIGHTEST = 1e6
 """Wrong formulas may overflow; brighter values are white in any picture."""

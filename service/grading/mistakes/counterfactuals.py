@@ -23,9 +23,8 @@ from renderer.scenes import LoadedScene
 from service.grading.mistakes.altered_scenes import Alteration, alterations
 from service.grading.mistakes.altered_shading import is_lit
 from service.grading.mistakes.hints import HINTS
-from service.grading.mistakes.light_bands import POINTS, bands
 from service.grading.mistakes.reproductions import CLOSE, GLANCE, Budget, Detail, Reproductions, reduced
-from service.grading.mistakes.shadow_acne import acne
+from service.grading.mistakes.shadow_patterns import POINTS, acne, bands
 
 BUDGET = 100_000_000
 """Camera and shadow rays of all trials for a picture: one of 128 x 96 pixels with two lights takes half."""

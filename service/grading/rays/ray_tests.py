@@ -14,11 +14,10 @@ from schemas.grading.manifests import HitsFile, RaysTest
 from service.grading import sentences
 from service.grading.errors import BrokenTestError, NotGradableError
 from service.grading.folders import Folder
-from service.grading.outcomes import Outcome, of_file
+from service.grading.outcomes import Outcome, by_number, of_file
 from service.grading.rays.ray_agreement import Answers, agreement, answers, relative
 from service.grading.rays.ray_mistakes import reasons_of
 from service.grading.rays.ray_sources import RayList, rays_of, read_arrays
-from service.grading.scales import by_number
 from service.grading.settings import Run
 
 

@@ -8,7 +8,7 @@ import pytest
 import renderer
 from renderer.plan.plan import RenderPlan
 from service.grading.mistakes.altered_shading import altered_shading, without_shadows
-from service.grading.mistakes.shadow_acne import acne
+from service.grading.mistakes.shadow_patterns import acne
 
 Document = dict[str, Any]
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from schemas.grading.acceptance import Band, CpuSeconds, Metric, RayShare, Scale
-from service.grading.scales import margin_of, reached, share_of
+from service.grading.outcomes import margin_of, reached, share_of
 
 RMSE = Metric(by="metric", metric="rmse", full=0.25, zero=0.75)
 SSIM = Metric(by="metric", metric="ssim", full=0.75, zero=0.25)
