@@ -121,7 +121,7 @@ def luma(linear: Floats) -> Floats:
 
 
 def luma_of_seen(seen: Floats) -> Floats:
-    """Brightness (H, W) of values as a display shows them, (H, W, 3)."""
+    """Brightness (H, W) of values as a display shows them, (H, W, 3); luminance of linear ones."""
     return seen[:, :, 0] * LUMA[0] + seen[:, :, 1] * LUMA[1] + seen[:, :, 2] * LUMA[2]
 
 

@@ -11,12 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from accuracy.comparison.inputs import Picture
+from accuracy.comparison.metrics import luma_of_seen
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.math.arrays import Floats
 
 Undo = Callable[[Floats], Floats]
 
-EXPOSURE = "exposure"
+EXPOSURE, LUMINANCE = "exposure", "tone_mapped_luminance"
 
 LEAST_EXPOSURE = 0.02
 """Smaller shares of brightness than this are left to noise and rounding."""
@@ -103,6 +104,15 @@ def _from_reinhard(picture: Floats) -> Floats:
     return dim / (1 - dim)
 
 
+def by_luminance(linear: Floats) -> Floats:
+    """A picture that was tone mapped by x / (1 + L), L the luminance of the pixel."""
+    return linear / (1 + luma_of_seen(linear)[:, :, None])
+
+
+def _from_luminance(picture: Floats) -> Floats:
+    return np.minimum(picture / (1 - np.minimum(luma_of_seen(picture), 0.5)[:, :, None]), 1)
+
+
 def _from_exponential(picture: Floats) -> Floats:
     return np.minimum(-np.log1p(-np.minimum(picture, 0.9)), 1)
 
@@ -138,6 +148,7 @@ ENCODINGS = (
         _from_power,
     ),
     Mistake("tone_mapped_reinhard", TONE_HINT.format(", by x / (1 + x)"), _from_reinhard),
+    Mistake(LUMINANCE, TONE_HINT.format(", by x / (1 + L) with the luminance L"), _from_luminance),
     Mistake("tone_mapped_exponential", TONE_HINT.format(", by 1 - exp(-x)"), _from_exponential),
     Mistake("tone_mapped_aces", TONE_HINT.format(" with the ACES curve"), _from_aces),
 )

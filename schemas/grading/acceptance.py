@@ -42,6 +42,7 @@ PICTURE_MISTAKES = (
     "pixel_filter",
     "tone_mapped_aces",
     "tone_mapped_exponential",
+    "tone_mapped_luminance",
     "tone_mapped_reinhard",
     "transposed",
     "turned_half",

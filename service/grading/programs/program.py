@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
+from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, LUMINANCE, TRANSPOSED, TURNED, by_luminance
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.math.arrays import Floats
 from service.grading.displacements import Displacement, thinned
@@ -152,7 +152,7 @@ _WRITTEN: dict[str, Callable[[Floats], NDArray[np.floating]]] = {
     "tone_mapped_exponential": lambda linear: -np.expm1(-linear),
     "tone_mapped_aces": lambda x: np.minimum(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 1),
 }
-"""Values read from a wrongly encoded file, as functions of linear values 0..1."""
+"""Values read from a wrongly encoded file, as functions of linear values 0..1 of a channel."""
 
 _TABLES = {
     # Closer together near black, where encodings are steep.
@@ -165,6 +165,8 @@ def encoded(encoding: str | None, linear: Floats) -> Floats:
     """Linear values after they were encoded wrongly and decoded as sRGB."""
     if encoding is None:
         return linear
+    if encoding == LUMINANCE:
+        return by_luminance(linear)
     entries = np.rint(np.sqrt(linear) * (CODES - 1)).astype(np.intp)
     return _TABLES[encoding].take(entries)
 

@@ -119,6 +119,7 @@ MISTAKES: list[tuple[str, Change]] = [
     ("gamma_missing", linear_from_srgb),
     ("gamma_twice", srgb_from_linear),
     ("tone_mapped_reinhard", lambda image: image / (1 + image)),
+    ("tone_mapped_luminance", lambda image: image / (1 + image @ [0.2126, 0.7152, 0.0722])[..., None]),
     ("tone_mapped_exponential", lambda image: 1 - np.exp(-image)),
     ("tone_mapped_aces", aces),
     ("exposure", lambda image: image * 1.1),

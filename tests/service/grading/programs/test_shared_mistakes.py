@@ -114,6 +114,9 @@ MADE: dict[str, dict[str, object]] = {
     "gamma_twice": {"after": srgb_from_linear},
     "gamma_2.2": {"after": lambda picture: linear_from_srgb(picture ** (1 / 2.2))},
     "tone_mapped_reinhard": {"after": lambda linear: linear / (1 + linear)},
+    "tone_mapped_luminance": {
+        "after": lambda linear: linear / (1 + linear @ [0.2126, 0.7152, 0.0722])[..., None]
+    },
     "tone_mapped_exponential": {"after": lambda linear: 1 - np.exp(-linear)},
     "exposure": {"light": 1.1},
     "ambient_missing": {"ambient": False},
