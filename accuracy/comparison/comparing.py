@@ -122,20 +122,7 @@ def compare(
     refuse_other_size(image.name, image.size, reference.size)
     policy = policy or Policy()
     found = _found(image, reference, policy)
-    causes = () if found.equal else diagnose(image, reference, policy.tolerance, policy.most_bias)
-    judgement = judge(
-        equal=found.equal,
-        bias=found.bias,
-        scores=found.scores,
-        explained=bool(causes),
-        policy=policy,
-        noise=found.noise,
-    )
-    if judgement.verdict == "mismatch" and not causes and variances.known(reference):
-        if judgement.test == "noise":
-            causes = stored_or_filtered(image, reference)
-        else:
-            causes = predicted(image, reference, policy.tolerance, policy.most_bias)
+    judgement, causes = _judged(image, reference, policy, found)
     shapes = _shapes(shapes, reference, image)
     regions: tuple[Region, ...] = ()
     if not found.equal:
@@ -219,6 +206,27 @@ def _band(image: Picture, reference: Picture, policy: Policy, samples: int | Non
         noise=None if most is None else excesses(difference, most),
         scores=variances.block_scores(image, reference, allowed) if scored else None,
     )
+
+
+def _judged(
+    image: Picture, reference: Picture, policy: Policy, found: _Found
+) -> tuple[Judgement, tuple[Cause, ...]]:
+    """The verdict, and the mistakes that explain it."""
+    causes = () if found.equal else diagnose(image, reference, policy.tolerance, policy.most_bias)
+    judgement = judge(
+        equal=found.equal,
+        bias=found.bias,
+        scores=found.scores,
+        explained=bool(causes),
+        policy=policy,
+        noise=found.noise,
+    )
+    if judgement.verdict == "mismatch" and not causes and variances.known(reference):
+        if judgement.test == "noise":
+            causes = stored_or_filtered(image, reference)
+        else:
+            causes = predicted(image, reference, policy.tolerance, policy.most_bias)
+    return judgement, causes
 
 
 class _Difference:

@@ -35,73 +35,87 @@ FILES = "files"
 
 Table = TypeVar("Table")
 
+ManifestArgument = Annotated[
+    Path, typer.Argument(metavar="MANIFEST", help="The assignment, .yaml or .json.", show_default=False)
+]
+SubmissionOption = Annotated[Path, typer.Option(metavar="DIR", help="The folder with the submission.")]
+ClassFolderOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--class",
+        metavar="DIR",
+        help="A folder with a folder for each submission, in place of --submission; needs -o, and grades "
+        "only what has changed.",
+    ),
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option("-o", "--out", metavar="DIR", help=f"Folder for {RESULT} and pictures of differences."),
+]
+ExportOption = Annotated[
+    list[str] | None,
+    typer.Option(metavar="FORM=PATH", help="Write the result in a platform's format too; repeatable."),
+]
+JobsOption = Annotated[
+    int | None,
+    typer.Option(
+        min=1,
+        max=MOST_WORKERS,
+        help="Tests at a time, each in its own process; by default one for each processor.",
+    ),
+]
+ServerOption = Annotated[
+    str | None,
+    typer.Option(metavar="URL", help="A service that renders scenes in place of this machine."),
+]
+CacheOption = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", help="Folder that keeps rendered references for the next submission."),
+]
+StudentOption = Annotated[
+    str | None, typer.Option(help="Name or number of the submitter, for the result and --overrides.")
+]
+SubmittedAtOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="TIME",
+        help=f"Time of submission, ISO 8601; with --class {FILES}: that of the newest file of each.",
+    ),
+]
+RosterOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.csv",
+        help="With --class, the gradebook of Canvas, the grading worksheet of Moodle, or any table with "
+        "student and submitted_at: gives times, and comes back with points.",
+    ),
+]
+OverridesOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.csv", help="Points set by staff: a table with student, test, points and reason."
+    ),
+]
+FailUnderOption = Annotated[
+    float | None, typer.Option(min=0.0, help="Exit with 1 if there are fewer points.")
+]
+
 
 def grade(  # noqa: PLR0913 - one argument for each option
     *,
-    manifest: Annotated[
-        Path, typer.Argument(metavar="MANIFEST", help="The assignment, .yaml or .json.", show_default=False)
-    ],
-    submission: Annotated[Path, typer.Option(metavar="DIR", help="The folder with the submission.")] = Path(),
-    class_folder: Annotated[
-        Path | None,
-        typer.Option(
-            "--class",
-            metavar="DIR",
-            help="A folder with a folder for each submission, in place of --submission; needs -o, and grades "
-            "only what has changed.",
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("-o", "--out", metavar="DIR", help=f"Folder for {RESULT} and pictures of differences."),
-    ] = None,
-    export: Annotated[
-        list[str] | None,
-        typer.Option(metavar="FORM=PATH", help="Write the result in a platform's format too; repeatable."),
-    ] = None,
-    jobs: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            max=MOST_WORKERS,
-            help="Tests at a time, each in its own process; by default one for each processor.",
-        ),
-    ] = None,
-    server: Annotated[
-        str | None,
-        typer.Option(metavar="URL", help="A service that renders scenes in place of this machine."),
-    ] = None,
-    cache: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder that keeps rendered references for the next submission."),
-    ] = None,
-    student: Annotated[
-        str | None, typer.Option(help="Name or number of the submitter, for the result and --overrides.")
-    ] = None,
-    submitted_at: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help=f"Time of submission, ISO 8601; with --class {FILES}: that of the newest file of each.",
-        ),
-    ] = None,
-    roster: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE.csv",
-            help="With --class, the gradebook of Canvas, the grading worksheet of Moodle, or any table with "
-            "student and submitted_at: gives times, and comes back with points.",
-        ),
-    ] = None,
-    overrides: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE.csv", help="Points set by staff: a table with student, test, points and reason."
-        ),
-    ] = None,
-    fail_under: Annotated[
-        float | None, typer.Option(min=0.0, help="Exit with 1 if there are fewer points.")
-    ] = None,
+    manifest: ManifestArgument,
+    submission: SubmissionOption = Path(),
+    class_folder: ClassFolderOption = None,
+    out: OutOption = None,
+    export: ExportOption = None,
+    jobs: JobsOption = None,
+    server: ServerOption = None,
+    cache: CacheOption = None,
+    student: StudentOption = None,
+    submitted_at: SubmittedAtOption = None,
+    roster: RosterOption = None,
+    overrides: OverridesOption = None,
+    fail_under: FailUnderOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Run the tests of an assignment on a submission, and report the points and why they were lost."""

@@ -42,50 +42,55 @@ def _without_a_command(context: typer.Context) -> None:
         raise typer.Exit(ExitCode.USAGE)
 
 
+UserArgument = Annotated[str, typer.Argument(metavar="USER", help="Name of the user.", show_default=False)]
+RoleOption = Annotated[
+    RoleName,
+    typer.Option(help="`submit` sees its own jobs, `staff` all jobs; `admin` may also stop and delete them."),
+]
+MaxJobsOption = Annotated[
+    int | None,
+    typer.Option(min=1, max=MOST_JOBS, help="Most jobs of the user that may be queued or running."),
+]
+MaxCpuSecondsOption = Annotated[
+    float | None,
+    typer.Option(
+        min=0.001,
+        max=MOST_CPU_SECONDS,
+        help="Most predicted CPU seconds of the user's queued and running jobs.",
+    ),
+]
+ExpiresOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="DATE",
+        help="When the key ends: 2030-01-31 (0:00 UTC), or 2030-01-31T18:00+01:00; by default never.",
+    ),
+]
+FirstOption = Annotated[
+    bool,
+    typer.Option("--first", help="Do nothing if there is a key already: for scripts that start a service."),
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--out",
+        metavar="FILE",
+        help="Write the key to this file, which only its owner may read, and print nothing: what a "
+        "container prints is in its log.",
+    ),
+]
+
+
 @app.command(cls=Command)
 def add(  # noqa: PLR0913, PLR0917 - one argument for each option
-    user: Annotated[str, typer.Argument(metavar="USER", help="Name of the user.", show_default=False)],
-    role: Annotated[
-        RoleName,
-        typer.Option(
-            help="`submit` sees its own jobs, `staff` all jobs; `admin` may also stop and delete them."
-        ),
-    ] = "submit",
-    max_jobs: Annotated[
-        int | None,
-        typer.Option(min=1, max=MOST_JOBS, help="Most jobs of the user that may be queued or running."),
-    ] = None,
-    max_cpu_seconds: Annotated[
-        float | None,
-        typer.Option(
-            min=0.001,
-            max=MOST_CPU_SECONDS,
-            help="Most predicted CPU seconds of the user's queued and running jobs.",
-        ),
-    ] = None,
-    expires: Annotated[
-        str | None,
-        typer.Option(
-            metavar="DATE",
-            help="When the key ends: 2030-01-31 (0:00 UTC), or 2030-01-31T18:00+01:00; by default never.",
-        ),
-    ] = None,
-    first: Annotated[
-        bool,
-        typer.Option(
-            "--first", help="Do nothing if there is a key already: for scripts that start a service."
-        ),
-    ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--out",
-            metavar="FILE",
-            help="Write the key to this file, which only its owner may read, and print nothing: what a "
-            "container prints is in its log.",
-        ),
-    ] = None,
+    user: UserArgument,
+    role: RoleOption = "submit",
+    max_jobs: MaxJobsOption = None,
+    max_cpu_seconds: MaxCpuSecondsOption = None,
+    expires: ExpiresOption = None,
+    first: FirstOption = False,
+    out: OutOption = None,
     data: DataOption = None,
     database: DatabaseOption = None,
     as_json: JsonOption = False,
