@@ -51,7 +51,7 @@ def draw(
         The target error.
 
     unknown : str, optional
-        What to write in place of a curve where no pass has an error.
+        Text in place of a curve where no pass has an error.
 
     Raises
     ------

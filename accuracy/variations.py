@@ -39,7 +39,7 @@ PLAIN = (0.5, 0.5, 0.5)
 def fixed_quality(
     pattern: str, samples: int, light_pattern: str, points: int, precision: str = "single"
 ) -> FixedQuality:
-    """The quality of exactly so many camera samples and light points."""
+    """Fixed quality with these camera samples and light points."""
     return FixedQuality.model_validate(
         {
             "mode": "fixed",
@@ -75,7 +75,7 @@ def label(quality: Quality) -> str:
 
 
 def resized(document: Scene, side: int) -> Scene:
-    """The scene with at most so many pixels along its longer side, its shape kept.
+    """The scene with at most `side` pixels along its longer side, in the same proportions.
 
     Examples
     --------

@@ -32,7 +32,7 @@ def checked_count(name: str, value: object, most: int, otherwise: str) -> int | 
     Parameters
     ----------
     otherwise
-        What None stands for, for the message.
+        Meaning of None, for the message.
 
     Raises
     ------

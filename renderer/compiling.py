@@ -36,12 +36,12 @@ def compile_scene(
     Parameters
     ----------
     scene
-        What `load_scene` takes or gives.
+        Argument or result of `load_scene`.
     quality
         Takes the place of the scene's own sampling: `schemas.FixedQuality`, `schemas.TargetQuality`, or a
         dict as a request over HTTP has it.
     layers
-        What to record about each pixel beside its colour, by names of `schemas.api.layers.LAYER_NAMES`.
+        Values to record of each pixel beside its colour, by names of `schemas.api.layers.LAYER_NAMES`.
     culling
         Whether conservative tests may leave out work. Images are the same without, and slower.
 

@@ -46,7 +46,7 @@ class TileResult:
     cpu_seconds : float
         Of this thread's process.
     layers : dict of str to array
-        What the pass has recorded for the plan's layers, for `layers.LayerBuffers`.
+        Values of the plan's layers that the pass recorded, for `layers.LayerBuffers`.
     """
 
     pixels: NDArray[np.float32]

@@ -35,7 +35,7 @@ class Rays:
         Least and greatest place on the camera's screen, across and along; None for rays that do not
         come from the camera.
     origin_surfaces : OriginSurfaces or None
-        What they leave; None for rays that begin in the open.
+        The surfaces that they leave; None for rays that begin in the open.
     t : (N,) float64
         Distance of the nearest hit, inf for none.
     shapes, primitives : (N,) int64
@@ -118,7 +118,7 @@ class Rays:
         t : (M,) float64
         coordinates : two of (M,) float64
         items : (M,) int64
-            What they hit.
+            Items of the family that they hit.
         numbers : two of (K,) int64
             Shape and primitive of each item.
         """
@@ -151,7 +151,7 @@ class Points:
     Attributes
     ----------
     rays : (M,) int64
-        Which ray of the block.
+        Index of the ray in the block.
     pixels, samples : (M,) int64
         Those of the ray.
     paths : (M,) uint64

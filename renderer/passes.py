@@ -49,7 +49,7 @@ class Tally:
     cpu_seconds : float
         Of all processes.
     passes : list of dict
-        What had been spent when each pass ended, and the error by then, where it is known.
+        Totals when each pass ended, and the error by then, where it is known.
     """
 
     begun: float = field(default_factory=time.monotonic)

@@ -31,7 +31,7 @@ class TileEvent:
         Part of the work that is done, 0 to 1. It never falls. For target quality it is estimated, and below
         1 until the picture is returned.
     remaining_seconds : float or None
-        How long the rest is expected to take; None before anything is known.
+        Expected time for the rest; None before anything is known.
     """
 
     tile: Tile
@@ -52,11 +52,11 @@ class RenderResult:
     image : (H, W, 3) float32
         Linear radiance.
     layers : dict of str to (H, W) or (H, W, channels) array
-        What the plan records about each pixel beside its colour; float32 or int32.
+        Values of each pixel beside its colour; float32 or int32.
     report : dict
         Seconds, rays, work, samples, numerics and the plan, as `penumbra render --json` prints them.
     display : schemas.scene.Display
-        How the scene wants its radiance displayed: exposure and transfer of a PNG.
+        The scene's exposure and transfer function for a PNG.
     """
 
     image: NDArray[np.float32]

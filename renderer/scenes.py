@@ -27,7 +27,7 @@ class LoadedScene:
     document : schemas.scene.Scene
     assets : AssetSource
     warnings : tuple of Problem
-        What is valid but pointless.
+        Values that are valid but pointless.
     """
 
     document: Scene
@@ -56,7 +56,7 @@ def load_scene(
     assets
         Folder of the files that the scene names, or an `AssetSource`; needed where `source` is no path.
     limits
-        How large the scene and its files may be; by default as ``PENUMBRA_LIMITS__<NAME>`` in the environment
+        Limits of the scene and its files; by default as ``PENUMBRA_LIMITS__<NAME>`` in the environment
         says, else as `schemas.Limits` does. A `schemas.Scene` is checked already: they bound its files only.
 
     Raises

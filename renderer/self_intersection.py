@@ -55,13 +55,13 @@ class OriginSurfaces:
     Attributes
     ----------
     shapes, primitives : (N,) int64
-        What each ray leaves.
+        The surface that each ray leaves.
     outside : (N,) bool
         Whether it goes to the outward side.
     sizes : (N,) float64
         Sum of the magnitudes that formed the origin, scene units.
     previous_origins : (3, 1) or (3, N) float64
-        Where the rays before these came from.
+        Origins of the rays before these.
     paths : (N,) uint64
         Name of the bounces so far; 0 is that of camera rays.
     path_lengths : (N,) float64

@@ -52,9 +52,9 @@ class Wave:
     weights : (N,) float64
         Share of their radiance that reaches the camera.
     targets : (N,) int64
-        Which camera ray each belongs to, ascending.
+        Index of each ray's camera ray, ascending.
     parents : (N,) int64
-        Which ray of the wave before hit the point that each leaves.
+        Index of the ray of the wave before that hit the point that each leaves.
     kinds : (N,) int64
         Place of the last bounce's kind in `KINDS`; `CAMERA` before the first.
     depth : int
@@ -207,7 +207,7 @@ def leaving(
     wave : Wave
     points : Points
     chosen : (M,) int64
-        Which of the points.
+        Indices of the points.
     directions : (3, M) float64
     shares : (M,) float64
         Of the rays' weights.

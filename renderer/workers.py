@@ -91,7 +91,7 @@ class Workers(Generic[Task, Result]):
         RenderError
             A worker process died.
         Exception
-            Whatever `do` raised, with its traceback as a note.
+            Any error of `do`, with its traceback as a note.
         """
         waiting = deque((task, ForkingPickler.dumps(task)) for task in tasks)
         given: dict[Connection, deque[Task]] = {connection: deque() for connection in self._members}

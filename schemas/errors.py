@@ -56,14 +56,14 @@ class SceneError(ValueError):
     problems
         All that is wrong, at least one.
     more
-        How many problems are known beyond those given.
+        Number of problems beyond those given.
 
     Attributes
     ----------
     errors
         The first 50 problems, in the order of the document's fields.
     more
-        How many further problems there are.
+        Number of further problems.
     """
 
     def __init__(self, problems: Sequence[Problem], more: int = 0) -> None:

@@ -70,7 +70,7 @@ from service.workers.worker import WorkerSetup
 DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture by the job's id."
 
 MAX_BODIES = 16
-"""As many requests with the largest scene are held in memory at once, or more smaller ones."""
+"""Requests with the largest scene that are held in memory at once; smaller ones may be more."""
 MAX_READERS = 4
 """Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
 MAX_WRITERS = 8

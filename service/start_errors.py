@@ -13,7 +13,7 @@ class NoKeysError(ServiceError):
     Parameters
     ----------
     host : str
-        Where it was to listen.
+        The address to listen on.
     data : Path
         Its folder.
     """
@@ -31,7 +31,7 @@ class PortTakenError(ServiceError):
     Parameters
     ----------
     host, port : str, int
-        Where the service was to listen.
+        The address to listen on.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -46,7 +46,7 @@ class OpenFilesError(ServiceError):
     Parameters
     ----------
     limit, needed : int
-        How many it may open, and how many it needs.
+        Files that it may open, and that it needs.
     """
 
     def __init__(self, limit: int, needed: int) -> None:

@@ -51,7 +51,7 @@ class Blur:
     width : float
         Standard deviation of the Gaussian that comes nearest to it, pixels.
     effect : (H, W, 3) float64
-        What this Gaussian adds to the reference, linear.
+        Difference of the blurred reference from the reference, linear.
     """
 
     width: float

@@ -103,10 +103,10 @@ def compare(
     Parameters
     ----------
     policy
-        What is taken for the same.
+        Differences that are tolerated.
     shapes : (H, W) int, optional
-        What each pixel shows, as in the layer ``shape``; by default that layer of the reference, then that of
-        the picture.
+        The shape that each pixel shows, as in the layer ``shape``; by default that layer of the reference,
+        then that of the picture.
     names
         Names of the shapes, by index; where they are missing, a shape is named by its index.
     with_flip

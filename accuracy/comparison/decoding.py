@@ -40,7 +40,7 @@ class Raw:
     bits : int
         Of a channel, 32 or 64 for floating point.
     usual : {"srgb", "linear"} or None
-        What numbers in a file of this kind usually mean; None where there is no custom.
+        The usual encoding of files of this kind; None where there is none.
     """
 
     values: NDArray[Any]

@@ -36,7 +36,7 @@ class Picture:
     name : str
     pixels : Pixels
     encoding : {"srgb", "linear"}
-        How the file's numbers were read.
+        Encoding by which the file's numbers were read.
     stated : bool
         Whether the user stated it; else it is what its format usually means.
     bits : int
@@ -46,7 +46,7 @@ class Picture:
     clipped : int
         Pixels with a channel below 0 or above 1.
     notes : tuple of str
-        What was done to read it, in sentences.
+        Sentences about how it was read.
     layers : mapping of str to array
         Of `SIDECARS` those that are known.
     """
@@ -182,7 +182,7 @@ def picture_of(
     name
         For messages.
     encoding
-        How the numbers mean light. By default ``srgb`` for PNG, ``linear`` for floating point; whole numbers
+        Encoding of the numbers. By default ``srgb`` for PNG, ``linear`` for floating point; whole numbers
         in an NPY file have no default.
     layers
         ``error``, ``samples`` and ``shape`` of the picture, (H, W) or (H, W, 3), in place of the file's own.

@@ -49,11 +49,11 @@ class Judgement:
     ----------
     verdict : {"match", "noisy_match", "mismatch"}
     reason : str
-        What decided, a sentence.
+        The reason, a sentence.
     test : {"rounding", "blocks", "block", "noise", "variances", "diagnosis"}
-        Which test decided.
+        The test that decided.
     margin : float or None
-        How far the deciding number is from its limit, as a share of the limit; below 0 for a mismatch. None
+        Distance of the deciding number from its limit, as a share of the limit; below 0 for a mismatch. None
         where no number decided.
     samples_factor : float or None
         With so many times the samples in both pictures the difference found here would count as real, if it
@@ -88,7 +88,7 @@ def judge(
     explained
         Undoing one mistake makes the pictures agree.
     noise
-        How noisy blocks are; None where any noise is allowed.
+        Noise of the blocks; None where any noise is allowed.
     """
     if equal:
         return Judgement("match", "No pixel differs by more than rounding.", "rounding", None, None)

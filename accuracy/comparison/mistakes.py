@@ -32,11 +32,11 @@ class Mistake:
     cause : str
         A word for programs.
     hint : str
-        What was probably done, and what to do, a sentence for people.
+        The probable mistake and its cure, in sentences for people.
     undo : callable
         Linear picture (H, W, 3) with values 0..1 to such a picture.
     control : callable or None
-        What is fair to compare with; None for the picture as it is.
+        Equal smoothing that undoes nothing, to compare with; None to compare with the picture as it is.
     turns : bool
         Whether undoing only puts pixels in other places, in an array of any type.
     moves : bool
@@ -65,7 +65,7 @@ def candidates(image: Picture, reference: Picture) -> Iterator[Mistake]:
 def exposure_of(image: Picture, reference: Picture) -> float | None:
     """Factor by which a picture is too bright; None where it is not, or where too much is white to tell.
 
-    By the ratio of means: unlike a least squares fit, noise does not draw it below 1.
+    The ratio of means: noise would bias a least-squares fit.
     """
     count, seen, wanted = 0, 0.0, 0.0
     for one, other in zip(image.bands(), reference.bands(), strict=True):

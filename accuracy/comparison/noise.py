@@ -76,7 +76,7 @@ def allowed_variances(reference: Picture, samples: int, rounding: Floats, tolera
     samples
         The fewest random samples of a pixel.
     rounding : (H, W, 3)
-        How far rounding may have moved each value: its variance is that of a uniform distribution.
+        Bound on the rounding of each value: its variance is that of a uniform distribution.
     tolerance
         Differences that count nowhere may be of any sign: their square is added. It is above 0, or so is the
         noise of every pixel.

@@ -32,7 +32,7 @@ class Pixels:
     stored : (H, W, 3)
         Codes of 8 or 16 bits, or floating-point numbers.
     encoding
-        How they mean light.
+        Their encoding.
     rounding : (H, W, 3) float64, optional
         By how much they may have been rounded, linear; by default what follows from their type.
     """

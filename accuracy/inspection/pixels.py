@@ -34,7 +34,7 @@ def inspection_plan(scene: Source | LoadedScene, quality: QualitySource | None =
     Parameters
     ----------
     scene
-        What `load_scene` takes or gives.
+        Argument or result of `load_scene`.
     quality
         That of the picture. Its light points and precision are kept, fixed ones; of target quality, which
         takes as many as it needs, the precision alone.

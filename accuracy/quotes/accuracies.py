@@ -75,7 +75,7 @@ class Sampled:
     weights : list of int
         Pixels that each block stands for.
     pixels : int
-        How many were sampled.
+        Number of sampled pixels.
     """
 
     sets: tuple[RenderPlan, RenderPlan]

@@ -58,7 +58,7 @@ def files(study: Study, results: Mapping[str, Any]) -> dict[str, bytes]:
     study : Study
         Has been run.
     results : dict
-        What `answered` makes of what it gave.
+        Sentences that `answered` makes of the results.
     """
     blocks = list(_blocks(results, _strips(study, results)))
     title = _title(results)

@@ -45,7 +45,7 @@ class Forecast:
     seconds : float
         Expected until it is done; at most what is left of the budget.
     now : str
-        What is rendered.
+        The current task.
     """
 
     runs: int
@@ -64,9 +64,9 @@ class Study:
     ----------
     scene : LoadedScene
     folder : Path
-        Where the journal is; made if it is not there.
+        Folder of the journal; created if it does not exist.
     scale : Scale
-        How much to try.
+        Extent of the study.
     budget : float, optional
         Seconds by the clock after which nothing new is begun. One run may go beyond it by as much as its
         forecast was wrong.

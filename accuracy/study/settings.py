@@ -56,7 +56,7 @@ class Scale:
     errors_255 : tuple of float
         Targets, in units of 1/255.
     seeds : int
-        How often a setting is rendered, each time with other random numbers.
+        Renders of a setting, each with other random numbers.
     """
 
     side: int = 256

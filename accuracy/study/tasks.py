@@ -30,7 +30,7 @@ class Subject:
     key : str
         Digest of what it shows.
     effect : str
-        What is left out; empty for the whole scene.
+        The effect that is left out; empty for the whole scene.
     pointers : tuple of str
         Lines of the scene that ask for it.
     """
@@ -53,9 +53,9 @@ class Task:
     Attributes
     ----------
     part : str
-        What the study needs it for.
+        The part of the study that needs it.
     name : str
-        What it is called in that part.
+        Its name in that part.
     subject : Subject
     quality : Quality
     seed : int
@@ -64,7 +64,7 @@ class Task:
     judges : tuple of Task
         The halves of the reference; empty where no error is wanted.
     against : Task or None
-        Whose picture it is compared with.
+        The task whose picture it is compared with.
     kept : bool
         Whether its picture is kept.
     key : str

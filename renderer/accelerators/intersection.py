@@ -43,7 +43,7 @@ class TreeIntersector:
     def run(self, rays: Rays) -> None:
         """Offer hits, nearest nodes and leaves first, so that those behind them are left out.
 
-        What begins at the distance of a hit is not: of equal hits the first triangle counts.
+        Nodes that begin at the distance of a hit are still visited: of equal hits, the first triangle counts.
         """
         levels = self.tree.levels
         for start in range(0, rays.t.size, PORTION):

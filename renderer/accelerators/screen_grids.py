@@ -59,9 +59,9 @@ class Grid:
     left, bottom : int
         The first column and row of cells.
     columns, rows : int
-        How many there are.
+        Numbers of columns and rows.
     starts : (cells + 1,) int64
-        Where each cell's triangles begin in `items`.
+        Index in `items` of each cell's first triangle.
     items : (entries,) int64
         Places in the arrays of `ScreenTriangles`.
     """
@@ -99,7 +99,7 @@ class ScreenTriangles:
     edges : (6, K) float32
         Weights of the second and third vertex at a place (x, y) in pixels: a x + b y + c each.
     slack : (K,) float32
-        How far rounding may move a weight; inf for triangles seen edge-on.
+        Bound on the rounding of a weight; inf for triangles seen edge-on.
     nearest, farthest : (K,) float64
         Least and greatest depth, with room.
     grids : tuple of Grid
@@ -157,9 +157,9 @@ class _Projected:
     Attributes
     ----------
     seen : (T,) bool
-        Which of them the camera may see.
+        Triangles that the camera may see.
     numbers : (k,) int64
-        Those of them that are clearly ahead; the others are about these.
+        Those that are clearly ahead; the other arrays are about these.
     low, high : (2, k) float64
         Bounds, pixels.
     edges, slack, nearest, farthest

@@ -26,7 +26,7 @@ class DecodedImage:
     floating : bool
         Whether the file stores floating-point numbers, which are linear light by custom.
     notes : tuple of str
-        What of the file is not used, or was chosen, in sentences.
+        Sentences about parts of the file that are not used, or were chosen.
     """
 
     values: NDArray[np.float32]

@@ -38,11 +38,11 @@ class ExrPicture:
     alpha : (H, W) float32 or None
         None where there is none; 0 where no pixel is stored.
     layers : mapping of str to array
-        Those that the file has, as large as the picture.
+        Layers of the file, of the size of the picture.
     grey : bool
         Whether it has one channel, which was taken for all three.
     notes : tuple of str
-        What was chosen among its pictures and where its pixels lie, in sentences.
+        Sentences about the picture that was chosen, and where its pixels lie.
     """
 
     image: NDArray[np.float32]
@@ -270,7 +270,7 @@ class _Placing:
     ----------
     data, display : Window
     notes : list of str
-        What was done.
+        Sentences about how it was read.
     """
 
     data: Window

@@ -49,12 +49,12 @@ class LightView:
     points : Points
         The chunk that the n points belong to.
     chosen : (n,) int64
-        Which points of the chunk.
+        Indices of the points in the chunk.
     light_points : LightPoints
     towards : (3, n) float64
         Light centre minus point.
     origins : (3, 1) or (3, n) float64
-        Where the rays came from.
+        Origins of the rays.
     dtype : float32 or float64
         Of pair work.
     blocked : (L, n) bool or None

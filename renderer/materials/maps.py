@@ -81,7 +81,7 @@ class TangentFrames:
     Attributes
     ----------
     used : (materials,) bool
-        Those with normal maps.
+        Materials with normal maps.
     """
 
     used: Masks
@@ -165,13 +165,13 @@ class BumpMap:
 
 
 def _of(values: Floats, chosen: Integers) -> Floats:
-    """Values (R, N) of some points, in order: no copy of those of all."""
+    """Values (R, N) of some points, in order, without a copy if they are all."""
     return values if chosen.size == values.shape[1] else taken(values, chosen)
 
 
 @dataclass(frozen=True, slots=True)
 class Horizon:
-    """Stage: what smooth normals, normal maps and bump maps turned away from the viewer is turned back.
+    """Stage: turns normals back that smoothing or maps have turned away from the viewer.
 
     A point that is seen cannot face away. Its normal keeps the part across the line of sight, which joins
     the normals on this side of the horizon without a jump; turning it over instead would put light where

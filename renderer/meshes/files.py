@@ -58,7 +58,7 @@ def glb_of(name: str, content: bytes, assets: AssetSource) -> bytes:
     content
         Its bytes.
     assets
-        Where the buffers come from.
+        Source of the buffers.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def announced(content: bytes, most: int | None = None) -> int:
     content
         The whole file.
     most
-        How many may be; by default those of the limits in force.
+        Most triangles; by default those of the limits in force.
 
     Raises
     ------

@@ -66,7 +66,7 @@ def opened(content: bytes, most: int) -> GltfFile:
     content
         The whole file.
     most
-        How many triangles it may have.
+        Most triangles that it may have.
 
     Raises
     ------
@@ -181,10 +181,10 @@ def _refuse_large(document: Json, used: list[int], most: int) -> None:
         )
     for mesh in document["meshes"]:
         for part in mesh["primitives"]:
-            _refuse_odd_primitive(part, document["accessors"])
+            _refuse_unsupported(part, document["accessors"])
 
 
-def _refuse_odd_primitive(part: Json, accessors: list[Json]) -> None:
+def _refuse_unsupported(part: Json, accessors: list[Json]) -> None:
     for name, things in ATTRIBUTES.items():
         number = part["attributes"].get(name)
         if number is not None and not _is_read(name, accessors[number]):

@@ -145,7 +145,7 @@ def _part(document: Json, binary: bytes, primitive: Json, world_from_node: Float
     positions = _numbers(document, binary, attributes["POSITION"], 3)
     turn, move = world_from_node[:3, :3], world_from_node[:3, 3]
     vertices = positions @ turn.T + move
-    _refuse_odd(name, "vertices", vertices)
+    _refuse_out_of_range(name, "vertices", vertices)
     order = np.arange(len(positions))
     if "indices" in primitive:
         order = _numbers(document, binary, primitive["indices"], 1)[:, 0].astype(np.int64)
@@ -163,7 +163,7 @@ def _part(document: Json, binary: bytes, primitive: Json, world_from_node: Float
 
 def _coordinates(texture: Floats, count: int, name: str) -> Floats:
     """Texture coordinates for a scene."""
-    _refuse_odd(name, "texture coordinates", texture)
+    _refuse_out_of_range(name, "texture coordinates", texture)
     if len(texture) != count:
         raise AssetError(
             f"{name} has {len(texture)} pairs of texture coordinates for {count} vertices. Save the mesh "
@@ -213,7 +213,7 @@ def seen_from_outside(triangles: Integers, turn: Floats) -> Integers:
     return triangles[:, ::-1] if np.linalg.det(turn) < 0 else triangles
 
 
-def _refuse_odd(name: str, things: str, numbers: Floats) -> None:
+def _refuse_out_of_range(name: str, things: str, numbers: Floats) -> None:
     fine = np.abs(numbers) <= LARGEST
     if not fine.all():
         row = int(np.argmin(fine.all(axis=1)))

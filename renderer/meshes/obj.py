@@ -45,7 +45,7 @@ class ObjError(AssetError):
     line
         The line, from 1.
     detail
-        What is wrong, and what to do.
+        The problem and its cure.
     """
 
     def __init__(self, name: str, line: int, detail: str) -> None:

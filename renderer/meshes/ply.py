@@ -28,14 +28,14 @@ def read_ply(content: bytes, most: int) -> tuple[Floats, Integers, Floats | None
     """Vertices (3, V), triangles (3, T) and texture coordinates (2, V) or None of a PLY file.
 
     Where a face has texture coordinates of its own at its corners, each corner of the mesh becomes a vertex.
-    Without any, a triangle beside those that have some gets `CORNERS`.
+    Where only some faces have any, triangles of the others get `CORNERS`.
 
     Parameters
     ----------
     content
         The whole file.
     most
-        How many triangles it may have.
+        Most triangles that it may have.
 
     Raises
     ------
@@ -76,11 +76,13 @@ def _texture(body: Body, rows: Rows) -> Floats | None:
 def _columns(body: Body, rows: Rows, names: tuple[str, ...]) -> Floats:
     """Some columns of the vertices, (V, N)."""
     columns = np.stack([rows.numbers[name] for name in names], axis=1).astype(np.float64)
-    _refuse_odd(body, "vertex", rows, np.abs(columns) <= LARGEST, columns)
+    _refuse_out_of_range(body, "vertex", rows, np.abs(columns) <= LARGEST, columns)
     return columns
 
 
-def _refuse_odd(body: Body, thing: str, rows: Rows, fine: NDArray[np.bool_], numbers: Floats) -> None:
+def _refuse_out_of_range(
+    body: Body, thing: str, rows: Rows, fine: NDArray[np.bool_], numbers: Floats
+) -> None:
     if not fine.all():
         row, column = (int(place) for place in np.argwhere(~fine)[0])
         raise AssetError(

@@ -76,7 +76,7 @@ class Header:
     pictures
         Names of texture files in its comments.
     start
-        Where its numbers begin, bytes.
+        Offset of its numbers, bytes.
     lines
         Lines before them.
     """

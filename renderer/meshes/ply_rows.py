@@ -52,9 +52,9 @@ class Rows:
     lists
         Columns of lists, by name.
     places
-        Where in the numbers of the file each row is, bytes.
+        Offset of each row in the numbers of the file, bytes.
     end
-        Where the last one ends.
+        Offset of the end.
     """
 
     numbers: Mapping[str, NDArray[Any]]
@@ -73,7 +73,7 @@ class Body:
     header
         Its header.
     most
-        How many triangles it may have.
+        Most triangles that it may have.
     """
 
     def __init__(self, content: bytes, header: Header, most: int) -> None:

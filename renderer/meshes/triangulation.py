@@ -36,7 +36,7 @@ def triangulate(points: Floats, sizes: Integers) -> tuple[Integers, Integers]:
     Returns
     -------
     triangles : ndarray of int64, shape (T, 3)
-        Which of the C corners are those of each triangle, in the order of the faces.
+        Indices, among the C corners, of those of each triangle, in the order of the faces.
     faces : ndarray of int64, shape (T,)
         The face of each triangle.
 

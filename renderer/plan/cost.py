@@ -18,7 +18,7 @@ class Costs:
         A camera ray, its place on a lens, a ray against a shape that its block may hit, a point's geometry,
         a texture look-up.
     footprint : float
-        What a sample covers in a texture.
+        Footprint of a sample in a texture.
     faced, bounce : float
         A point and a light, apart from pairs; a further ray with all that it hits.
     diffuse, highlight, falloff, shadow : float

@@ -74,7 +74,7 @@ class ShapeEffect(Effect):
     build : callable
         Makes the family of some shapes, given with their numbers and the scene's files.
     family : type of Family
-        What it makes; says by its methods what a shape is.
+        The family that it makes, whose methods describe its shapes.
     meshed : bool
         Whether one such shape may be so many primitives that shadow rays cost more than camera rays.
     cast : Occluder
@@ -127,7 +127,7 @@ class LightEffect(Effect):
     build : callable
         Makes the emitter of a light, given with its number, its sampling and the seed.
     weights : tuple of WeightEffect
-        What its points may be weighed by; weights multiply.
+        Weights of its points; weights multiply.
     surface : bool
         Whether the camera may see it.
     """

@@ -106,9 +106,9 @@ class SceneGeometry:
     left_out : tuple of LeftOut
         Shapes that nothing is built of.
     warnings : tuple of Problem
-        What is valid but probably not meant in the files of shapes.
+        Warnings about the files of shapes.
     overlaps : Overlaps or None
-        What breaks ties between surfaces in one place.
+        Ties between surfaces in one place.
     degenerate, retried : int
         Triangles without area, and triangles so thin that exact arithmetic had to decide if they have one.
     """

@@ -28,9 +28,9 @@ class RenderPlan:
     ----------
     scene : LoadedScene
     geometry : SceneGeometry
-        What is built of it whatever the quality.
+        Geometry, which is built once for any quality.
     quality : Quality or None
-        What took the place of the scene's own sampling.
+        The quality in place of the scene's own sampling.
     camera : Pinhole
     antialiasing : Antialiasing
     seed : int
@@ -50,7 +50,7 @@ class RenderPlan:
     dtype : float32 or float64
         Of pair work.
     layers : tuple of Layer
-        What is recorded about each pixel beside its colour.
+        Values recorded of each pixel beside its colour.
     culling : bool
         Whether conservative tests leave out work; images are the same without them.
     numerics : dict

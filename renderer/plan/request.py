@@ -38,7 +38,7 @@ class Request:
     entries, left_out : list
         The plan as people read it, under construction.
     reads : set of str
-        What stages read of `interaction.Points` that exists only where some stage asks for it.
+        Optional fields of `interaction.Points` that stages read.
     document : Scene
         The scene without what has no strength.
     sampling : Sampling

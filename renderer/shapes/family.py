@@ -248,7 +248,7 @@ class Location:
     local : (families, shapes of the scene) int64
         Place within the family of the first primitive of each shape of the scene, -1 for shapes of others.
     reads : frozenset of str
-        Which of `GROUPS` stages read.
+        Names of `GROUPS` that stages read.
     """
 
     families: tuple[Family, ...]

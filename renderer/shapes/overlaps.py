@@ -48,7 +48,7 @@ class Overlaps:
     pairs : (M,) int64
         Sorted: P times the later primitive of a pair, plus the earlier one.
     later : (P + 1,) bool
-        Which primitives come after another.
+        Primitives that come after another.
     alone : tuple of Earlier
     trees : tuple of RayStage
         For primitives that come before others in trees of their own.

@@ -17,7 +17,7 @@ class PairHits:
     Attributes
     ----------
     pairs : (M,) int64
-        Which of the pairs.
+        Indices of the pairs.
     t : (M,) float64
     u, v : (M,) float64
         Weights of the second and third vertex.

@@ -28,7 +28,7 @@ class Footprints:
     Attributes
     ----------
     across, along : (3, 1) float64
-        What a share of a pixel adds to a camera ray's direction.
+        Change of a camera ray's direction across a share of a pixel.
     """
 
     across: Floats

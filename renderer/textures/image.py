@@ -44,7 +44,7 @@ class ImageTexture:
     bounds : tuple of float
         Of all values: 0 and 1, and farther apart only where the file stores floating-point numbers.
     notes : tuple of str
-        What of the file is not used, or was chosen, in sentences.
+        Sentences about parts of the file that are not used, or were chosen.
     rows : (H * W, 4) float32
         Memory of the texels, each with a fourth value: `np.take` copies 16 bytes four times as fast as 12.
     """

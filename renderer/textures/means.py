@@ -36,7 +36,7 @@ class MeanColor:
         That gives means over parallelograms.
     used : (materials,) bool
     across, along : (3, 1) float64
-        What a pixel adds to a camera ray's direction.
+        Change of a camera ray's direction across a pixel.
     error : float
         The target, linear radiance.
     """

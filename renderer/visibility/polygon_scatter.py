@@ -28,7 +28,7 @@ class _Near:
     distance, rounding : (m,) float64
         From its plane, and the bound on the error of that.
     index : (m,) int64
-        Which of the view's points.
+        Indices of the view's points.
     """
 
     positions: Floats

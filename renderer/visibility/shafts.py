@@ -56,7 +56,7 @@ class Traversal:
         towards : (3, L, m) float64
             Light points minus points; ray number l * m + p goes from point p to light point l.
         reach : float
-            Where rays end, in units of `towards`.
+            Ends of the rays, in units of `towards`.
         """
         lengths = self._lengths(tree, positions, towards, reach)
         starts = np.flatnonzero(np.diff(self.owners, prepend=-1))

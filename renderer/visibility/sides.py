@@ -23,7 +23,7 @@ def start_sides(
     view : LightView
     positions : (3, P) float64
     points, triangles : (P,) int64
-        Which of the view's points, and which of the family's triangles.
+        Indices of the view's points, and of the family's triangles.
     """
     normals, anchors = (taken(values, triangles) for values in (family.normals, family.vertices[0]))
     rounding = rounding_of(family, view, points, triangles)

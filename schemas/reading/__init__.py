@@ -35,7 +35,7 @@ def read_scene(data: Source, *, limits: Limits | None = None) -> tuple[Scene, tu
     data
         JSON as bytes or text, or a document that is parsed already (then problems have no lines).
     limits
-        How large the scene may be; by default as the environment says.
+        Limits of the scene's size; by default those of the environment.
 
     Returns
     -------

@@ -130,9 +130,9 @@ def read_text(source: Source, limits: Limits, *, wanted: str = "a JSON document"
     source
         Bytes or text of the document, or its parsed content.
     limits
-        How large it may be.
+        Limits of its size.
     wanted
-        What it is to be, for the message about a file of another kind.
+        The expected kind, for the message about a file of another one.
 
     Raises
     ------

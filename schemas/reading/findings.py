@@ -36,7 +36,7 @@ def show(
     Parameters
     ----------
     findings
-        What was found, the most important first.
+        Findings, the most important first.
     content
         The parsed document.
     text

@@ -39,7 +39,7 @@ class Merged(NamedTuple):
     detail
         The first of them.
     others
-        How many more entries of the same array have the same error.
+        Number of further entries of the same array with the same error.
     """
 
     detail: ErrorDetails

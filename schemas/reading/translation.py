@@ -118,7 +118,7 @@ def translate(error: ValidationError, model: type[BaseModel], content: object) -
     Parameters
     ----------
     error
-        What pydantic raised.
+        The error of pydantic.
     model
         The requested model.
     content

@@ -17,7 +17,7 @@ class Principal:
     Attributes
     ----------
     max_jobs, max_cpu_seconds
-        How much of theirs may wait or run at once; None leaves it to the settings of the service.
+        Quotas of waiting and running work; None for those of the service's settings.
     is_everyone
         Whether this is no single user, but all who reach the service.
     key, expires_at

@@ -165,7 +165,7 @@ class ConnectionLimits:
     most_of_address : int or None
         Connections of one address; None where all have that of a proxy.
     idle_seconds : float
-        How long a connection may be without a request, from its beginning or from the end of an answer.
+        Longest time of a connection without a request, from its beginning or from the end of an answer.
     """
 
     def __init__(self, most: int, most_of_address: int | None, idle_seconds: float) -> None:

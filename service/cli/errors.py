@@ -35,9 +35,9 @@ class UnusableSceneError(InputError):
     text
         Its content, of which lines are shown.
     problems
-        What is wrong; pointers, lines and columns are those of `text`.
+        Problems; pointers, lines and columns are those of `text`.
     more
-        How many further problems there are.
+        Number of further problems.
     """
 
     def __init__(self, name: str, text: bytes, problems: Sequence[Problem], more: int = 0) -> None:

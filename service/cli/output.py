@@ -147,7 +147,7 @@ def excerpts(text: bytes, problems: Sequence[Problem], more: int = 0, *, kind: s
     text
         The document; lines of it are shown where a problem has a line.
     problems, more
-        What is wrong, and how many further problems there are.
+        Problems, and the number of further ones.
     kind
         The word before each problem: ``error`` or ``warning``.
     """

@@ -110,7 +110,7 @@ def send(
     quality, size
         The options that choose them.
     requested
-        What else ``Client.submit`` takes.
+        Further arguments of ``Client.submit``.
 
     Raises
     ------

@@ -77,7 +77,7 @@ def stay(
     lines
         Where there is no bar, print a line for each tile and for each pass.
     shown
-        Where the picture is shown besides.
+        Another viewer of the picture.
     """
     with progress_bar("waiting") as bar:
         curve = Curve(client, job_id, bar)

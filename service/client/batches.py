@@ -22,7 +22,7 @@ class TilePixels:
     Attributes
     ----------
     head
-        Which tile: half-open rectangle in pixels of the whole picture, rows from the top.
+        The tile: half-open rectangle in pixels of the whole picture, rows from the top.
     pixels
         Shape (ceil(height / stride), ceil(width / stride), 3): float32 linear RGB, or uint8 as displayed.
         With a stride above 1 each value stands for a block of stride x stride pixels.

@@ -85,7 +85,7 @@ class Client(Operations):
         quality
             Overrides the scene's ``sampling``: a dict, or `schemas.FixedQuality` or `schemas.TargetQuality`.
         layers
-            What to record of each pixel beside its colour, such as ``depth``.
+            Values to record of each pixel beside its colour, such as ``depth``.
         labels
             Names and values by which the job is found again.
         priority

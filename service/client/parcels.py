@@ -210,7 +210,7 @@ def _refuse_not_finite(content: object, text: str | None) -> None:
     Parameters
     ----------
     text
-        What the content was read from, so that places have lines; None where it never was text.
+        The text of the content, for lines and columns of errors; None where it never was text.
 
     Raises
     ------

@@ -33,7 +33,7 @@ class Picture:
     content
         The bytes of the file.
     share
-        How much of it is rendered, 0 to 1.
+        The rendered share, 0 to 1.
     """
 
     content: bytes = field(repr=False)

@@ -22,9 +22,9 @@ class ConversionError(ValueError):
     text
         Its content, of which lines are shown; nothing where it is not text.
     problems
-        What is wrong: pointers of JSON, lines of OBJ and MTL.
+        Problems: pointers of JSON, lines of OBJ and MTL.
     more
-        How many further problems there are.
+        Number of further problems.
     """
 
     def __init__(self, name: str, text: bytes, problems: Sequence[Problem], more: int = 0) -> None:

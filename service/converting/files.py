@@ -75,7 +75,7 @@ class SceneFiles:
     Attributes
     ----------
     folder
-        Where the scene goes.
+        Path of the scene.
     written
         Contents by name of the files to be written.
     """

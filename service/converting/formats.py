@@ -61,7 +61,7 @@ def convert(path: Path, *, root: Path, folder: Path) -> Conversion:
     root
         Files that it names are read in this folder and below, never elsewhere.
     folder
-        Where the scene goes: files that lie there, or below, are named and not copied.
+        Path of the scene: files in its folder or below are named and not copied.
 
     Raises
     ------

@@ -57,7 +57,7 @@ def _scene(task: Task, content: object, text: str | None, binary: bytes | None) 
     nodes = placed_nodes(task.notes.file, document)
     buffers = Buffers(task, document, binary)
     parts = parts_by_material(buffers, nodes)
-    _refuse_odd(task, parts)
+    _check_triangle_count(task, parts)
     textures: dict[str, Any] = {}
     materials, shapes = _shapes(task, GltfMaterials(buffers, textures), parts)
     vertices = np.concatenate([part.vertices for some in parts.values() for part in some])
@@ -89,7 +89,7 @@ def _refuse_unknown(task: Task, document: Document) -> None:
             raise wrong_at(task.notes.file, f"/extensionsRequired/{number}", detail)
 
 
-def _refuse_odd(task: Task, parts: Mapping[int | None, Sequence[Part]]) -> None:
+def _check_triangle_count(task: Task, parts: Mapping[int | None, Sequence[Part]]) -> None:
     count = sum(len(part.triangles) for some in parts.values() for part in some)
     if count == 0:
         detail = "No mesh is placed in the scene, so there is nothing to see. Save it with its meshes."
@@ -127,14 +127,14 @@ def _shapes(
 
 
 def _name(converter: GltfMaterials, number: int | None, taken: Mapping[str, Any]) -> str:
-    """A name for a material that no other one has."""
+    """A name that no other material has."""
     known = converter.buffers.document.materials
     own = known[number].name if number is not None and number < len(known) else "default"
     return free_name(own or f"material-{number}", taken)
 
 
 def written_part(parts: Sequence[Part]) -> bytes:
-    """An OBJ file of some parts, in the world's coordinates, without a lost digit."""
+    """An OBJ file of some parts, in world coordinates, without loss of precision."""
     corners, first, first_texture = [], 0, 0
     for part in parts:
         vertex = part.triangles.ravel()

@@ -38,7 +38,7 @@ def read_known(content: object, model: type[Model], notes: Notes, text: str | No
     content
         The parsed document.
     model
-        What is known of its format.
+        Model of its format.
     text
         The document as it was written, so that problems have lines; None where it is no text for people.
 

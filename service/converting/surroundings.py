@@ -86,7 +86,7 @@ def scene_around(
     Parameters
     ----------
     task
-        What is assumed is noted in it.
+        Collects assumptions.
     vertices
         All points of the shapes, (N, 3), scene units.
     textures, materials, shapes

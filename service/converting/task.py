@@ -31,11 +31,11 @@ class Assumption:
     file
         The file that it is about.
     place
-        Where in it: a JSON pointer, or the words of an OBJ or MTL file. Empty for the whole file.
+        Place in it: a JSON pointer, or the words of an OBJ or MTL file. Empty for the whole file.
     line
         The line, from 1, where the file has lines.
     detail
-        What was decided, and what to do where that is not meant.
+        The decision, and the cure if it is not what was meant.
     """
 
     kind: Kind
@@ -92,7 +92,7 @@ class Task:
     content
         Its bytes.
     notes
-        What is assumed is written down here.
+        Collects assumptions.
     found
         Files that it may name.
     placed
@@ -122,7 +122,7 @@ class Conversion:
     document
         The scene, which is valid.
     assumptions
-        What was assumed or left out.
+        Assumptions, and parts left out.
     files
         Contents of the files that have to be written beside the scene, by name.
     """

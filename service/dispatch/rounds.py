@@ -72,13 +72,13 @@ class Round:
     leaving
         Renders that are being cancelled.
     room
-        How many tasks the engine takes.
+        Number of tasks that the engine takes.
     idle
-        How many of them begin at once: the others wait at a worker for the end of its task.
+        Number of these that begin at once: the others wait at a worker for the end of its task.
     spare
-        How many tasks begin at once beside overdue ones, of users for whom no tile is rendered.
+        Number of tasks that begin at once beside overdue ones, of users for whom no tile is rendered.
     max_attempts
-        How many workers a task may cost.
+        Number of workers that a task may cost.
     worker_bytes
         Memory of a worker.
     begun

@@ -103,7 +103,7 @@ def note_loss(service: Service, finished: Finished, error: Exception) -> None:
     Parameters
     ----------
     error
-        What reading the picture has raised.
+        The error of reading the picture.
 
     Raises
     ------

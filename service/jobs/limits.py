@@ -65,7 +65,7 @@ def check_queue(
     Parameters
     ----------
     counted
-        What `COUNTED` has selected.
+        The row that `COUNTED` selected.
     rate
         CPU seconds that are rendered in a second.
 

@@ -21,7 +21,7 @@ NEWEST_JOBS = 10_000
 Labels = Mapping[str, Sequence[str]]
 """Names of labels, and the values of each of which a job has one."""
 Sort = Literal["-created", "created", "name", "-name", "user", "-user"]
-"""What a list is sorted by; ``-`` reverses the order."""
+"""Keys that a list is sorted by; ``-`` reverses the order."""
 NEWEST_FIRST: Sort = get_args(Sort)[0]
 
 _KEYS: Mapping[str, ColumnElement[Any]] = {

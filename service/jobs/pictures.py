@@ -97,7 +97,7 @@ class Look:
     encoded : Picture or None
         The picture, if its file is there.
     pixels : int
-        How many there are to encode.
+        Number of pixels to encode.
     """
 
     etag: str | None

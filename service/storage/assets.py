@@ -70,9 +70,9 @@ class AssetStore:
     Parameters
     ----------
     objects : Objects
-        Where they lie.
+        The store of the files.
     limits : Limits
-        What is larger is refused before it is decoded: a few kilobytes can unpack to gigabytes.
+        Larger ones are refused before they are decoded: a few kilobytes can unpack to gigabytes.
     """
 
     def __init__(self, objects: Objects, limits: Limits) -> None:

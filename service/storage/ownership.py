@@ -90,7 +90,7 @@ def _claim(database: Database, place: Objects, claimed: str | None) -> None:
     Parameters
     ----------
     claimed
-        What a start that was not finished left in the database.
+        The token that an unfinished start left in the database.
     """
     mark = _mark(place)
     if mark is None:

@@ -38,7 +38,7 @@ def composed(
     size
         Height and width of the picture, pixels.
     names
-        Which layers.
+        The layers.
     parts
         Finished steps of the job, tile by tile, each in the order of its passes.
     """

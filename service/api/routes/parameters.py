@@ -70,7 +70,7 @@ def problem(status: int, description: str, *codes: str) -> dict[int | str, dict[
     Parameters
     ----------
     codes
-        What `code` of the problem document may be.
+        Values of `code` in the problem document.
     """
     schema = {"$ref": COMPONENTS.format(model=ProblemDocument.__name__)}
     return {
