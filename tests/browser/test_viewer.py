@@ -9,11 +9,23 @@ import pytest
 from playwright.sync_api import FloatRect, Locator, Page, expect
 
 from renderer.cameras import build_pinhole
+from renderer.images import files as image_files
 from schemas.cameras import Camera
+from schemas.scene import Display
 from tests.browser.conftest import Open, Shoot
-from tests.browser.pictures import OVERLAY, click_at, codes_of, finished, opened, point_at, served, tab
+from tests.browser.pictures import (
+    COVERED,
+    OVERLAY,
+    click_at,
+    codes_of,
+    finished,
+    opened,
+    point_at,
+    served,
+    tab,
+)
 from tests.browser.scenes import TIMEOUT
-from tests.service.support import scene
+from tests.service.support import image, scene
 
 SIZES = [(1280, 800), (1920, 1080), (390, 844), (360, 740)]
 TABS = ("Render", "Pixel", "Plan", "Compare")
@@ -160,3 +172,61 @@ def test_places_of_the_camera(bare_page: Page) -> None:
     )
     # A few roundings of coordinates up to 80 pixels.
     np.testing.assert_allclose(found, np.stack([x, y], axis=1), atol=1e-10, rtol=0)
+
+
+@pytest.mark.slow
+def test_link_opens_what_is_shown(open_page: Open, client: httpx2.Client) -> None:
+    layered = finished(client, layers=["depth"])
+    page = opened(open_page, layered, permissions=["clipboard-read", "clipboard-write"])
+    page.get_by_label("Exposure", exact=True).fill("2")
+    page.get_by_role("button", name="Display").click()
+    page.get_by_label("Channel").select_option("green")
+    page.keyboard.press("Escape")
+    # Near an edge of what is shown, so that a smaller window must move to show it.
+    click_at(page, 70, 40)
+    point_at(page, 40, 24)
+    page.mouse.wheel(0, -150)
+    tab(page, "Plan")
+    page.get_by_role("button", name="Copy link").click()
+    expect(page.locator("#announcer")).to_have_text("The link is copied.")
+    link = page.evaluate("navigator.clipboard.readText()")
+    phone = open_page(link, width=390, height=844, device_scale_factor=3, has_touch=True)
+    expect(phone.get_by_role("tab", name="Plan")).to_have_attribute("aria-selected", "true")
+    phone.wait_for_function(COVERED)
+    screen, pixels = box(phone.locator(".screen")), box(phone.locator("canvas.pixels"))
+    side = pixels["width"] / 80
+    assert screen["x"] <= pixels["x"] + 70 * side <= screen["x"] + screen["width"] - side
+    assert screen["y"] <= pixels["y"] + 40 * side <= screen["y"] + screen["height"] - side
+    shown = image_files.displayed(image(client, layered)[..., 1], Display(exposure=2))
+    np.testing.assert_array_equal(codes_of(phone), shown[..., None].repeat(3, axis=2))
+    tab(phone, "Pixel")
+    expect(phone.get_by_role("heading", name="Pixel 70, 40")).to_be_visible()
+    page.get_by_label("Shown").select_option("depth")
+    page.wait_for_url(re.compile("layer=depth"))
+    page.reload()
+    expect(page.locator(".legend")).to_contain_text("depth")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [961, 1280])
+def test_toolbar_is_complete(open_page: Open, client: httpx2.Client, width: int) -> None:
+    layered = finished(client, scene() | {"name": "a long name " * 9}, layers=["depth", "shading_normal"])
+    page = opened(open_page, layered, width=width, height=700)
+    for one in page.locator(".bar-top :is(button, select, input)").all():
+        if one.is_visible():
+            expect(one).to_be_in_viewport(ratio=1)
+    for name in ("Shown", "Exposure", "Transfer", "Copy link", "Full screen"):
+        expect(page.get_by_label(name, exact=True)).to_be_in_viewport(ratio=1)
+    assert box(page.locator(".bar-top h1"))["width"] >= 48
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(844, 390), (720, 450)], ids=["phone on its side", "1440 x 900 at 200 %"])
+def test_picture_has_half_of_a_low_window(open_page: Open, job: str, size: tuple[int, int]) -> None:
+    width, height = size
+    page = opened(open_page, job, width=width, height=height)
+    stage = box(page.locator(".stage"))
+    assert stage["width"] * stage["height"] >= width * height / 2
+    assert scrolled(page) == [0, 0]
+    click_at(page, 30, 20)
+    expect(page.get_by_role("heading", name="Pixel 30, 20")).to_be_in_viewport(timeout=TIMEOUT)

@@ -57,7 +57,7 @@ async function open(root, a, b, signal, unmounts) {
   const pair = makePair(frame, film, signal);
   unmounts.push(frame.close, pair.close);
   pair.explain(a, one.scene, "A");
-  pair.display.begin(displayOf(one.scene));
+  pair.expose(displayOf(one.scene));
 
   const { verdict: panel, scenes } = frame.drawer.panels;
   const result = h("section", { className: "compared-verdict", "aria-label": "Verdict" });

@@ -55,6 +55,7 @@ export function makePair(frame, film, signal) {
   // Space shows B as long as it is held; the choice of what is shown stays as it is.
   hearSpace((held) => choice.disabled || show(held ? "b" : choice.value), signal);
   addEventListener("keydown", switched, { signal });
+  viewer.begin();
 
   /** @param {CanvasRenderingContext2D} context */
   function overlay(context) {

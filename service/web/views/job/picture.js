@@ -56,6 +56,7 @@ export function mount(frame, watch) {
     viewer.changed();
   });
   watch.on("job", () => (screen.redraw(), ended()));
+  viewer.begin();
   ended();
 
   // Other jobs come and go while this one is open.
@@ -98,9 +99,9 @@ export function mount(frame, watch) {
   get(`${jobPath(watch.id)}/request`, { signal }).then(
     (/** @type {JobRequestDocument} */ { scene }) => {
       viewer.explain(watch.id, scene);
-      viewer.display.begin(displayOf(scene));
+      viewer.expose(displayOf(scene));
     },
-    () => signal.aborted || viewer.display.begin(displayOf({})),
+    () => signal.aborted || viewer.expose(displayOf({})),
   );
   return viewer.close;
 }

@@ -15,17 +15,22 @@ const NAMES = [
   ["luminance", "Luminance"],
 ];
 
-/** A choice of the channel that is shown. @param {Developer} developer */
-export function makeChannels(developer) {
+/**
+ * A choice of the channel that is shown.
+ *
+ * @param {Developer} developer
+ * @param {string | null} begun - The channel to begin with.
+ * @param {() => void} changed
+ */
+export function makeChannels(developer, begun, changed) {
   /** @type {HTMLSelectElement} */
   const select = h(
     "select",
-    {
-      id: "shown-channel",
-      onchange: () => developer.change({ channel: /** @type {Channel} */ (select.value) }),
-    },
-    NAMES.map(([value, name]) => h("option", { value }, name)),
+    { id: "shown-channel", onchange: () => (show(), changed()) },
+    NAMES.map(([value, name]) => h("option", { value, selected: value === begun }, name)),
   );
+  const show = () => developer.change({ channel: /** @type {Channel} */ (select.value) });
+  if (select.selectedIndex > 0) show();
   return field("Channel", select);
 }
 

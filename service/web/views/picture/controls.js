@@ -1,9 +1,10 @@
 // Controls of the viewer: layer, exposure, transfer function, zoom, background, full screen.
 
-import { h } from "../../dom.js";
+import { announce, h } from "../../dom.js";
 import { field } from "../../elements.js";
 import { keep, kept } from "../../storage.js";
 import { makeIcon } from "./icons.js";
+import { copied } from "./readout.js";
 import { TRANSFERS } from "./transfer.js";
 
 /** @type {Record<string, string>} */
@@ -72,10 +73,22 @@ export function makeDisplay(changed) {
     },
     /** Change some of the settings. @param {Partial<DisplaySettings>} values */
     set: (values) => set({ exposure: Number(exposure.value), transfer: transfer.value, ...values }),
-    /** Begin with the settings of the scene. @param {DisplaySettings} values */
-    begin(values) {
+    /** Begin with the settings of the scene, but for those in an address. @param {DisplaySettings} values @param {URLSearchParams} asked */
+    begin(values, asked) {
       Object.assign(scene, values);
-      set(scene);
+      const stops = Number(asked.get("exposure") || NaN);
+      const name = asked.get("transfer") ?? "";
+      set({
+        exposure: Number.isFinite(stops) ? stops : values.exposure,
+        transfer: Object.hasOwn(TRANSFERS, name) ? name : values.transfer,
+      });
+    },
+    /** The settings for an address; null for those of the scene. */
+    get asked() {
+      return {
+        exposure: Number(exposure.value) === scene.exposure ? null : exposure.value,
+        transfer: transfer.value === scene.transfer ? null : transfer.value,
+      };
     },
   };
 }
@@ -160,4 +173,27 @@ export function makeFullscreen(viewer) {
     },
     makeIcon("fullscreen"),
   );
+}
+
+// Milliseconds for which a button shows that it has copied.
+const DONE_MS = 2000;
+
+/** A button that copies the address of what is shown. @param {() => void} write - Brings the address up to date. */
+export function makeLink(write) {
+  const button = h(
+    "button",
+    { type: "button", className: "icon", title: "Copy link", "aria-label": "Copy link", onclick: copy },
+    makeIcon("link"),
+  );
+
+  async function copy() {
+    write();
+    const isCopied = await copied(location.href);
+    announce(isCopied ? "The link is copied." : "Nothing was copied.");
+    if (!isCopied) return;
+    button.replaceChildren(makeIcon("done"));
+    setTimeout(() => button.replaceChildren(makeIcon("link")), DONE_MS);
+  }
+
+  return button;
 }

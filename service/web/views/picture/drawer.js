@@ -10,8 +10,9 @@ export class Drawer extends EventTarget {
   /** @param {[string, string][]} tabs - Name and label of each. */
   constructor(tabs) {
     super();
+    this.first = tabs[0][0];
     /** The name of the tab that is shown. */
-    this.shown = tabs[0][0];
+    this.shown = this.first;
     this.isOpen = true;
     this.tabs = new Map(tabs.map(([name, label]) => [name, this.#tab(name, label)]));
     /** @type {Record<string, HTMLElement>} */
@@ -42,7 +43,7 @@ export class Drawer extends EventTarget {
       ),
       Object.values(this.panels),
     );
-    this.#select(tabs[0][0]);
+    this.#select(this.first);
   }
 
   /** @param {string} name @param {string} label */

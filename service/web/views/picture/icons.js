@@ -5,6 +5,8 @@ import { svg } from "../../dom.js";
 // Lines on a square of 16.
 const LINES = {
   panel: "M2 3h12v10H2zM10 3v10",
+  link: "M7 5l2-2a2.8 2.8 0 0 1 4 4l-2 2M9 11l-2 2a2.8 2.8 0 0 1-4-4l2-2M6 10l4-4",
+  done: "M3 8.5l3.5 3.5L13 4.5",
   fullscreen: "M2 6V2h4M10 2h4v4M14 10v4h-4M6 14H2v-4",
 };
 

@@ -1,4 +1,4 @@
-// The visible part of a picture in the address of its page, so that a link leads to it.
+// What a viewer shows in the address of its page, so that a link leads to it.
 
 import { debounced } from "../../dom.js";
 import { amend } from "../../navigation.js";
@@ -7,17 +7,24 @@ import { amend } from "../../navigation.js";
 const WAIT_MS = 250;
 
 /**
- * Begin with the part that the address names, and keep the address in step.
+ * Keep the address in step with a viewer.
  *
  * @param {PictureScreen} screen
+ * @param {() => Record<string, string | null>} others - What is shown beside the visible part; null for what a page begins with.
  * @param {AbortSignal} signal
  */
-export function keepPlace(screen, signal) {
-  const query = new URLSearchParams(location.search);
-  const [zoom, x, y] = ["zoom", "x", "y"].map((name) => Number(query.get(name) ?? NaN));
+export function keepAddress(screen, others, signal) {
+  const asked = new URLSearchParams(location.search);
+  const write = () => amend({ ...placeOf(screen), ...others() });
+  const changed = debounced(WAIT_MS, write, signal);
+  screen.on("view", changed);
+  return { asked, write, changed };
+}
+
+/** Show the part of the picture that an address names. @param {PictureScreen} screen @param {URLSearchParams} asked */
+export function lookAt(screen, asked) {
+  const [zoom, x, y] = ["zoom", "x", "y"].map((name) => Number(asked.get(name) ?? NaN));
   if (zoom > 0 && Number.isFinite(x + y)) screen.look({ x, y, scale: zoom / 100 / devicePixelRatio });
-  const write = debounced(WAIT_MS, () => amend(placeOf(screen)), signal);
-  screen.on("view", write);
 }
 
 /** The place as parameters of an address; none while the whole picture is fitted. @param {PictureScreen} screen */
@@ -29,3 +36,9 @@ export function placeOf(screen) {
 
 /** @param {number} value */
 const round = (value) => String(Number(value.toFixed(2)));
+
+/** The pixel that an address names, or null. @param {string | null} text @param {PictureScreen} screen */
+export function pixelOf(text, { width, height }) {
+  const [, x, y] = (/^(\d+),(\d+)$/.exec(text ?? "") ?? []).map(Number);
+  return x < width && y < height ? { x, y } : null;
+}

@@ -2,14 +2,14 @@
 
 import { announce, debounced, h } from "../../dom.js";
 import { makeAutoExposure, makeChannels, makeZebra } from "./channels.js";
-import { makeBackground, makeChoice, makeDisplay, makeFullscreen, makeZoom } from "./controls.js";
+import { makeBackground, makeChoice, makeDisplay, makeFullscreen, makeLink, makeZoom } from "./controls.js";
 import { Developer } from "./develop.js";
 import { makeHistogram } from "./histogram_view.js";
 import { makeInspector } from "./inspector.js";
 import { KEYS } from "./keys.js";
 import { makeLegend } from "./legend.js";
 import { drawGrid } from "./overlay.js";
-import { keepPlace } from "./place.js";
+import { keepAddress, lookAt, pixelOf } from "./place.js";
 import { makePopover } from "./popover.js";
 import { makeReadout } from "./readout.js";
 import { Screen, square } from "./screen.js";
@@ -43,7 +43,9 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
     developer.expose(display.exposure, display.transfer);
     histogram.expose(display.exposure);
     readout.show();
+    address.changed();
   });
+  const address = keepAddress(screen, inAddress, signal);
   const histogram = makeHistogram(film, signal);
   const statistics = makeStatistics(screen, () => developer.shown);
   const recount = debounced(CALM_MS, statistics.changed, signal);
@@ -51,12 +53,12 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
   const why = h("div", { className: "why" });
   const keys = h("p", { className: "soft small", id: "picture-keys" }, `${KEYS} ${options.keys ?? ""}`);
   const legend = h("div", { className: "stage-legend" });
-  const choice = makeChoice(choices, options.choose);
+  const choice = makeChoice(choices, choose);
   const settings = makePopover(
     "Display",
     "display-settings",
     makeAutoExposure(film, (exposure) => display.set({ exposure })),
-    makeChannels(developer),
+    makeChannels(developer, address.asked.get("channel"), address.changed),
     makeZebra(developer),
     makeBackground(stage),
   );
@@ -64,10 +66,15 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
   const inspectors = [];
 
   screen.element.setAttribute("aria-describedby", keys.id);
-  controls.append(makeZoom(screen), settings.button, makeFullscreen(viewer), settings.panel);
+  controls.append(
+    makeZoom(screen),
+    settings.button,
+    makeLink(address.write),
+    makeFullscreen(viewer),
+    settings.panel,
+  );
   stage.append(screen.element, readout.element, legend);
   drawer.panels.pixel.append(why, histogram.element, statistics.element, keys);
-  keepPlace(screen, signal);
   NARROW.addEventListener("change", settle, { signal });
   settle();
 
@@ -75,6 +82,25 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
     const shown = choices.length > 1 ? [choice.element, display.element] : [display.element];
     if (NARROW.matches) settings.panel.prepend(...shown);
     else controls.prepend(...shown);
+  }
+
+  /** @param {string} name */
+  function choose(name) {
+    options.choose(name);
+    address.changed();
+  }
+
+  /** What the address says beside the visible part. */
+  function inAddress() {
+    const layer = choice.select.value;
+    const { channel } = developer.look;
+    return {
+      ...display.asked,
+      layer: layer === choices[0][0] ? null : layer,
+      channel: channel === "rgb" ? null : channel,
+      tab: drawer.shown === drawer.first ? null : drawer.shown,
+      pixel: self.pixel && `${self.pixel.x},${self.pixel.y}`,
+    };
   }
 
   /** @param {CanvasRenderingContext2D} context */
@@ -97,6 +123,7 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
   screen.on("choose", async (pixel) => {
     drawer.show("pixel");
     self.pixel = pixel;
+    address.changed();
     await Promise.all(inspectors.map((inspector) => inspector.show(pixel)));
     screen.redraw();
   });
@@ -105,12 +132,27 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
   const self = {
     screen,
     developer,
-    display,
+    /** Show the picture with the settings of its scene. @param {DisplaySettings} settings */
+    expose: (settings) => display.begin(settings, address.asked),
     readout,
     choice: choice.select,
     settings: settings.panel,
     /** The pixel that was chosen last. @type {PixelPlace | null} */
     pixel: null,
+    /** Show what the address names. */
+    begin() {
+      const { asked } = address;
+      const [layer, tab] = [asked.get("layer"), asked.get("tab") ?? ""];
+      lookAt(screen, asked);
+      if (choices.some(([name]) => name === layer)) choice.select.value = layer ?? "";
+      if (!choice.select.disabled && choice.select.value !== choices[0][0]) choose(choice.select.value);
+      const pixel = pixelOf(asked.get("pixel"), screen);
+      if (pixel) {
+        screen.reveal(pixel);
+        screen.choose(pixel);
+      }
+      if (drawer.tabs.has(tab)) drawer.show(tab);
+    },
     close: () => (screen.close(), developer.close()),
     /** Note that the film has changed. */
     changed() {
@@ -141,5 +183,6 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
       if (self.pixel) inspector.show(self.pixel).then(() => screen.redraw());
     },
   };
+  drawer.addEventListener("change", address.changed);
   return self;
 }
