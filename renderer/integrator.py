@@ -1,4 +1,4 @@
-"""Running a plan: one loop over its stages, and no question about effects in it."""
+"""The integrator: one loop over the stages of a plan, without effect-specific code."""
 
 import threading
 import time

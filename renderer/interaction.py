@@ -160,7 +160,7 @@ class Points:
         Length of the path before the ray, scene units; 0 where the camera sees the point.
     origins : (3, 1) or (3, M) float64
     previous_origins : (3, 1) or (3, M) float64
-        The origins, but for rays that went nowhere (`OriginSurfaces.origins_before_hits`).
+        The origins, but for rays of zero length (`OriginSurfaces.origins_before_hits`).
     directions : (3, M) float64
     t : (M,) float64
     hits : (3, M) float64

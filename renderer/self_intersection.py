@@ -82,7 +82,7 @@ class OriginSurfaces:
         return every if every.shape[1] == 1 else every[:, index]
 
     def origins_before_hits(self, index: Integers, origins: Floats, ways: Floats) -> Floats:
-        """Previous origins of the hits of some rays, (3, M): their `origins`, unless they went nowhere.
+        """Previous origins of the hits of some rays, (3, M): their `origins`, but for rays of zero length.
 
         In a corner of mirrors a ray may end where it began but for rounding, `ways` (3, M) from there: its
         origin is then on no side of the walls that join there, and the ray before decides.

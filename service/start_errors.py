@@ -1,4 +1,4 @@
-"""Why a service does not start: nobody is kept out, its port is taken, or it may open too few files."""
+"""Errors at the start of a service: no keys, a port in use, or too few open files allowed."""
 
 from __future__ import annotations
 

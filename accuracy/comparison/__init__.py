@@ -1,4 +1,4 @@
-"""Whether two pictures show the same, and if not, why: on NumPy and Pillow alone."""
+"""Comparison of two pictures: verdict, likely mistakes and regions, with NumPy and Pillow alone."""
 
 from accuracy.comparison.asserting import assert_render_close
 from accuracy.comparison.comparing import Comparison, compare

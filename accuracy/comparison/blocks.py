@@ -1,4 +1,4 @@
-"""Whether small blocks of a picture are brighter or darker than noise makes them.
+"""Biased blocks: small parts of a picture that are brighter or darker than noise makes them.
 
 Noise averages out over a block, a mistake does not. In each block of 8 x 8 pixels the differences of a
 channel are tried against a mean of 0 by the trimmed t of Tukey and McLaughlin (1963): a tenth at each end is

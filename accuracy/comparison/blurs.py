@@ -1,4 +1,4 @@
-"""Whether a picture was blurred: edges softer than the means of samples over each pixel make them.
+"""Detection of blurs: edges softer than the means of samples over each pixel make them.
 
 A blur adds a multiple of the Laplacian to a picture: half of its variance, in squared pixels. The difference
 from a reference is multiplied by the Laplacian, pixel by pixel. The sum of the products over its standard

@@ -1,4 +1,4 @@
-"""Why two pictures differ: likely mistakes, each undone alone to see what that leaves of the difference."""
+"""Diagnosis: likely mistakes of a picture, each undone alone to see what difference is left."""
 
 import math
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""The verdict on two pictures: what is taken for the same, and which test decides."""
+"""The verdict on two pictures: its tolerances, and the test that decides."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Metrics, how far two pictures are apart: RMSE, PSNR, SSIM, FLIP and others.
+"""Metrics of the difference of two pictures: RMSE, PSNR, SSIM, FLIP and others.
 
 All are of linear values clipped to 0..1, as the error of target quality is, and in float64.
 """

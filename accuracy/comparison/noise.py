@@ -1,4 +1,4 @@
-"""Whether a picture is noisier than random samples make it, where its reference states its own noise.
+"""Detection of noise that random samples do not make, where the reference states its own noise.
 
 The errors of a reference and its numbers of samples give the variance of one sample in each pixel, and so the
 variance of the mean of any number of them. Each squared difference, over the variance of the fewest samples

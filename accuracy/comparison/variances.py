@@ -1,4 +1,4 @@
-"""Whether two noisy pictures may be of the same scene, where both state how noisy each pixel is.
+"""Test of two noisy pictures for the same mean, where both state the noise of each pixel.
 
 The means of a block are as many pixels' noise together, so that their difference over its standard error is
 close to normal. One false alarm in a thousand is shared out among all blocks and channels (Sidak 1967).

@@ -1,4 +1,4 @@
-"""A pilot has little time: it is cut into small units of work, and none begins that might not be finished."""
+"""Deadlines of pilots: work is cut into small units, and none begins that might not be finished."""
 
 import math
 import time

@@ -1,4 +1,4 @@
-"""A picture that others are judged by, whose own error is known."""
+"""References of known error, and the errors of other pictures against them."""
 
 from __future__ import annotations
 

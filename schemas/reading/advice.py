@@ -142,7 +142,7 @@ MAX_AXIS_RATIO = 1e8
 """Largest ratio of two semi-axes of an ellipsoid that keeps its picture exact."""
 
 MIN_PIXEL_ANGLE = 2.0**-45
-"""Angle from pixel to pixel, radians, of which the rounding of a ray's direction is a hundredth."""
+"""A hundred times the rounding of a ray's direction, radians: the least angle between pixels."""
 
 VISIBLE_ROUNDING = 100 * 2.0**-48
 """A hundred times what sixteen roundings move a point by, in shares of its coordinates."""

@@ -31,7 +31,7 @@ Model = TypeVar("Model", bound=Foreign)
 
 
 def read_known(content: object, model: type[Model], notes: Notes, text: str | None) -> Model:
-    """Read what is known of a document, and note what is not.
+    """Read the known fields of a document, and note the others.
 
     Parameters
     ----------

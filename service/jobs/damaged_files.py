@@ -1,4 +1,4 @@
-"""Stored files of pictures that are damaged or missing, and their consequences.
+"""Damaged or missing files of pictures, and their consequences.
 
 A file of a final picture that cannot be read marks the picture: its jobs say so, and it is never shared. An
 encoding of one is made again, and what an unfinished picture has lost is rendered again.

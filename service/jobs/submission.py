@@ -54,7 +54,7 @@ class Prepared:
     spec : Spec
         What is rendered, and identifies equal pictures.
     body : bytes
-        The request without blanks.
+        The request without whitespace.
     stored : bytes
         The same, compressed.
     """
@@ -68,10 +68,19 @@ class Prepared:
 
 @dataclass(frozen=True)
 class SubmittedJob:
-    """A job that was taken, now or when the same request came before; how full the queue is with it.
+    """A job that was accepted, now or by an earlier request with the same key.
 
-    ``render`` names the render that it has, by the job which that was made for; ``shared`` says that the
-    picture is there, or was being made.
+    Attributes
+    ----------
+    job : str
+    replayed : bool
+        Whether an earlier request submitted it.
+    render : str or None
+        The job that its picture was rendered for.
+    shared : bool
+        Whether the picture existed, or was being rendered.
+    queue : Queue or None
+        The state of the queue with it.
     """
 
     job: str

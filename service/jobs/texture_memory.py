@@ -1,4 +1,4 @@
-"""Whether the textures of a scene fit into a worker's memory, before any worker reads them."""
+"""Check that the textures of a scene fit into a worker's memory, before any worker reads them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows of jobs that hold something else than they should: they are described as damaged, and logged."""
+"""Damaged rows of jobs: they are shown as damaged, and logged."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ PIECE_BYTES = 4 << 20
 def checked(name: str, stored: Stored, expected: Expected) -> Stored:
     """Return a file whose reads raise StoreDamagedError where its bytes are not those that were written.
 
-    One of which the SHA-256 is known is read whole before the first read.
+    One whose SHA-256 is known is read whole before the first read.
     """
     match expected:
         case None:
@@ -62,7 +62,7 @@ class _Banded:
 
 @dataclass
 class _Hashed:
-    """A file of which the SHA-256 is known."""
+    """A file whose SHA-256 is known."""
 
     name: str
     stored: Stored

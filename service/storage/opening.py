@@ -1,4 +1,4 @@
-"""Why the data folder or the database of a service cannot be opened, for the person who starts it."""
+"""Errors of opening the data folder or the database, in words for the operator."""
 
 from __future__ import annotations
 

@@ -275,10 +275,10 @@ class TileStore:
         Parameters
         ----------
         jobs
-            All that there are; what belongs to no other is removed once it has this age.
+            All jobs; files of no job are removed once they have this age.
         ended
-            Those of them that need no tiles any more, with the prefix of their final files, or None where
-            there is no picture: final files of other attempts are removed.
+            Jobs that need no tiles any more, with the prefix of their final files, or None where there is no
+            picture: final files of other attempts are removed.
         """
         newest: defaultdict[str, float] = defaultdict(float)
         tiled, unrecorded = set(), []

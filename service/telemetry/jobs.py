@@ -38,7 +38,7 @@ from service.workers.tasks import (
     log_names,
 )
 
-# Renders of which the trace is kept in mind.
+# Renders whose traces are cached.
 KEPT_TRACES = 1024
 JOB = "penumbra.job"
 

@@ -25,7 +25,7 @@ from service.storage.database.models import JobRow, RenderRow
 from service.workers.tasks import Cause, Interrupted, JobTask, Outcome, TaskFailed, TileDone, WorkerDied
 
 RECENT_RENDERS = 200
-"""Pictures of target quality, the newest, of which the error is reported."""
+"""Newest pictures of target quality whose error is reported."""
 GONE = "unknown"
 """The user of jobs that were removed, or followed by many others, before metrics were read."""
 MOST_UNPAID = 10_000

@@ -244,7 +244,7 @@ def get_log(here: Here, job_id: JobId) -> JobLog:
     "/{job_id}/request",
     response_model=JobRequest,
     summary="Get the request of a job",
-    response_description="The body that was sent, without its blanks.",
+    response_description="The body that was sent, without whitespace.",
     responses=UNKNOWN,
 )
 def get_request(here: Here, job_id: JobId) -> Response:
