@@ -1,4 +1,4 @@
-"""Loading a scene from wherever it is."""
+"""Loading scenes: from a file, a dict or a `Scene`, with every problem at once."""
 
 import os
 from collections.abc import Mapping
