@@ -22,7 +22,7 @@ const VIEWER = [
 // For each view: the pattern of its path, the names of the pattern's groups, the module, and the style sheets to wait for.
 /** @type {Route[]} */
 const ROUTES = [
-  [/^\/$/, [], () => import("./views/start.js"), ["editor.css", "views/start.css"]],
+  [/^\/$/, [], () => import("./views/start.js"), ["editor.css", "views/start.css", "views/start/panels.css"]],
   [/^\/jobs$/, [], () => import("./views/jobs.js"), ["views/job.css", "views/jobs.css"]],
   [
     /^\/jobs\/([^/]+)$/,

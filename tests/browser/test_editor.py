@@ -87,6 +87,14 @@ def test_f8_goes_to_the_next_problem(page: Page) -> None:
 
 
 @pytest.mark.slow
+def test_field_that_was_meant_is_named(page: Page) -> None:
+    opened(page)
+    write(page, small("basic").replace('"width": 32', '"widht": 32'))
+    for place in (page.locator(".editor .detail"), page.locator(".problems")):
+        expect(place).to_contain_text('Did you mean "width"?', timeout=TIMEOUT)
+
+
+@pytest.mark.slow
 def test_search_far_out_of_sight(page: Page) -> None:
     opened(page)
     write(page, small("basic"))

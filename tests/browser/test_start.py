@@ -211,6 +211,20 @@ def test_render_and_mistakes_are_in_sight(open_page: Open, size: tuple[int, int]
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("width", [1280, 390], ids=["low", "phone"])
+def test_long_and_right_to_left_names_fit(open_page: Open, width: int) -> None:
+    page = open_page("/", width=width, height=720)
+    opened(page)
+    for name in ("x" * 230, "תמונה ארוכה מאוד " * 8):
+        drop(page, **{f"{name}.json": small(name=name).encode(), f"{name}.png": TILES})
+        expect(page.get_by_role("heading", level=1)).to_have_text(f"{name}.json", timeout=TIMEOUT)
+        expect(page.locator(".files")).to_contain_text(name, timeout=TIMEOUT)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        expect(render_button(page)).to_be_in_viewport(ratio=1)
+    assert page.get_by_role("heading", level=1).evaluate("(it) => getComputedStyle(it).direction") == "rtl"
+
+
+@pytest.mark.slow
 def test_preview_is_large(open_page: Open) -> None:
     page = open_page("/", width=1280, height=720)
     opened(page)

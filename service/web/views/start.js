@@ -1,6 +1,6 @@
 // The start page: choose, drop or write a scene, set its quality, get a quote, render it.
 
-import { Unreachable, get, jobPath, messageOf, post, text } from "../api.js";
+import { Problem, Unreachable, get, jobPath, messageOf, post, text } from "../api.js";
 import { confirmed } from "../dialog.js";
 import { announce, h, pause } from "../dom.js";
 import { isScene, takeDrops } from "../drop.js";
@@ -13,6 +13,7 @@ import { nameOf } from "./job/state.js";
 import { draftOf, makeKeeper, onService, uploaded } from "./start/draft.js";
 import { makeFiles } from "./start/files.js";
 import { makeGallery } from "./start/gallery.js";
+import { makeLabels } from "./start/labels.js";
 import { helpPanel, openingPanel } from "./start/panels.js";
 import { makePreview } from "./start/preview.js";
 import { makeProblems } from "./start/problems.js";
@@ -47,7 +48,9 @@ export function mount(root, { query }) {
     onInput: changed,
     signal,
   });
-  const problems = makeProblems("scene-problems", (problem) => pointAt(editor, problem));
+  const problems = makeProblems("scene-problems", (problem) =>
+    problem.line ? pointAt(editor, problem) : quality.focus(problem.pointer),
+  );
   const fileList = makeFiles(addFiles);
   const quality = makeQuality(changed);
   const quote = makeQuote((chosen) => (quality.value = quality.kept(chosen)), signal);
@@ -59,13 +62,7 @@ export function mount(root, { query }) {
   const heading = h("h1", { id: "scene-title", dir: "auto" }, "Render a scene");
   const notice = h("p", { className: "soft small notice" });
   const layers = h("input", { type: "checkbox", checked: true, onchange: keepLater });
-  const labels = h("input", {
-    type: "text",
-    oninput: keepLater,
-    placeholder: "course:graphics, week:3",
-    autocomplete: "off",
-    spellcheck: false,
-  });
+  const labels = makeLabels(keepLater);
   const refusal = h("div", { className: "problem", role: "alert", hidden: true });
   const button = h(
     "button",
@@ -77,17 +74,17 @@ export function mount(root, { query }) {
   function open(scene) {
     files.clear();
     for (const [path, file] of scene.files) files.set(path, file);
-    heading.textContent = scene.title;
+    heading.textContent = scene.title.trim() || "Untitled scene";
     notice.textContent = scene.notice ?? "";
     origin = { ...scene, text: readable(scene.text) };
     gallery.press(scene.entry ?? "");
-    restore({ labels: labels.value, layers: layers.checked, ...origin });
+    restore({ labels: labels.text, layers: layers.checked, ...origin });
   }
 
   /** @param {Pick<OpenedScene, "text" | "labels" | "layers" | "quality">} draft */
   function restore(draft) {
     editor.text = draft.text;
-    labels.value = draft.labels ?? "";
+    labels.text = draft.labels ?? "";
     layers.checked = draft.layers ?? true;
     quality.value = draft.quality ?? null;
   }
@@ -112,19 +109,21 @@ export function mount(root, { query }) {
     problems.wait();
     quote.clear("A quote follows when the scene is valid.");
     keepLater();
-    validation.want(() => editor.text, files, quality.value);
+    validation.want(() => editor.text, files, quality.valid ? quality.value : null);
   }
 
   /** @param {import("./start/validation.js").Checked} found */
   function checked(found) {
     editor.mark(found.problems);
+    found.problems = quality.explain(found.problems);
+    if (!quality.valid) found.plan = null;
     problems.show(found);
     if (found.names) fileList.show(found.names, found.lacking, files);
     // Files that have been uploaded by now are part of the draft.
     if (files.size) keepLater();
     if (found.failure || !found.plan) preview.wait();
     if (found.failure) return quote.clear("A quote follows when the service answers again.");
-    if (!found.plan) return quote.clear("There is no quote for a scene with errors.");
+    if (!found.plan) return quote.clear("A quote follows when the errors are corrected.");
     ready = found.text;
     button.disabled = false;
     preview.want(ready);
@@ -152,7 +151,7 @@ export function mount(root, { query }) {
       text: editor.text,
       entry: origin?.entry ?? "",
       quality: quality.value,
-      labels: labels.value,
+      labels: labels.text,
       layers: layers.checked,
       files: uploaded(files),
     };
@@ -171,7 +170,7 @@ export function mount(root, { query }) {
       ...origin?.more,
       quality: quote.chosen ? quality.kept(quote.chosen) : quality.value,
       layers: layers.checked ? (origin?.layerNames ?? LAYERS) : null,
-      labels: labelled(labels.value),
+      labels: labels.value,
     };
     try {
       /** @type {JobDocument} */
@@ -179,8 +178,9 @@ export function mount(root, { query }) {
       navigate(`/jobs/${job.id}`);
     } catch (error) {
       if (signal.aborted) return;
+      const ofLabels = error instanceof Problem && labels.refuse(error.errors);
       refusal.textContent = messageOf(error);
-      refusal.hidden = false;
+      refusal.hidden = ofLabels;
       button.disabled = false;
     }
   }
@@ -192,7 +192,7 @@ export function mount(root, { query }) {
     h(
       "div",
       { className: "settings" },
-      h("div", {}, quality.element, layersChoice(layers), labelsField(labels)),
+      h("div", {}, quality.element, layersChoice(layers), labels.element),
       quote.element,
     ),
   );
@@ -295,28 +295,6 @@ function layersChoice(layers) {
       h("span", { className: "soft small" }, "depth, normals, shapes, samples, errors"),
     ),
   );
-}
-
-/** @param {HTMLInputElement} input */
-function labelsField(input) {
-  return h(
-    "label",
-    { className: "field" },
-    h("span", { className: "label" }, "Labels to find the job by"),
-    input,
-  );
-}
-
-/** Labels as an object, or null if there are none. @param {string} text */
-function labelled(text) {
-  const pairs = text
-    .split(",")
-    .map((part) => part.trim())
-    .filter(Boolean)
-    .map((part) => part.split(/:(.*)/s, 2));
-  return pairs.length
-    ? Object.fromEntries(pairs.map(([name, value = ""]) => [name.trim(), value.trim()]))
-    : null;
 }
 
 /** @param {import("../editor.js").Editor} editor @param {ProblemEntry} problem - With a line. */

@@ -28,9 +28,14 @@ export function makeFiles(onFiles) {
     const unused = [...files].filter(([, file]) => !used.has(file)).map(([path]) => path);
     element.hidden = names.size === 0 && unused.length === 0;
     list.replaceChildren(
-      ...Array.from(names.keys(), (name) => h("li", {}, h("code", {}, name), ...state(name))),
+      ...Array.from(names.keys(), (name) => h("li", {}, h("code", { dir: "auto" }, name), ...state(name))),
       ...unused.map((path) =>
-        h("li", {}, h("code", {}, path), h("span", { className: "soft" }, "not named by this scene")),
+        h(
+          "li",
+          {},
+          h("code", { dir: "auto" }, path),
+          h("span", { className: "soft" }, "not named by this scene"),
+        ),
       ),
     );
 

@@ -26,8 +26,8 @@ export function makeProblems(id, onPoint) {
       : problem.pointer.startsWith("quality")
         ? "Quality"
         : "Scene";
-    const text = [h("span", { className: "place" }, place), h("span", {}, problem.detail, hint(problem))];
-    return problem.line
+    const text = [h("span", { className: "place" }, place), h("span", {}, problem.detail)];
+    return problem.line || place === "Quality"
       ? h("button", { type: "button", className: "plain", onclick: () => onPoint(problem) }, text)
       : h("div", { className: "plain" }, text);
   }
@@ -40,11 +40,6 @@ export function makeProblems(id, onPoint) {
       summary.textContent = "Checking …";
     },
   };
-}
-
-/** @param {ProblemEntry} problem */
-function hint({ suggestion, detail }) {
-  return suggestion && !detail.includes(suggestion) ? ` Did you mean ${suggestion}?` : null;
 }
 
 /** @param {ProblemEntry[]} problems @param {number} more @param {ProblemEntry[]} warnings @param {PlanDocument | null} plan */

@@ -1,6 +1,7 @@
 // The quality of the picture: as in the scene, by samples, by a target error, or by a time limit.
 
 import { h } from "../../dom.js";
+import { field } from "../../elements.js";
 import { CODE_VALUE, USUAL_CONFIDENCE, digits } from "../../format.js";
 
 /** @typedef {"scene" | "samples" | "error" | "time"} Mode */
@@ -23,6 +24,21 @@ import { CODE_VALUE, USUAL_CONFIDENCE, digits } from "../../format.js";
 
 /** @typedef {"samples" | "lightSamples" | "codeValues" | "seconds" | "percent"} NumberKey */
 /** @typedef {"pattern" | "lightPattern" | "precision"} ListKey */
+/** @typedef {{control: HTMLInputElement | HTMLSelectElement, label: string, message: HTMLElement}} Field */
+
+/** Where a request has each value. @type {Record<NumberKey | ListKey, string>} */
+const POINTERS = {
+  samples: "quality/antialiasing/samples",
+  pattern: "quality/antialiasing/pattern",
+  lightSamples: "quality/light/samples",
+  lightPattern: "quality/light/pattern",
+  codeValues: "quality/error",
+  seconds: "quality/time_limit",
+  percent: "quality/confidence",
+  precision: "quality/precision",
+};
+// Grids of as many rows as columns.
+const SQUARE = ["uniform", "rotated"];
 
 const PATTERNS = ["uniform", "rotated", "random", "stratified", "sobol", "center"];
 const LIGHT_PATTERNS = ["uniform", "random", "stratified", "sobol"];
@@ -63,6 +79,9 @@ export function makeQuality(onChange) {
   /** @type {QualityDocument | null} */
   let given = null;
   const fields = h("div", { className: "quality-fields" });
+  // The fields that are shown, by their pointers.
+  /** @type {Map<string, Field>} */
+  const shown = new Map();
   const radios = MODES.map(([mode]) => radio(mode));
   const choices = MODES.map(([, name], i) => h("label", {}, radios[i], h("span", {}, name)));
   const element = h(
@@ -91,6 +110,7 @@ export function makeQuality(onChange) {
   function set(part) {
     Object.assign(state, part);
     given = null;
+    say(mistakes());
     onChange();
   }
 
@@ -105,8 +125,37 @@ export function makeQuality(onChange) {
       inputMode: "decimal",
       required: true,
     });
-    input.addEventListener("input", () => input.value !== "" && set({ [key]: input.valueAsNumber }));
-    return h("label", { className: "field" }, h("span", { className: "label" }, label), input);
+    input.addEventListener("input", () => set(input.validity.valid ? { [key]: input.valueAsNumber } : {}));
+    return shownField(key, label, input);
+  }
+
+  /** @param {NumberKey | ListKey} key @param {string} label @param {Field["control"]} control */
+  function shownField(key, label, control) {
+    const message = h("p", { id: `${key}-problem`, className: "field-problem", hidden: true });
+    control.id = key;
+    control.setAttribute("aria-describedby", message.id);
+    shown.set(POINTERS[key], { control, label, message });
+    return field(label, control, message);
+  }
+
+  /** What is wrong with the numbers that are written here; what was given is for the service to judge. @returns {ProblemEntry[]} */
+  function mistakes() {
+    /** @type {Record<string, string>} */
+    const patterns = { samples: state.pattern, lightSamples: state.lightPattern };
+    return Array.from(given ? [] : shown, ([pointer, { control }]) => ({
+      pointer,
+      detail: control instanceof HTMLInputElement ? mistakeIn(control, patterns[control.id]) : "",
+    })).filter(({ detail }) => detail);
+  }
+
+  /** Show problems at their fields. @param {ProblemEntry[]} problems */
+  function say(problems) {
+    for (const [pointer, { control, message }] of shown) {
+      const text = problems.find((problem) => problem.pointer === pointer)?.detail ?? "";
+      message.textContent = text;
+      message.hidden = !text;
+      control.setAttribute("aria-invalid", String(text !== ""));
+    }
   }
 
   /** @param {ListKey} key @param {string} label @param {string[]} names */
@@ -117,7 +166,7 @@ export function makeQuality(onChange) {
       { onchange: () => set({ [key]: select.value }) },
       names.map((name) => h("option", { value: name, selected: name === state[key] }, name)),
     );
-    return h("label", { className: "field" }, h("span", { className: "label" }, label), select);
+    return shownField(key, label, select);
   }
 
   /** Fields of one sampling, or that it is the scene's. @param {"camera" | "light"} key @param {string} label @param {() => Node[]} inner */
@@ -185,7 +234,9 @@ export function makeQuality(onChange) {
   };
 
   function render() {
+    shown.clear();
     fields.replaceChildren(...FIELDS[state.mode]());
+    say(mistakes());
     for (const one of radios) one.checked = one.value === state.mode;
   }
 
@@ -196,6 +247,19 @@ export function makeQuality(onChange) {
     get value() {
       return given ?? VALUES[state.mode](state);
     },
+    get valid() {
+      return mistakes().length === 0;
+    },
+    /** Show problems at their fields, those of numbers written here too. @param {ProblemEntry[]} problems @returns {ProblemEntry[]} All, with the names of fields. */
+    explain(problems) {
+      const all = [...problems, ...mistakes()];
+      say(all);
+      return all.map((problem) => {
+        const label = shown.get(problem.pointer)?.label;
+        return label ? { ...problem, detail: `${label}: ${problem.detail}` } : problem;
+      });
+    },
+    focus: (/** @type {string} */ pointer) => (shown.get(pointer)?.control ?? radios[0]).focus(),
     /** An offer of the service, with the confidence and precision chosen here. @param {ResolvedQuality} offer */
     kept: (offer) => ({ ...offer, ...unusual(state, offer.mode) }),
     /** The time limit in seconds, for which the service chooses the error; null where an error is given. */
@@ -210,6 +274,17 @@ export function makeQuality(onChange) {
       onChange();
     },
   };
+}
+
+/** @param {HTMLInputElement} input @param {string | undefined} pattern - Of samples. */
+function mistakeIn(input, pattern) {
+  const { min, max, validity } = input;
+  if (validity.rangeUnderflow || validity.rangeOverflow) return `Write a number from ${min} to ${max}.`;
+  if (validity.stepMismatch) return "Write a whole number.";
+  if (!validity.valid) return "Write a number.";
+  const side = Math.sqrt(input.valueAsNumber);
+  if (!pattern || !SQUARE.includes(pattern) || Number.isInteger(side)) return "";
+  return `This pattern is a square grid: write ${Math.floor(side) ** 2} or ${Math.ceil(side) ** 2}.`;
 }
 
 /** @type {Record<Mode, (state: State) => QualityDocument | null>} */

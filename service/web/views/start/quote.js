@@ -1,7 +1,7 @@
 // The predicted time and error of the picture, before it is rendered.
 
 import { messageOf, post, whenFree } from "../../api.js";
-import { debounced, h } from "../../dom.js";
+import { h, pause } from "../../dom.js";
 import { figure } from "../../elements.js";
 import { codeValues, plural, qualityName, seconds } from "../../format.js";
 import { requestText } from "../../requests.js";
@@ -21,12 +21,9 @@ export function makeQuote(onUse, signal) {
   /** @type {OfferDocument | null} */
   let forTime = null;
 
-  const later = debounced(IDLE_MS, ask, signal);
-
   /** @param {string} scene @param {QualityDocument | null} quality @param {number | null} limit - Seconds. */
   async function ask(scene, quality, limit) {
-    asking = new AbortController();
-    const { signal: current } = asking;
+    const { signal: current } = (asking = new AbortController());
     element.setAttribute("aria-busy", "true");
     report("Rendering parts of the picture …");
     const again = () => {
@@ -73,9 +70,11 @@ export function makeQuote(onUse, signal) {
      * @param {QualityDocument | null} quality
      * @param {number | null} limit - Seconds.
      */
-    want(scene, quality, limit) {
+    async want(scene, quality, limit) {
       forget("A quote follows when you stop typing.");
-      later(scene, quality, limit);
+      const { signal: current } = (asking = new AbortController());
+      await pause(IDLE_MS, current);
+      if (!current.aborted && !signal.aborted) ask(scene, quality, limit);
     },
     /** Show a text instead of a quote. */
     clear: forget,

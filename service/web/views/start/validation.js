@@ -116,6 +116,7 @@ function placed(text, problems, { names, lacking }) {
   );
   return problems.map((problem) => {
     const { line, column } = (problem.line ? null : where.get(problem.pointer)) ?? problem;
-    return { ...problem, line, column, detail: files.get(problem.pointer) ?? problem.detail };
+    const meant = problem.suggestion ? ` Did you mean "${problem.suggestion}"?` : "";
+    return { ...problem, line, column, detail: files.get(problem.pointer) ?? problem.detail + meant };
   });
 }
