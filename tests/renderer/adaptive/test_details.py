@@ -1,6 +1,8 @@
 """Fine textures at target quality: colour, normal and bump maps of two texels a pixel."""
 
 from collections import Counter
+from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -92,6 +94,13 @@ def rendered(name: str, seed: int, **options: int) -> renderer.RenderResult:
     )
 
 
+@cache
+def references(name: str) -> list[Any]:
+    """Two converged pictures whose noise is independent."""
+    plans = [renderer.compile_scene(panel(name, seed), CONVERGED) for seed in (1001, 1002)]
+    return [np.clip(renderer.render(plan).image, 0, 1) for plan in plans]
+
+
 AVERAGED = [name for name in MATERIALS if name != "mirror"]
 
 
@@ -107,23 +116,18 @@ def test_pilot_samples_show_means_over_pixels(name: str) -> None:
     middle = np.full(rows.size, 0.5)
     rays = camera_rays(pilot, columns, rows, np.full(rows.size, HALVES), (middle, middle))
     values = radiance(pilot, rays, Counter()).T.reshape(SIZE, SIZE, 3)
-    first, second = (
-        renderer.render(renderer.compile_scene(panel(name, seed), CONVERGED)).image for seed in (1001, 1002)
-    )
+    first, second = references(name)
     inside = np.s_[12:-4, 6:-6]
     assert (rays.shapes.reshape(SIZE, SIZE)[inside] == 0).all()
     away = np.clip(values, 0, 1)[inside]
-    error = root_of_product(away - np.clip(first, 0, 1)[inside], away - np.clip(second, 0, 1)[inside])
+    error = root_of_product(away - first[inside], away - second[inside])
     assert error <= ERROR, error * 255
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MATERIALS)
 def test_fine_texture_keeps_the_target(name: str) -> None:
-    first, second = (
-        np.clip(renderer.render(renderer.compile_scene(panel(name, seed), CONVERGED)).image, 0, 1)
-        for seed in (1001, 1002)
-    )
+    first, second = references(name)
     assert first[4:-4, 6:-6].std() > 0.02
     for seed in SEEDS:
         image = np.clip(rendered(name, seed).image, 0, 1)
