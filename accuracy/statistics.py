@@ -43,18 +43,18 @@ def mean(values: npt.ArrayLike, usual: float, covered: float = 0.0) -> Interval:
     Parameters
     ----------
     values : (n,) array_like
-        Independent samples, or such that lie more evenly than independent ones.
+        Independent samples, or more evenly placed ones.
     usual : float
-        Standard deviation that such samples usually have, relative to their mean. Few samples are believed
-        less than this, many more.
+        Usual standard deviation of such samples, relative to their mean. It counts more than few samples,
+        and less than many.
     covered : float
-        Share of the population that they are: nothing is left to be unsure of where it is 1.
+        Sampled share of the population: at 1 the mean is exact.
 
     Returns
     -------
     Interval
-        By Student's t. It holds as often as it says where the deviation is at most the usual one or the
-        samples are many.
+        By Student's t. It covers the mean as often as it says if the deviation is at most the usual one or
+        there are many samples.
     """
     values = np.asarray(values, dtype=np.float64)
     middle = max(float(values.mean()), 0.0)
@@ -67,7 +67,7 @@ def mean(values: npt.ArrayLike, usual: float, covered: float = 0.0) -> Interval:
 
 
 def shared_out(probability: float, tests: int) -> float:
-    """The level of each of so many independent tests, for one false alarm with `probability` (Sidak 1967).
+    """The level of each of `tests` independent tests, for a false alarm with `probability` (Sidak 1967).
 
     >>> round(shared_out(0.05, 1), 9), round(shared_out(0.05, 10), 6)
     (0.05, 0.005116)
@@ -81,7 +81,7 @@ def normal_limit(probability: float) -> float:
 
 
 def normal_equivalent(t: Floats, freedom: Floats) -> Floats:
-    """The z that is as rare as each t >= 0 (Wallace 1959); within 3 % from 3 degrees of freedom on.
+    """The normal z that is as rare as each t >= 0 (Wallace 1959), within 3 % from 3 degrees of freedom on.
 
     Large t of few degrees of freedom are not rare; infinite freedom gives back t but for rounding.
     """

@@ -51,7 +51,7 @@ def fixed_quality(
 
 
 def few_samples(sampling: Sampling, samples: int, points: int) -> FixedQuality:
-    """A scene's own patterns with at most so many camera samples and light points."""
+    """A scene's own patterns with at most these camera samples and light points."""
     camera, light = sampling.antialiasing, sampling.light
     return fixed_quality(
         camera.pattern, min(samples, camera.samples), light.pattern, min(points, light.samples)

@@ -54,7 +54,7 @@ def load_scene(
         A path (its files are then read from its folder), JSON as bytes, a dict, a `schemas.Scene`, or a scene
         that is loaded already, for other `assets` or `limits`.
     assets
-        Folder of the files that the scene names, or an `AssetSource`; needed where `source` is no path.
+        Folder of the files that the scene names, or an `AssetSource`; needed if `source` is not a path.
     limits
         Limits of the scene and its files; by default as ``PENUMBRA_LIMITS__<NAME>`` in the environment
         says, else as `schemas.Limits` does. A `schemas.Scene` is checked already: they bound its files only.
@@ -64,7 +64,7 @@ def load_scene(
     SceneError
         With every problem in `.errors`.
     OSError
-        If the path cannot be read, or `assets` is no folder.
+        If the path cannot be read, or `assets` is not a folder.
     TypeError
         If `source` or `assets` is of another kind.
 

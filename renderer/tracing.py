@@ -67,7 +67,7 @@ def trace(plan: RenderPlan, origins: ArrayLike, directions: ArrayLike) -> Hits:
     Raises
     ------
     TypeError
-        If `plan` is no plan.
+        If `plan` is not a plan.
     ValueError
         If an array does not have the shape (N, 3) or does not hold real numbers, the two differ in N, or a
         number is beyond these bounds.

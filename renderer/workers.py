@@ -161,7 +161,7 @@ class Workers(Generic[Task, Result]):
 def shared_out(
     count: int | None, do: Callable[[Task], Result], start_after: float = 0.0
 ) -> Iterator[Each[Task, Result]]:
-    """`Workers.each` of so many workers, or the same in this process if there is but one.
+    """Run tasks in `count` worker processes, or in this process if `count` is 1.
 
     Workers start once this process has run tasks for `start_after` CPU seconds.
     """
@@ -210,7 +210,7 @@ def _unheard() -> Iterator[None]:
 
 @contextmanager
 def _deferred() -> Iterator[None]:
-    """Handle signals afterwards: a process that is started must get all that it waits for.
+    """Handle signals afterwards: an interrupted start would leave a process waiting for its task.
 
     Blocking them does not do that. Another thread, such as one of NumPy's, takes them then, and Python still
     runs their handlers in the main thread.

@@ -10,7 +10,7 @@ from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError
 
 PREFIX = "PENUMBRA_LIMITS__"
-"""Variables of the environment that begin so set limits, of a service and of whatever renders without one."""
+"""Prefix of environment variables that set limits, of a service and of rendering without one."""
 
 
 class LimitsError(ValueError):
@@ -24,7 +24,7 @@ class Limits:
     Raises
     ------
     LimitsError
-        If one of them is no whole number, or below 1.
+        One of them is not a whole number, or below 1.
     """
 
     max_body_bytes: int = 16 * 1024 * 1024
@@ -57,13 +57,13 @@ class Limits:
     """Pixels of a picture file, a texture or one that is compared: a few bytes may unpack to any number."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no limit."""
+        """Refuse values that are not whole numbers of 1 or more."""
         for name, value in asdict(self).items():
             if type(value) is not int or value < 1:
                 raise LimitsError(f"{name} must be a whole number, 1 or more, not {value!r}")
 
     def variables(self) -> dict[str, str]:
-        """The same as variables of the environment, for processes of one's own."""
+        """The same as environment variables, for worker processes."""
         return {variable_of(name): str(value) for name, value in asdict(self).items()}
 
 

@@ -94,7 +94,7 @@ SHORTEST, LONGEST = 1e-200, 1e200
 
 
 def whole(number: object) -> object:
-    """Read 32.0 as 32, for JSON has one kind of number; what is no whole number stays as it is.
+    """Read 32.0 as 32, for JSON has one kind of number; other numbers stay as they are.
 
     Integers of NumPy become those of Python: a strict `int` takes no others.
     """

@@ -89,7 +89,7 @@ class FileSource(PydanticBaseSettingsSource):
         return self.content.get(field_name), field_name, False
 
     def __call__(self) -> dict[str, Any]:
-        """All of it: names that are no settings are refused with the others."""
+        """All of it: unknown names are refused with the others."""
         return self.content
 
 

@@ -121,7 +121,7 @@ def diagnose(image: Picture, reference: Picture, tolerance: float, most_bias: fl
     Parameters
     ----------
     tolerance
-        Mean difference of a block, linear, that is no reason beside rounding.
+        Mean difference of a block, linear, that rounding explains.
     most_bias
         Share of biased blocks with which two pictures still agree.
 

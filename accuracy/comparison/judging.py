@@ -151,7 +151,7 @@ def _single(bias: Bias, policy: Policy) -> str:
 
 
 def _margin(found: float, limit: float) -> float | None:
-    """Distance of a number below its limit, as a share of the limit; None where that is no number."""
+    """Distance of a number below its limit, as a share of the limit; None if it is not a number."""
     return 1 - found / limit if limit > 0 and math.isfinite(found) else None
 
 

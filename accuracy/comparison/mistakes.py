@@ -84,7 +84,7 @@ def _exposure(image: Picture, reference: Picture) -> Iterator[Mistake]:
 
 
 def exposure_hint(scale: float) -> str:
-    """A sentence about a picture that is so many times too bright."""
+    """A sentence about a picture that is `scale` times too bright."""
     return (
         f"The picture is {scale:.3g} times as bright as the reference everywhere. Look at the exposure, "
         "the colours of lights and sums over samples that are not divided by their number."

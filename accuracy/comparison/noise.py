@@ -58,7 +58,7 @@ class Noise:
 
     @property
     def share(self) -> float:
-        """Share of blocks noisier than so many samples make them."""
+        """Share of blocks noisier than the allowed number of samples makes them."""
         return float(np.count_nonzero(self.blocks)) / self.ratios.size
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from schemas.api.inspections import InspectedLight, InspectedRay, Triple
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Of linear RGB, by ITU-R BT.709."""
+"""Weights of linear red, green and blue in luminance (ITU-R BT.709)."""
 
 NEGLIGIBLE_SHARE = 0.0005
 """A share up to this is shown as 0.0 %: it explains nothing."""

@@ -87,7 +87,7 @@ class Stopwatch:
         self.found.setdefault(pass_.index, []).append((render_tile(self.plan, tile, pass_).cpu_seconds, rays))
 
     def cpu_seconds(self, count: int) -> Interval:
-        """CPU seconds of a picture with so many camera samples, where at least one block was timed."""
+        """CPU seconds of a picture with these camera samples, if at least one block was timed."""
         pixels, total, variance = self.plan.width * self.plan.height, 0.0, 0.0
         scatter = self._scatter()
         for pass_ in passes(self.plan.width, self.plan.height, count)[1:]:

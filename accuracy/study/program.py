@@ -72,7 +72,7 @@ class Program:
         return tuple(swept(self.scale, area_lights=self.area_lights))
 
     def references(self, samples: int) -> tuple[Task, Task]:
-        """Both halves of a reference with so many camera samples each."""
+        """Both halves of a reference with these camera samples each."""
         quality = fixed(BEST, samples, REFERENCE_POINTS).quality
         first, second = (
             self._task("reference", f"reference {number}", quality, seed, kept=True)

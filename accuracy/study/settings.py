@@ -26,8 +26,8 @@ PATTERNS = {
 with one sample."""
 
 REGULAR = ("uniform", "rotated")
-"""Patterns whose light points are the same for every camera sample: more of these do not make up for few of
-those, so both have to grow."""
+"""Patterns whose light points are the same for every camera sample: more camera samples do not make up for
+few light points, so both have to grow."""
 
 TARGET = "target"
 """The method that takes a target error."""
@@ -50,7 +50,7 @@ class Scale:
     side : int
         Most pixels along the longer side of its pictures.
     references : tuple of int
-        Camera samples of each half of the reference, the best one first; less is for small budgets.
+        Camera samples of each half of the reference, the best first; the others are for small budgets.
     random, regular : tuple of (camera samples, light points)
         For patterns that draw new light points for each camera sample, and for those that do not.
     errors_255 : tuple of float
@@ -119,7 +119,7 @@ class Setting:
 
 
 def fixed(pattern: str, samples: int, points: int, precision: Precision = "single") -> Setting:
-    """The setting of so many camera samples and light points.
+    """The setting with these camera samples and light points.
 
     Examples
     --------

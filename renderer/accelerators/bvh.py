@@ -200,7 +200,7 @@ class Visits:
     def _by_ray(self, values: Floats) -> Integers:
         """By ray, then by values: those closer than a rounding of the sum count as equal.
 
-        One sort of a sum is much faster than one of two keys. Values that are no numbers say nothing.
+        One sort of a sum is much faster than one of two keys. NaN counts as the largest value.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = np.fmin(values / values.max(initial=0.0), 1.0)

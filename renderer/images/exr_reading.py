@@ -113,7 +113,7 @@ def size_of_exr(content: bytes) -> tuple[int, int]:
     MissingExtraError
         If OpenEXR is not installed.
     ImageFileError
-        If the content is no EXR file, or has no colours.
+        If the content is not an EXR file, or has no colours.
     """
     left, top, right, bottom = _source(_parts(content)).part.display
     return right - left, bottom - top
@@ -137,8 +137,8 @@ def read_exr(content: bytes, max_pixels: int | None = None) -> ExrPicture:
     MissingExtraError
         If OpenEXR is not installed.
     ImageFileError
-        If the content is no EXR file, has no colours, or more than `max_pixels` pixels, by default those of
-        the limits in force.
+        If the content is not an EXR file, has no colours, or more than `max_pixels` pixels, by default those
+        of the limits in force.
     """
     most = limits_in_force().max_image_pixels if max_pixels is None else max_pixels
     parts = _parts(content)

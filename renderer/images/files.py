@@ -178,7 +178,7 @@ def write_image(
     MissingExtraError
         If the library for .exr is not installed.
     ImageFileError
-        If the ending is not known, it does not have so many bits, or the file cannot be written.
+        If the ending is unknown or has no such depth, or the file cannot be written.
     """
     target = Path(path)
     suffix = target.suffix.lower()

@@ -60,7 +60,7 @@ def _log_ratio(larger: float, smaller: float) -> float:
 
 
 def beyond(t: float, freedom: int) -> float:
-    """Probability that |T| exceeds t > 0 for Student's T with so many degrees of freedom (A&S 26.7.3-4).
+    """Probability that |T| exceeds t > 0 for Student's T with these degrees of freedom (A&S 26.7.3-4).
 
     The series is one of products: error below 2 eps for each degree of freedom.
 

@@ -80,7 +80,7 @@ def glb_of(name: str, content: bytes, assets: AssetSource) -> bytes:
 def self_contained(name: str, content: bytes, assets: AssetSource) -> bytes:
     """A mesh file as one that needs no other: a `.gltf` file with its buffers becomes a GLB.
 
-    Other files stay as they are, byte for byte, and so do those that are no meshes. Parameters and errors
+    Other files stay as they are, byte for byte, and so do those that are not meshes. Parameters and errors
     are those of `glb_of`.
     """
     most = limits_of(assets).max_mesh_triangles
@@ -134,7 +134,7 @@ def announced(content: bytes, most: int | None = None) -> int:
     Raises
     ------
     AssetError
-        If it is no mesh, or promises more triangles than are allowed.
+        If it is not a mesh, or declares more triangles than are allowed.
     """
     most = limits_in_force().max_mesh_triangles if most is None else most
     kind = file_kind(content)

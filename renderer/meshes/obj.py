@@ -267,7 +267,7 @@ class _Faces:
 def _corners(words: list[bytes]) -> Integers:
     """Numbers (C, 3) of corners as they are written, `_LEFT_OUT` where one is left out.
 
-    Raises ValueError, IndexError or OverflowError if a word is no corner.
+    Raises ValueError, IndexError or OverflowError if a word is not a corner.
     """
     text = b" ".join(words)
     corners = np.full((len(words), len(_COMPONENTS)), _LEFT_OUT)

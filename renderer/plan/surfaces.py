@@ -19,7 +19,7 @@ FILTERING = ("mipmap", "box")
 """Filters that take a mean over a footprint."""
 
 SAMPLES_IF_UNKNOWN = 256
-"""Textures filter as for so many samples a pixel where their number is not known before."""
+"""Samples per pixel that textures are filtered for where their number is not known before."""
 
 
 def surfaces(request: Request) -> tuple[list[PointStage], bool]:

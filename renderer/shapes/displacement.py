@@ -256,7 +256,7 @@ def _pixels(start: Floats, end: Floats, camera: Pinhole) -> Floats:
 
 
 def _grids(family: Ellipsoids, rows: Integers) -> Iterator[Patch]:
-    """Fine meshes of ellipsoids, each a grid of so many rows (K,)."""
+    """Fine meshes of ellipsoids, each a grid with this number of rows (K,)."""
     for count in np.unique(rows).tolist():
         alike = family.part(np.flatnonzero(rows == count))
         for chosen in _portions(np.arange(alike.numbers.size), 4 * count**2):

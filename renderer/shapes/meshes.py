@@ -99,7 +99,7 @@ def read(numbers: Sequence[int], shapes: Sequence[Written], assets: AssetSource)
     Raises
     ------
     AssetError
-        If a file is missing, is no mesh, or has too many triangles; points to the shape.
+        If a file is missing, is not a mesh, or has too many triangles; points to the shape.
     """
     files: dict[str, Mesh] = {}
     for number, shape in zip(numbers, shapes, strict=True):

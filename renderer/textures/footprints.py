@@ -74,7 +74,7 @@ def _in_texture(points: Points, offsets: Floats) -> Floats:
 
 
 def build(camera: Pinhole, samples: int) -> Footprints:
-    """The stage for a camera that sends so many rays through a pixel."""
+    """The stage for a camera with this number of rays per pixel."""
     share = 1 / np.sqrt(samples)
     return Footprints(
         across=camera.right * (2 * camera.half_width / camera.width * share),

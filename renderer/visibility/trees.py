@@ -31,10 +31,10 @@ SHAFT_LEVELS = 3
 """Levels that all points traverse with the shaft to the whole light."""
 
 FEW_NODES = (8, 96)
-"""Up to so many nodes of the last of these, and of each level below, a point continues with its shaft."""
+"""Most nodes of the last of these, and of each level below, with which a point continues with its shaft."""
 
 FEW_TRIANGLES = 256
-"""Up to so many triangles are compared with all light points at once."""
+"""Most triangles that are compared with all light points at once."""
 
 LEAVES = 4096
 """Visits of leaves whose triangles are culled together: the some twenty temporaries stay in cache."""

@@ -19,7 +19,7 @@ class Principal:
     max_jobs, max_cpu_seconds
         Quotas of waiting and running work; None for those of the service's settings.
     is_everyone
-        Whether this is no single user, but all who reach the service.
+        Whether this stands for everyone who reaches the service.
     key, expires_at
         The id of the key that named the user, and its end; None if the user came without one.
     """

@@ -111,7 +111,7 @@ class Connection(H11Protocol):
             self.transport.close()
 
     def send_400_response(self, msg: str) -> None:  # noqa: ARG002  (an interface)
-        """Answer what is no request of HTTP with a problem document, unless an answer has begun."""
+        """Answer malformed requests with a problem document, unless an answer has begun."""
         error = sys.exception()
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
             status = getattr(error, "error_status_hint", 400)

@@ -188,7 +188,7 @@ def _window(line: str, place: int, room: int) -> tuple[str, str]:
 
 
 def _beginning(text: str, cells: int) -> str:
-    """The beginning of a text that fits into so many cells; some letters take two."""
+    """The beginning of a text that fits into `cells` cells; some letters take two."""
     from rich.cells import set_cell_size
 
     return text if _cells(text[: cells + 1]) <= cells else set_cell_size(text[: cells + 1], cells)

@@ -67,7 +67,7 @@ def remaining(seconds: float | None) -> str:
 
 
 def advancing(bar: Bar, total: int) -> Callable[[str], None]:
-    """A function that moves the bar by one of so many steps, with a note and an estimate of the time left."""
+    """A function that moves the bar by one step, with a note and an estimate of the time left."""
     begun, done = time.monotonic(), 0
 
     def advance(note: str) -> None:

@@ -66,7 +66,7 @@ class ImageTarget:
             raise CommandError("stdout is a terminal, and a picture is not text. Pipe it, or name a file.")
 
     def check_bits(self, bits: int) -> None:
-        """Raise CommandError where a file of this kind does not have so many bits a channel."""
+        """Raise CommandError if a file of this kind has no such depth."""
         if bits != 8 and self.suffix != ".png":
             raise CommandError(f"--bits {bits} is for .png. {self} holds linear float32 in any case.")
 

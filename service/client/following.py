@@ -50,7 +50,7 @@ class Following:
     _begun: float = field(default_factory=time.monotonic)
 
     def __post_init__(self) -> None:
-        """Refuse a timeout that is no number."""
+        """Refuse a timeout that is not a number."""
         self.timeout = checked_seconds("timeout", self.timeout)
 
     @property

@@ -91,7 +91,7 @@ def _argument_count(option: str, words: list[str]) -> int:
 
 
 def number_in(word: str) -> float | None:
-    """The number that a word is; None if it is none."""
+    """A word as a number; None if it is not one."""
     try:
         return float(word)
     except ValueError:

@@ -18,7 +18,7 @@ BACKOFF_SECONDS, BACKOFF_FACTOR, MAX_BACKOFF_SECONDS = 0.5, 4.0, 30.0
 
 
 def backoff(deaths: int) -> float:
-    """Return for how many seconds a task is held that has killed so many workers.
+    """Return the seconds that a task is held for after this number of worker deaths.
 
     >>> [backoff(deaths) for deaths in range(1, 5)]
     [0.5, 2.0, 8.0, 30.0]

@@ -44,7 +44,7 @@ def find(service: Service, render: RenderRow, file: str) -> Stored | None:
     Raises
     ------
     PictureDamagedError
-        If it is no encoding, and missing or of another size than was written.
+        If it is not an encoding, and missing or of another size than was written.
     """
     name = f"{render.final_prefix}{file}"
     stored, known = service.store.find(render.id, name), rows.expected(render, name)

@@ -49,11 +49,11 @@ class Rules:
     Attributes
     ----------
     keep_seconds
-        Of a picture after its job has succeeded, and of the job after that.
+        Age of pictures after their jobs succeeded; jobs are kept twice as long.
     max_stored_bytes
-        Of all finished pictures with their layers.
+        Bytes of all finished pictures with their layers.
     keep_asset_seconds
-        Of an asset that no render needs, since it was last sent or requested.
+        Age of assets that no render needs, since they were last sent or requested.
     """
 
     keep_seconds: float | None = None
@@ -70,7 +70,7 @@ class Swept:
     expired, forgotten
         Ids of jobs that have lost their picture, and of those that are gone.
     pictures, assets
-        What leaves the disk, with its bytes: renders to which no job refers any more, and assets.
+        Bytes that leave the disk, by id: renders that no job refers to any more, and assets.
     more
         There was more than may go in one transaction.
     """
@@ -101,7 +101,7 @@ class Sweep:
     Parameters
     ----------
     held
-        What `held_bytes` has counted; what is deleted is subtracted.
+        The counts of `held_bytes`; deleted bytes are subtracted.
     most
         Jobs and assets to remove at most, each: others wait for the transaction.
     """
@@ -123,7 +123,7 @@ class Sweep:
         return swept
 
     def _by_age(self, kept: timedelta) -> None:
-        # What is to be forgotten goes first, so that none of it loses its picture before, on its own.
+        # Jobs to be forgotten go first: expiring their pictures before would be reported, too.
         for found, age, forgets, ended in (
             (FORGOTTEN, 2 * kept, True, self._swept.forgotten),
             (EXPIRING, kept, False, self._swept.expired),
@@ -140,7 +140,7 @@ class Sweep:
     def _by_bytes(self, limit: int) -> None:
         """Expire the oldest pictures of whoever has the most bytes, until all that is left fits.
 
-        What one user stores costs no other a picture who stores less.
+        A user with fewer bytes loses no picture because of one with more.
         """
         held, expired = self._held, self._swept.expired
         idle: dict[str, Iterator[Row[int, int]]] = {}

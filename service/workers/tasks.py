@@ -178,7 +178,7 @@ Task = JobTask | CallTask
 
 
 def after(task: Task, seconds: float) -> Task:
-    """Return a task with what is left of its time after it has waited for so many seconds."""
+    """Return a task with the time that is left after a wait, seconds."""
     if isinstance(task, SampleTask) and task.seconds_left is not None:
         return replace(task, seconds_left=task.seconds_left - seconds)
     return task
