@@ -52,7 +52,7 @@ def edge_pixels(camera: Pinhole, hulls: Hulls) -> Integers:
 
 def positions_along(camera: Pinhole, first: Floats, second: Floats) -> EdgePositions:
     """Positions along the edges from `first` to `second`, (3, M) each, within the view."""
-    starts, ends = _inside(_seen(camera, first), _seen(camera, second))
+    starts, ends = _inside(view_from(camera, first), view_from(camera, second))
     seen = np.flatnonzero(starts[2] > 0)
     starts, ends = taken(starts, seen), taken(ends, seen)
     first, second = (_on_picture(camera, place) for place in (starts, ends))
@@ -87,12 +87,12 @@ def _inside(starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
 
 def project(camera: Pinhole, positions: Floats) -> tuple[Floats, Floats, Masks]:
     """Column and row (2, M) of points (3, M), their depths (M,) along the view, and which are in the view."""
-    seen = _seen(camera, positions)
+    seen = view_from(camera, positions)
     inside: Masks = (np.abs(seen[:2]) < seen[2]).all(axis=0)
     return _on_picture(camera, np.where(inside, seen, 1.0)), seen[2], inside
 
 
-def _seen(camera: Pinhole, positions: Floats) -> Floats:
+def view_from(camera: Pinhole, positions: Floats) -> Floats:
     """Right and up, by half the width and height of the picture at the distance 1, and depth, (3, M)."""
     away = positions - camera.position
     right, up = dot(away, camera.right) / camera.half_width, dot(away, camera.up) / camera.half_height
@@ -100,7 +100,7 @@ def _seen(camera: Pinhole, positions: Floats) -> Floats:
 
 
 def _on_picture(camera: Pinhole, positions: Floats) -> Floats:
-    """Column and row, (2, M), of points in the view, given as right, up and depth by `_seen`.
+    """Column and row, (2, M), of points in the view, given as right, up and depth by `view_from`.
 
     They lie no farther aside than deep, but for the rounding of an end that is level with the camera.
     """

@@ -88,7 +88,9 @@ def _ask_for_nodes(estimate: Estimate, fresh: Masks) -> None:
         estimate.shown[::stride, ::stride][fresh] = True
         stratify(estimate, expected_errors(estimate))
     elif stride == 1:
-        estimate.want[(_edges(estimate) | _thin_shadows(estimate)) & (estimate.have < PREVIEWED)] = PREVIEWED
+        estimate.want[
+            (_marked(estimate, estimate.plan.edges) | _thin_shadows(estimate)) & (estimate.have < PREVIEWED)
+        ] = PREVIEWED
 
 
 def take_nodes(estimate: Estimate) -> None:
@@ -161,11 +163,6 @@ def _marked(estimate: Estimate, pixels: NDArray[np.int64]) -> Masks:
     return marks
 
 
-def _edges(estimate: Estimate) -> Masks:
-    """Pixels that edges of flat shapes cross, (H, W)."""
-    return _marked(estimate, estimate.plan.edges)
-
-
 def _thin_shadows(estimate: Estimate) -> Masks:
     """Pixels that thin shadows may cross, (H, W)."""
     columns, rows, shapes = estimate.plan.thin_shadows
@@ -187,7 +184,7 @@ def cover_borders(estimate: Estimate) -> None:
     beside them, as of a shadow's edge between the two.
     """
     np.copyto(estimate.pilots, estimate.values, where=estimate.coverage == 0)
-    seen, unseen = borders(estimate.labels), _edges(estimate) | near_thin(estimate, 1)
+    seen, unseen = borders(estimate.labels), _marked(estimate, estimate.plan.edges) | near_thin(estimate, 1)
     outermost = rim(estimate.have.shape)
     rows, columns = np.nonzero(seen | unseen | outermost)
     height, width = estimate.have.shape
@@ -244,15 +241,11 @@ def raise_probe_probability(estimate: Estimate, expected: Picture) -> None:
     if not estimate.piloted:
         much = float(expected.sum()) / (LENS_BUDGET_CAP * estimate.budget)
         expected = expected / np.float32(max(much, 1.0))
-    wanted = strata.probe_probability(estimate.strata, expected, probe_share(estimate), estimate.budget)
+    share = float(np.clip(PROBE_DENSITY / estimate.aim, MIN_PROBE_SHARE, MAX_PROBE_SHARE))
+    wanted = strata.probe_probability(estimate.strata, expected, share, estimate.budget)
     if not estimate.piloted:
         wanted = np.minimum(LENS_PROBE_FACTOR * wanted, 1.0)
     np.maximum(estimate.probe_probability, wanted, out=estimate.probe_probability)
-
-
-def probe_share(estimate: Estimate) -> float:
-    """Least share of all pixels that are probes."""
-    return float(np.clip(PROBE_DENSITY / estimate.aim, MIN_PROBE_SHARE, MAX_PROBE_SHARE))
 
 
 def probes(estimate: Estimate) -> Masks:

@@ -4,10 +4,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from renderer.adaptive.edges import view_from
 from renderer.adaptive.neighbourhoods import dilate
 from renderer.adaptive.outlines import outline_of, thin_positions
 from renderer.cameras import Pinhole
-from renderer.math.arrays import Floats, Integers, Masks, dot
+from renderer.math.arrays import Floats, Integers, Masks
 from renderer.shapes import Family
 from renderer.shapes.family import Hulls
 
@@ -53,7 +54,10 @@ def _mark(found: Masks, pixels: Integers, reach: Floats, most: float) -> None:
 
 def _mark_curved(found: Masks, camera: Pinhole, hulls: Hulls, within: int) -> None:
     """Mark pixels that curved shapes may touch where they are narrow, as at the tips of long ellipses."""
-    x, y, depth, ahead = _on_picture(camera, hulls.corners)
+    seen = view_from(camera, np.hstack([*hulls.corners])).reshape(3, len(hulls.corners), -1)
+    ahead = (seen[2] > 0).all(axis=0)
+    depth = np.where(seen[2] > 0, seen[2], 1.0)
+    x, y = (seen[0] / depth + 1) / 2 * camera.width, (1 - seen[1] / depth) / 2 * camera.height
     measured = _spans(x, y)
     widths, lengths = measured.min(axis=0), measured.max(axis=0)
     long = lengths > 2 * widths
@@ -75,20 +79,6 @@ def _profile(hulls: Hulls, count: int) -> Floats:
     """
     share = np.linspace(0, 1, count)
     return 2 * np.sqrt(share * (1 - share)) if hulls.round else np.ones(count)
-
-
-def _on_picture(camera: Pinhole, corners: Floats) -> tuple[Floats, Floats, Floats, Masks]:
-    """Columns, rows and depths of corners, (V, K) each, and which shapes are wholly before the camera, (K,).
-
-    Corners behind the camera get depth 1.
-    """
-    away = corners.transpose(1, 0, 2) - camera.position[:, :, None]
-    depth, right, up = (dot(away, axis[:, :, None]) for axis in (camera.forward, camera.right, camera.up))
-    ahead: Masks = np.asarray((depth > 0).all(axis=0))
-    depth = np.where(depth > 0, depth, 1.0)
-    x = (right / depth / camera.half_width + 1) / 2 * camera.width
-    y = (1 - up / depth / camera.half_height) / 2 * camera.height
-    return x, y, depth, ahead
 
 
 def _spans(x: Floats, y: Floats) -> Floats:
