@@ -11,7 +11,7 @@ import numpy as np
 
 from renderer.adaptive import strata
 from renderer.adaptive.allocation import ReducibleErrors, allocate
-from renderer.adaptive.error_statistics import ErrorStatistics, error_of, error_statistics, keep_pilots
+from renderer.adaptive.error_statistics import ErrorStatistics, error_of, error_statistics
 from renderer.adaptive.estimate import Estimate, State
 from renderer.adaptive.first_passes import (
     FIRST_PROBE_LEVEL,
@@ -78,13 +78,8 @@ def _after_lattice(estimate: Estimate) -> State:
 
 
 def _after_samples(estimate: Estimate) -> State:
-    before = estimate.shown.copy()
     take_nodes(estimate)
-    more = _sample_more(estimate)
-    if estimate.piloted:
-        # Nothing says yet that the few samples of a probe are better.
-        estimate.pilot_kept |= estimate.shown & ~before
-    return State.SAMPLE if more else State.DONE
+    return State.SAMPLE if _sample_more(estimate) else State.DONE
 
 
 TRANSITIONS: dict[State, Callable[[Estimate], State]] = {
@@ -97,15 +92,12 @@ TRANSITIONS: dict[State, Callable[[Estimate], State]] = {
 
 def _sample_more(estimate: Estimate) -> bool:
     found = error_statistics(estimate)
-    estimate.error = sampled = error_of(estimate, found)
-    estimate.pilot_kept[...] = False
+    estimate.error = error_of(estimate, found)
     estimate.want[...] = 0
     estimate.cover[...] = estimate.coverage
-    if sampled.bound <= estimate.target:
+    if estimate.error.bound <= estimate.target:
         return False
-    # Only what is shown meanwhile: few probes may leave more doubt about pilot samples than samples have.
-    estimate.error = error_of(estimate, keep_pilots(estimate, found))
-    lower_aim(estimate, sampled.bound)
+    lower_aim(estimate, estimate.error.bound)
     if _sample_probed_strata(estimate, found):
         found = error_statistics(estimate)
     errors, interpolation = _reducible(estimate, found)

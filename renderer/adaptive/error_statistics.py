@@ -21,7 +21,7 @@ from renderer.adaptive.uncertainty import ErrorEstimate, unseen_glints
 from renderer.film import Image
 from renderer.halves import HALVES
 from renderer.layers import Layers
-from renderer.math.arrays import Floats, Integers, Masks, taken
+from renderer.math.arrays import Floats, Integers, Masks
 
 UNMODELLED_SHARE = 1 / 6
 """Relative standard error of the sum of squared errors due to what samples have missed: large errors are in
@@ -79,35 +79,6 @@ def error_statistics(estimate: Estimate) -> ErrorStatistics:
     return _statistics(estimate, estimate.shown, ~estimate.shown)
 
 
-def mid_pass_statistics(estimate: Estimate) -> ErrorStatistics:
-    """Statistics in the middle of a pass: pixels that wait for samples show their pilot sample.
-
-    All samples of their stratum measure its error, also those that are shown.
-    """
-    waiting = estimate.displayed & (estimate.have < SAMPLED)
-    alike = np.zeros(COUNT, dtype=bool)
-    alike[estimate.strata[waiting]] = True
-    shown = estimate.displayed & ~waiting
-    return _statistics(estimate, shown, ~shown | alike[estimate.strata])
-
-
-def keep_pilots(estimate: Estimate, found: ErrorStatistics) -> ErrorStatistics:
-    """Show pilot samples in strata where they are more accurate than the samples so far.
-
-    The same samples measure both errors. Returns the statistics of the picture that results.
-    """
-    if not estimate.piloted:
-        return found
-    numbers = estimate.strata.ravel()[found.sampled]
-    halves = taken(estimate.halves.reshape(6, -1), found.sampled).reshape(2, 3, -1)
-    errors, _ = pilot_errors(halves, taken(estimate.values.reshape(3, -1), found.sampled))
-    own, others = (np.bincount(numbers, values, minlength=COUNT) for values in (found.squares, errors))
-    estimate.pilot_kept = estimate.shown & (own > np.maximum(others, 0))[estimate.strata]
-    if not estimate.pilot_kept.any():
-        return found
-    return _statistics(estimate, estimate.displayed, ~estimate.displayed)
-
-
 def error_of(estimate: Estimate, found: ErrorStatistics) -> ErrorEstimate:
     """The error of the picture, with the bound that has to keep the target."""
     unseen = unseen_glints(estimate.labels, estimate.counts, estimate.plan.glints)
@@ -117,12 +88,15 @@ def error_of(estimate: Estimate, found: ErrorStatistics) -> ErrorEstimate:
 def settle(estimate: Estimate) -> None:
     """Set the error of the picture as it is, in the middle of a pass or not.
 
-    Before there are samples the second differences of the coarse picture stand for it.
+    Pixels that wait for samples show their pilot sample; all samples of their stratum measure its error, also
+    those that are shown. Before there are samples the second differences of the coarse picture stand for it.
     """
-    if (estimate.have >= SAMPLED).any():
-        estimate.pilot_kept[...] = False
-        keep_pilots(estimate, mid_pass_statistics(estimate))
-        estimate.error = error_of(estimate, mid_pass_statistics(estimate))
+    sampled = estimate.have >= SAMPLED
+    if sampled.any():
+        waits = np.zeros(COUNT, dtype=bool)
+        waits[estimate.strata[estimate.shown & ~sampled]] = True
+        shown = estimate.shown & sampled
+        estimate.error = error_of(estimate, _statistics(estimate, shown, ~shown | waits[estimate.strata]))
     elif estimate.error is None:
         expected = expected_errors(estimate.image().transpose(2, 0, 1)).mean(dtype=np.float64)
         estimate.error = ErrorEstimate(float(np.sqrt(expected)), 0.0, 1.0, 1.0)
@@ -140,8 +114,7 @@ def sample_layers(estimate: Estimate, names: Iterable[str]) -> Layers:
 
 def _standard_errors(estimate: Estimate) -> Image:
     """Estimated standard errors of the pixels, (H, W, 3) float32; for pilot samples their stratum's."""
-    shown = estimate.displayed
-    found = _statistics(estimate, shown, ~shown)
+    shown, found = estimate.shown, error_statistics(estimate)
     pilots = np.sqrt(np.maximum(found.strata.errors, 0))[estimate.strata]
     halves = np.abs(estimate.halves[0] - estimate.halves[1]) / 2
     squares = np.where(shown, halves, pilots) ** 2 + estimate.coverage_variance

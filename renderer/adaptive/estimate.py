@@ -87,8 +87,6 @@ class Estimate:
         Sum over the samples of squares about their mean, mean over channels.
     shown : (H, W) bool
         Pixels that show their samples, in place of their pilot sample or an interpolated value.
-    pilot_kept : (H, W) bool
-        Those of them that still show the latter, as they have too few samples to be better.
     axes : (H, W) uint8
         Axis along which pixels that are not shown are interpolated (`lattice`).
     strata : (H, W) int64
@@ -123,7 +121,6 @@ class Estimate:
     halves: Floats
     squares: Floats
     shown: Masks
-    pilot_kept: Masks
     axes: Axes
     strata: Integers
     probe_probability: Floats
@@ -157,7 +154,6 @@ class Estimate:
             halves=np.zeros((HALVES, 3, *size)),
             squares=np.zeros(size),
             shown=sampled,
-            pilot_kept=np.zeros(size, dtype=bool),
             axes=np.full(size, NODE, dtype=np.uint8),
             strata=np.full(size, strata.STEPS_PER_KIND - 1),
             probe_probability=np.zeros(strata.COUNT),
@@ -278,7 +274,7 @@ class Estimate:
             # Slices of all pixels: an index for each of them takes ten times as long.
             y, x = slice(tile.y0, tile.y1), slice(tile.x0, tile.x1)
         picture = self.values[:, y, x].copy()
-        sampled = self.displayed[y, x] & (self.have[y, x] >= SAMPLED)
+        sampled = self.shown[y, x] & (self.have[y, x] >= SAMPLED)
         if sampled.any():
             # Differences from a control variate may leave a negative sum in the dark.
             picture[:, sampled] = np.maximum(self.halves[:, :, y, x][:, :, sampled].mean(axis=0), 0)
@@ -331,25 +327,19 @@ class Estimate:
         samples = np.maximum(COUNTS[want] - COUNTS[have], 0) + ((want == PREVIEWED) & (have < PREVIEWED))
         return pixels, samples, COVERAGES[cover]
 
-    @property
-    def displayed(self) -> Masks:
-        """Pixels whose samples are shown, (H, W)."""
-        return self.shown & ~self.pilot_kept
-
 
 def _of_first_release(arrays: dict[str, Any]) -> dict[str, Any]:
     """Convert arrays that version 0.1.0 has stored.
 
     It showed the samples of all strata, had more states, and others counted as 0 in the control variate.
     """
-    arrays = {_RENAMED.get(name, name): array for name, array in arrays.items() if name != "rounds"}
+    arrays = {_RENAMED.get(name, name): arrays[name] for name in arrays.keys() - _DROPPED}
     if "known" not in arrays:
         return arrays
     covered, known = arrays["coverage"] > 0, arrays.pop("known")
     if arrays[STATE].item() in {"preview", "borders"}:
         arrays[STATE] = np.array(State.LATTICE.value)
     return arrays | {
-        "pilot_kept": np.zeros(covered.shape, dtype=bool),
         "others": np.where(covered, np.float32(0), np.full_like(known, np.nan)),
         "controlled": covered | known.any(axis=0),
         "values": np.where(covered, known, arrays["values"]),
@@ -366,8 +356,10 @@ _ARRAYS = tuple(item.name for item in fields(Estimate) if item.name not in {"pla
 _RENAMED = {
     "spread": "coverage_variance",
     "doubts": "expected_error",
-    "kept": "pilot_kept",
     "ways": "axes",
     "outlook": "predicted_rays",
 }
 """Stored names of version 0.1.0."""
+
+_DROPPED = {"rounds", "kept"}
+"""Arrays of version 0.1.0 that nothing needs."""

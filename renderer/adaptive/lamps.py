@@ -126,13 +126,13 @@ def _cut(polygons: Floats, inside: Floats) -> Floats:
     `inside` (m, V) are its values at the corners. All corners of empty polygons coincide.
     """
     following = np.roll(inside, -1, axis=1)
-    pilot_kept = inside >= 0
-    crossing = pilot_kept != (following >= 0)
+    kept = inside >= 0
+    crossing = kept != (following >= 0)
     share = np.divide(inside, inside - following, out=np.zeros_like(inside), where=crossing)
     between = polygons + share[:, :, None] * (np.roll(polygons, -1, axis=1) - polygons)
     count = polygons.shape[1]
     both = np.stack((polygons, between), axis=2).reshape(len(polygons), 2 * count, 3)
-    valid = np.stack((pilot_kept, crossing), axis=2).reshape(len(polygons), 2 * count)
+    valid = np.stack((kept, crossing), axis=2).reshape(len(polygons), 2 * count)
     order = np.argsort(~valid, axis=1, kind="stable")[:, : count + 1]
     there: Masks = np.take_along_axis(valid, order, axis=1)
     found = np.take_along_axis(both, order[:, :, None], axis=1)
