@@ -99,6 +99,7 @@ def as_jpeg(picture: np.ndarray, quality: int = 95) -> np.ndarray:
         ("shadow_hard", "", 75, 1),
         ("shadow_soft", "", 75, 1),
         ("shadow_soft", "hard_shadow", 75, 0),
+        ("shadow_soft", "no_max", 95, 0),
     ],
 )
 def test_jpeg_hides_no_mistake_and_costs_nothing_by_itself(
