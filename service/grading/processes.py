@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from renderer.workers import ONE_THREAD
+from service.grading.errors import BrokenTestError
 
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
@@ -63,16 +64,13 @@ class Finished:
     result : object
         Its last result before the deadline; None if there was none.
     error : Exception or None
-        The exception it raised before any result.
-    trouble : str or None
-        A sentence that explains why there is neither.
+        The exception it raised before any result, or one that says why there is neither.
     seconds, cpu_seconds : float
         CPU seconds are 0 if the process ended before it reported them.
     """
 
     result: Any = None
     error: Exception | None = None
-    trouble: str | None = None
     seconds: float = 0.0
     cpu_seconds: float = 0.0
 
@@ -89,12 +87,11 @@ class _Running:
     def ends(self) -> float:
         return self.begun + self.errand.deadline
 
-    def finished(self, *, error: Exception | None = None, trouble: str | None = None) -> Finished:
+    def finished(self, error: Exception | None) -> Finished:
         """The outcome; a result that arrived in time is kept, even if the process died afterwards."""
-        if self.result is not None:
-            error = trouble = None
+        error = error if self.result is None else None
         cpu_seconds = self.errand.cpu_seconds + self.cpu_seconds
-        return Finished(self.result, error, trouble, time.monotonic() - self.begun, cpu_seconds)
+        return Finished(self.result, error, time.monotonic() - self.begun, cpu_seconds)
 
 
 def run_all(errands: Sequence[Errand], jobs: int) -> Iterator[tuple[str, Finished]]:
@@ -146,9 +143,9 @@ def _received(here: Connection, one: _Running) -> Finished | None:
     try:
         has_ended, found, one.cpu_seconds = here.recv()
     except (EOFError, OSError):
-        return one.finished(trouble=_died(one))
+        return one.finished(_died(one))
     if has_ended:
-        return one.finished(error=found)
+        return one.finished(found)
     one.result = found
     return None
 
@@ -156,14 +153,14 @@ def _received(here: Connection, one: _Running) -> Finished | None:
 def _late(one: _Running, now: float) -> Finished | None:
     if now < one.ends:
         return None
-    return one.finished(trouble=f"It timed out after {one.errand.deadline:g} s.")
+    return one.finished(BrokenTestError(f"It timed out after {one.errand.deadline:g} s."))
 
 
-def _died(one: _Running) -> str:
+def _died(one: _Running) -> BrokenTestError:
     one.process.join()
     memory = one.errand.memory
     perhaps = "perhaps for lack of memory" if memory is None else f"with {memory // MEBIBYTE} MiB of memory"
-    return f"Its process died (exit code {one.process.exitcode}), {perhaps}."
+    return BrokenTestError(f"Its process died (exit code {one.process.exitcode}), {perhaps}.")
 
 
 def _end(here: Connection, one: _Running) -> None:

@@ -23,7 +23,7 @@ from service.grading.errors import BrokenTestError, GradingError, NotGradableErr
 from service.grading.outcomes import DIFFERENCE, Outcome
 from service.grading.processes import Finished
 
-_STATUS: dict[type[Exception], Status] = {
+_STATUS: dict[type, Status] = {
     NotSubmittedError: "skipped",
     NotGradableError: "not_gradable",
     BrokenTestError: "error",
@@ -50,7 +50,8 @@ def tested(test: Criterion, finished: Finished) -> Tested:
     if isinstance(finished.result, Outcome):
         outcome, status = finished.result, status_of(finished.result.share)
     else:
-        outcome, status = Outcome(share=0.0, message=trouble(finished)), _failure(finished)
+        outcome = Outcome(share=0.0, message=trouble(finished))
+        status = _STATUS.get(type(finished.error), "error")
     names = {label: f"{test.id}-{number}.png" for number, label in enumerate(outcome.pictures, 1)}
     whole = TestGrade(
         id=test.id,
@@ -146,15 +147,8 @@ def _without(grade: TestGrade, missed: Sequence[TestGrade]) -> TestGrade:
 
 def trouble(finished: Finished) -> str:
     """A sentence that explains why there is no result."""
-    if finished.error is None:
-        return finished.trouble or ""
-    if isinstance(finished.error, GradingError):
-        return str(finished.error)
-    return f"It failed: {type(finished.error).__name__}: {finished.error}"
-
-
-def _failure(finished: Finished) -> Status:
-    return _STATUS.get(type(finished.error), "error") if finished.error else "error"
+    error = finished.error
+    return str(error) if isinstance(error, GradingError) else f"It failed: {type(error).__name__}: {error}"
 
 
 def _verdict(grades: Sequence[TestGrade]) -> GradeVerdict:
