@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from accuracy.comparison.averages import averaged_encoded
 from accuracy.comparison.blocks import Bias, bias, gathered
 from accuracy.comparison.blurs import LEAST_FILTER, blur
 from accuracy.comparison.compression import TRIED_SIDE, compressed, compression
@@ -14,7 +13,9 @@ from accuracy.comparison.inputs import Picture
 from accuracy.comparison.metrics import luma_of_seen
 from accuracy.comparison.mistakes import Mistake, candidates
 from accuracy.comparison.neighbours import neighbourhood
+from accuracy.comparison.noise import sample_variances
 from accuracy.comparison.pixels import bands, bordered_bands
+from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.math.arrays import Floats, Masks
 
 MAX_RMSE_LEFT = 0.5
@@ -76,6 +77,9 @@ AVERAGED_HINT = (
     "Pixels are darker where their samples differ: samples were encoded before their mean was taken. Take "
     "the mean of linear values, then encode it."
 )
+
+PREDICTED = AVERAGED, FILTERED, LOSSY
+"""Mistakes that change the picture by what they would change in the reference."""
 
 MIN_EDGE_STEP = 0.2
 """Least step of brightness as seen, 0..1, that is taken for an edge."""
@@ -275,15 +279,11 @@ def predicted(image: Picture, reference: Picture, tolerance: float, most_bias: f
     def average(rows: slice) -> Floats:
         above = min(rows.start, 1)
         around = reference.part(slice(rows.start - above, rows.stop + 1))
-        return (averaged_encoded(around) - around.linear)[above : above + rows.stop - rows.start]
+        return (_averaged_encoded(around) - around.linear)[above : above + rows.stop - rows.start]
 
     trial = _Trial(image, reference, tolerance, most_bias)
     found = trial.of_effect(AVERAGED, AVERAGED_HINT, average)
-    if (
-        not found
-        and (setting := compression(image.part(slice(TRIED_SIDE), slice(TRIED_SIDE)).linear)) is not None
-    ):
-        effect = compressed(reference.linear, setting) - reference.linear
+    if not found and (effect := effect_of(LOSSY, image, reference)) is not None:
         found = trial.of_effect(LOSSY, LOSSY_HINT, effect.__getitem__)
     return tuple(found)
 
@@ -291,16 +291,37 @@ def predicted(image: Picture, reference: Picture, tolerance: float, most_bias: f
 def stored_or_filtered(image: Picture, reference: Picture) -> tuple[Cause, ...]:
     """Compression or the pixel filter that explains the noise of a picture; empty where neither shows."""
     seen, wanted = image.linear, reference.linear
-    setting = compression(seen)
-    found = blur(image, reference, LEAST_FILTER) if setting is None else None
-    if setting is not None:
-        cause, hint, expected = LOSSY, LOSSY_HINT, compressed(wanted, setting)
-    elif found is not None:
-        cause, hint, expected = FILTERED, FILTERED_HINT, wanted + found.effect
-    else:
-        return ()
-    before, after = (math.sqrt(float(np.mean((seen - each) ** 2))) for each in (wanted, expected))
-    return (Cause(cause, hint, before, after),)
+    for cause, hint in ((LOSSY, LOSSY_HINT), (FILTERED, FILTERED_HINT)):
+        if (effect := effect_of(cause, image, reference)) is not None:
+            expected = wanted, wanted + effect
+            return (Cause(cause, hint, *(math.sqrt(float(np.mean((seen - e) ** 2))) for e in expected)),)
+    return ()
+
+
+def effect_of(cause: str, image: Picture, reference: Picture) -> Floats | None:
+    """Effect of a mistake of `PREDICTED` on a reference, linear (H, W, 3); None if the picture shows none."""
+    if cause == AVERAGED:
+        return _averaged_encoded(reference) - reference.linear
+    if cause == LOSSY:
+        setting = compression(image.part(slice(TRIED_SIDE), slice(TRIED_SIDE)).linear)
+        return None if setting is None else compressed(reference.linear, setting) - reference.linear
+    found = blur(image, reference, LEAST_FILTER)
+    return None if found is None else found.effect
+
+
+def _averaged_encoded(reference: Picture) -> Floats:
+    """A reference whose errors are `known` as means of encoded samples show it, linear (H, W, 3).
+
+    Samples are taken to have two values with the mean and variance of the pixel. The brighter one is that of
+    the brightest pixel around, as at an edge, or one deviation above the mean, as in a penumbra.
+    """
+    mean, variance = reference.linear, sample_variances(reference)
+    bright = np.minimum(np.maximum(neighbourhood(mean)[1], mean + np.sqrt(variance)), 1)
+    above = np.maximum(bright - mean, 1e-9)
+    dark = np.clip(mean - variance / above, 0, 1)
+    share = (mean - dark) / np.maximum(bright - dark, 1e-9)
+    codes = share * srgb_from_linear(bright) + (1 - share) * srgb_from_linear(dark)
+    return np.where(variance > 0, linear_from_srgb(np.clip(codes, 0, 1)), mean)
 
 
 def _square(difference: Floats) -> float:

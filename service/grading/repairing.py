@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 
 import renderer
 from accuracy.comparison import Comparison, Picture, variances
-from accuracy.comparison.averages import averaged_encoded
 from accuracy.comparison.blocks import BLOCK_SIDE
-from accuracy.comparison.blurs import LEAST_FILTER, blur, smoothed
-from accuracy.comparison.compression import compressed, compression
-from accuracy.comparison.diagnosis import AVERAGED, BLURRED, FILTERED, JAGGED, LOSSY
+from accuracy.comparison.blurs import smoothed
+from accuracy.comparison.diagnosis import BLURRED, FILTERED, JAGGED, LOSSY, PREDICTED, effect_of
 from accuracy.comparison.mistakes import EXPOSURE, Undo, candidates, exposure_of
 from accuracy.comparison.neighbours import neighbourhood
 from accuracy.comparison.noise import sample_variances
@@ -35,9 +33,6 @@ SAMPLES = 64
 
 LIGHT_POINTS = 4
 """Points of a light for each of them."""
-
-PREDICTED = (AVERAGED, FILTERED, LOSSY)
-"""Mistakes that change the picture by what they would change in the reference."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,10 +146,10 @@ def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
     if not cause:
         return Pardon("", _unchanged)
     image, reference = found.image, found.reference
-    if cause in PREDICTED:
-        effect = _effect(cause, image, reference)
-        # JPEG rounds a noisy picture otherwise than its reference, by about as much.
-        noise = _around(effect) * (found.policy.samples or 1) if cause == LOSSY else 0.0
+    if cause in PREDICTED and (effect := effect_of(cause, image, reference)) is not None:
+        # JPEG rounds a noisy picture otherwise than its reference, by about as much as in the blocks around.
+        around = smoothed(effect * effect, BLOCK_SIDE / 2) if cause == LOSSY else 0.0
+        noise = around * (found.policy.samples or 1)
         return Pardon(cause, lambda values: np.clip(values - effect, 0, 1), noise)
     if cause in {JAGGED, BLURRED}:
         return Pardon(cause, partial(without_jags, reference=reference.linear))
@@ -162,22 +157,6 @@ def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
         return Pardon("", _unchanged)
     undo = next((each.undo for each in candidates(image, reference) if each.cause == cause), _unchanged)
     return Pardon(cause, undo)
-
-
-def _effect(cause: str, image: Picture, reference: Picture) -> Floats | float:
-    """Effect of one of the mistakes `PREDICTED` on the reference, (H, W, 3)."""
-    if cause == AVERAGED:
-        return averaged_encoded(reference) - reference.linear
-    if cause == LOSSY:
-        setting = compression(image.linear)
-        return 0.0 if setting is None else compressed(reference.linear, setting) - reference.linear
-    found = blur(image, reference, LEAST_FILTER)
-    return 0.0 if found is None else found.effect
-
-
-def _around(effect: Floats | float) -> Floats | float:
-    """Mean square of an effect (H, W, 3) in the blocks around each pixel."""
-    return effect if isinstance(effect, float) else smoothed(effect * effect, BLOCK_SIDE / 2)
 
 
 def _unchanged(values: Floats) -> Floats:
