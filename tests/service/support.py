@@ -26,9 +26,11 @@ STEPS = "SELECT * FROM tiles WHERE render IN (SELECT render_number FROM jobs WHE
 KINDS = ["sqlite", "postgresql"]
 BOTH = pytest.mark.parametrize("database", KINDS, indirect=True)
 """Once with each kind of database."""
-ON_BOTH = pytest.mark.parametrize("client", KINDS, indirect=True)
+SERVED = ["sqlite", pytest.param("postgresql", marks=pytest.mark.slow)]
+"""Kinds below a whole service: tests of the database alone try both in the fast tier."""
+ON_BOTH = pytest.mark.parametrize("client", SERVED, indirect=True)
 """Once with a server on each kind of database."""
-API_ON_BOTH = pytest.mark.parametrize("api", KINDS, indirect=True)
+API_ON_BOTH = pytest.mark.parametrize("api", SERVED, indirect=True)
 """Once with a service in this process on each kind of database."""
 
 

@@ -21,7 +21,7 @@ from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from service.storage.database.models import RenderRow
 from tests.service.forking import running
-from tests.service.support import KINDS, TIMEOUT, ended, image, job_of, long_scene, scene, until, wait
+from tests.service.support import SERVED, TIMEOUT, ended, image, job_of, long_scene, scene, until, wait
 
 Users = dict[str, httpx2.Client]
 
@@ -35,7 +35,7 @@ class Shared:
     url: str
 
 
-@pytest.fixture(scope="module", params=KINDS)
+@pytest.fixture(scope="module", params=SERVED)
 def shared(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
     url = request.getfixturevalue("postgres").database() if request.param == "postgresql" else None
     data = tmp_path_factory.mktemp("shared")
