@@ -48,7 +48,7 @@ class Film:
         self.mean[y, x] = (total / self._samples).T
 
     def image(self) -> Image:
-        """The mean over the pass's samples; what is brighter than float32 can say is as bright as it can."""
+        """The mean over the pass's samples; clamped to the largest float32."""
         return np.minimum(self.mean, BRIGHTEST).astype(np.float32)
 
 

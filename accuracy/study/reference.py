@@ -31,7 +31,7 @@ class Judgement:
         Mean squared error of linear values clipped to 0..1, without bias: what the reference's own error
         adds is taken away. It may come out below 0 where the picture is nearer than the reference.
     by_reference : float
-        Standard error of `mse` for what is not known of the reference.
+        Standard error of `mse` due to the reference's own error.
     by_pixels : float
         Bound on the standard error of `mse`, the reference's part included, where pixels err independently.
     edges_mse, smooth_mse : float
@@ -50,7 +50,7 @@ class Judgement:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
-    """Two converged pictures that know nothing of each other.
+    """Two independent converged pictures.
 
     Attributes
     ----------

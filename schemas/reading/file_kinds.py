@@ -21,7 +21,7 @@ class FileKind:
     phrase
         With its article, such as "a PNG picture".
     group
-        What kinds with one cure have in common.
+        Kinds of one group have the same cure.
     """
 
     name: str
@@ -93,7 +93,7 @@ def recognise(content: bytes) -> FileKind | None:
 
 
 def mistaken(content: bytes, wanted: str) -> str | None:
-    r"""Say what was given in place of a document, and what to do; None where it is nothing known.
+    r"""Say what was given in place of a document, and what to do; None for unknown content.
 
     >>> mistaken(b"PK\x03\x04", "a scene")
     'This is a ZIP archive, not a scene. Unpack it and give the JSON file that it holds.'

@@ -182,7 +182,7 @@ class Dispatcher:
             log_report(task, outcome)
 
     def _work(self) -> None:
-        """Kill what nobody wants any more, and hand out calls and tiles in turns."""
+        """Kill abandoned tasks, and hand out calls and tiles in turns."""
         unwanted: set[Task] = self.desk.unwanted() | self._flights.unwanted()
         if unwanted:
             self._engine.interrupt(unwanted.__contains__)
@@ -273,7 +273,7 @@ class Dispatcher:
         self._in_doubt = False
 
     def _forget_tasks(self) -> None:
-        """Stop what was handed out in an earlier term: the database expects no more of it."""
+        """Stop tasks that were handed out in an earlier term: the database expects no results from them."""
         self._flights.forget()
         self._deadline = None
         self.throughput.watch(busy=False)

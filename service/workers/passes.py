@@ -83,7 +83,7 @@ class PassWorker:
         return TimeLimit(min(until, over), task.ray_seconds)
 
     def _put_layers(self, task: SampleTask, samples: Samples) -> None:
-        """Keep what the centres of pixels show."""
+        """Store the layers of pixel centres."""
         kept = {name: record for name, record in samples.layers.items() if layers.of_centres(name)}
         self.store.put_layers(task.job, task.tile, task.pass_, task.attempt, kept)
 
@@ -101,11 +101,11 @@ class PassWorker:
         return unpacked(task.tile, self._map(task, "pilots"))
 
     def _map(self, task: SampleTask, kind: PassMap) -> NDArray[Any]:
-        """Open what merging the pass before has left."""
+        """Open the files that merging the previous pass left."""
         return self.store.get_map(task.job, task.pass_.index - 1, task.merged, kind, task.checksums)
 
     def advance(self, plan: TargetPlan, task: AdvanceTask) -> AdvanceDone:
-        """Merge a pass, and leave for the next one what it needs, or the final picture."""
+        """Merge a pass, and store the state for the next one, or the final picture."""
         begun = time.process_time()
         driver = self._driver(plan, task)
         estimate, continues = driver.estimate, driver.end_pass(last=task.last)
@@ -148,7 +148,7 @@ class PassWorker:
         return self.store.get_state(task.job, task.pass_.index - 1, task.merged, task.checksums)
 
     def _keep(self, estimate: Estimate, task: AdvanceTask, picture: Pixels) -> dict[str, Checksum]:
-        """Keep what the next pass needs; return the checksums of its files."""
+        """Store the state for the next pass; return the checksums of its files."""
         place = task.job, task.pass_.index, task.attempt
         maps: dict[PassMap, NDArray[Any]] = {"levels": estimate.requested.stacked(), "picture": picture}
         if estimate.needs_pilots():
@@ -179,7 +179,7 @@ class PassWorker:
 
 
 def _samples_of(arrays: dict[str, Any]) -> Samples:
-    """Make samples of what was kept of them."""
+    """Restore samples from their stored arrays."""
     seconds = float(arrays.pop("seconds"))
     if "known" in arrays:
         # Of version 0.1.0, for which others counted as 0, and which measured doubts.
