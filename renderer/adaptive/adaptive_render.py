@@ -82,16 +82,12 @@ class AdaptiveRender:
 
     def tasks(self) -> list[TileRequest]:
         """Requests of the next pass."""
+        limit = TimeLimit(self._last_moment(), self.driver.ray_seconds)
         with self._counted():
-            requests, self._expected = self.driver.requests(self._limit()), self.driver.forecast()
+            requests, self._expected = self.driver.requests(limit), self.driver.forecast()
             self._rays = max(self.estimate.rays_wanted(), 1)
         self._late, self._traced = False, 0
         return requests
-
-    def _limit(self) -> TimeLimit | None:
-        if self.deadline == np.inf:
-            return None
-        return TimeLimit(self._last_moment(), self.driver.ray_seconds)
 
     def _last_moment(self) -> float:
         """Deadline of tiles, so that the picture is finished at its own."""

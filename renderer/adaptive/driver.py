@@ -17,7 +17,7 @@ from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.requests import TileRequest, records_centres, tile_request
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.target_plan import target_plan
-from renderer.adaptive.time_limits import TimeLimit
+from renderer.adaptive.time_limits import NO_LIMIT, TimeLimit
 from renderer.plan.plan import RenderPlan
 from schemas.tiles import Tile
 
@@ -69,10 +69,10 @@ class Driver:
         records = self.is_first and records_centres(self.estimate.plan)
         return pass_tiles(self.estimate, self.prices, self.workers, self.tile_size, records=records)
 
-    def requests(self, limit: TimeLimit | None) -> list[TileRequest]:
+    def requests(self, limit: TimeLimit = NO_LIMIT) -> list[TileRequest]:
         """Requests of the next pass, each to be finished at the limit; the first is finished in any case."""
         first, requested = self.is_first, self.estimate.requested
-        plan, around, limit = self.estimate.plan, self.estimate.around, None if first else limit
+        plan, around, limit = self.estimate.plan, self.estimate.around, NO_LIMIT if first else limit
 
         def request(tile: Tile) -> TileRequest:
             levels, nearby = requested.part(tile), partial(surroundings, tile, around)

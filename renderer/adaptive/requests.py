@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from renderer.adaptive.guides import Surroundings
 from renderer.adaptive.lattice import first_stride
 from renderer.adaptive.levels import PREVIEWED, SAMPLED, Levels, node_level
 from renderer.adaptive.target_plan import TargetPlan
-from renderer.adaptive.time_limits import TimeLimit
+from renderer.adaptive.time_limits import NO_LIMIT, TimeLimit
 from renderer.math.arrays import Masks
 from schemas.tiles import Tile
 
@@ -108,19 +107,14 @@ class TileRequest:
         Pilot samples, where `levels.needs_pilots`.
     records : bool
         Whether layers are recorded at the centres of pixels: in the first pass only.
-    limit : TimeLimit or None
+    limit : TimeLimit
     """
 
     tile: Tile
     levels: LevelRequest
     around: Surroundings | None = None
     records: bool = False
-    limit: TimeLimit | None = None
-
-    @property
-    def until(self) -> float:
-        """Deadline by `time.monotonic`; inf without a limit."""
-        return self.limit.until if self.limit else inf
+    limit: TimeLimit = NO_LIMIT
 
 
 def tile_request(
@@ -128,7 +122,7 @@ def tile_request(
     tile: Tile,
     levels: LevelRequest,
     around: Callable[[], Surroundings],
-    limit: TimeLimit | None,
+    limit: TimeLimit,
     *,
     first: bool,
 ) -> TileRequest:
@@ -141,7 +135,7 @@ def tile_request(
     levels : LevelRequest
     around : callable
         Returns the pilot samples around the tile; called only if they are needed.
-    limit : TimeLimit or None
+    limit : TimeLimit
     first : bool
         Whether it is the first pass, which records layers.
     """

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from renderer.accelerators.trees import in_tree
-from renderer.adaptive.edges import project
+from renderer.adaptive.edges import STEP, outline_of, project, thin_positions
 from renderer.adaptive.lighting import PROBE_SIDE
-from renderer.adaptive.outlines import outline_of, thin_positions
 from renderer.cameras import Pinhole, basis
 from renderer.integrator import find_hits
 from renderer.interaction import MISS, Rays
@@ -25,9 +24,6 @@ from renderer.shapes.triangles import Triangles
 MAX_EDGE_RAYS, MAX_FAMILY_RAYS = 16, 512
 """Most rays that locate the shadow of an edge before others follow it pixel by pixel, and of a family's edges
 together."""
-
-STEP = 0.5
-"""Spacing of the positions along a shadow, pixels."""
 
 MAX_EDGES = 128
 """Most edges of a family for each light, the longest ones."""

@@ -4,9 +4,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from renderer.adaptive.edges import view_from
+from renderer.adaptive.edges import outline_of, thin_positions, view_from
 from renderer.adaptive.neighbourhoods import dilate
-from renderer.adaptive.outlines import outline_of, thin_positions
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.shapes import Family

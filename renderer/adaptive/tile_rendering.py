@@ -87,7 +87,7 @@ def _pilot_samples(
         rays = camera_rays(pilot_plan, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
         seen = FirstHits.none(x.size)
         values[:, chosen] = np.minimum(
-            radiance(pilot_plan, rays, counts, seen, until=request.until), BRIGHTEST
+            radiance(pilot_plan, rays, counts, seen, until=request.limit.until), BRIGHTEST
         )
         labels[chosen] = labels_of(rays.shapes)
         np.copyto(seen.colors, 1.0, where=~of_labels(textured, labels[chosen]))
@@ -109,7 +109,7 @@ def _covers(
             chosen = alike[part]
             nearby = request.around.nearby(rows[chosen], columns[chosen])
             x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
-            values[:, chosen] = cover(plan, size, x, y, nearby, counts, until=request.until)
+            values[:, chosen] = cover(plan, size, x, y, nearby, counts, until=request.limit.until)
     return values[:3], values[3:6], values[6]
 
 
@@ -126,7 +126,7 @@ def _samples(
     controlled = guided.copy()
     for chosen in _batches(columns, rows, last - first, request.limit):
         x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
-        batch = _radiance(plan, x, y, first[chosen], last[chosen], counts, request.until)
+        batch = _radiance(plan, x, y, first[chosen], last[chosen], counts, request.limit.until)
         if request.around is not None:
             place = rows[chosen], columns[chosen]
             controlled[chosen] = _subtract_controls(plan, batch, request.around, place, guided[chosen])
@@ -231,7 +231,7 @@ def _reduced(found: Floats) -> tuple[Floats, Floats]:
 
 
 def _batches(
-    columns: Integers, rows: Integers, count: Integers | int, limit: TimeLimit | None
+    columns: Integers, rows: Integers, count: Integers | int, limit: TimeLimit
 ) -> Iterator[Integers]:
     """Batches of pixels with `count` rays each, neighbours together.
 

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -29,7 +30,7 @@ MAX_RESERVED_SHARE = 0.25
 
 @dataclass(frozen=True, slots=True)
 class TimeLimit:
-    """Deadline of a tile.
+    """Deadline of a tile; by default there is none.
 
     Attributes
     ----------
@@ -39,13 +40,16 @@ class TimeLimit:
         Expected CPU seconds of a ray.
     """
 
-    until: float
-    ray_seconds: float
+    until: float = inf
+    ray_seconds: float = 0.0
 
     def check(self) -> None:
         """Raise `OutOfTimeError` when the time has run out."""
         if time.monotonic() >= self.until:
             raise OutOfTimeError
+
+
+NO_LIMIT = TimeLimit()
 
 
 def reserve(limit: float, last: float) -> float:
@@ -61,10 +65,10 @@ def reserve(limit: float, last: float) -> float:
     return min(last, MAX_RESERVED_SHARE * limit) if np.isfinite(limit) else 0.0
 
 
-def portions(rays: Integers, limit: TimeLimit | None) -> Iterator[slice]:
+def portions(rays: Integers, limit: TimeLimit) -> Iterator[slice]:
     """Cut a sequence of pixels with numbers of rays (n,) into portions of about `BATCH_RAYS` rays.
 
-    With a limit, portions are smaller where rays have been expensive so far, and the clock is read before
+    With a deadline, portions are smaller where rays have been expensive so far, and the clock is read before
     each.
 
     Raises
@@ -74,16 +78,13 @@ def portions(rays: Integers, limit: TimeLimit | None) -> Iterator[slice]:
     """
     before, start = 0, 0
     total = np.cumsum(rays)
-    seconds = limit.ray_seconds if limit else 0.0
+    seconds, is_limited = limit.ray_seconds, limit.until < inf
     while start < total.size:
-        if limit:
-            limit.check()
+        limit.check()
         begun = time.perf_counter()
-        most = (
-            np.clip(CLOCK_SECONDS / seconds, MIN_BATCH_RAYS, BATCH_RAYS)
-            if limit and seconds > 0
-            else BATCH_RAYS
-        )
+        most = BATCH_RAYS
+        if is_limited and seconds > 0:
+            most = int(np.clip(CLOCK_SECONDS / seconds, MIN_BATCH_RAYS, BATCH_RAYS))
         end = max(start + 1, int(np.searchsorted(total, before + most, side="right")))
         yield slice(start, end)
         seconds = (time.perf_counter() - begun) / max(int(total[end - 1]) - before, 1)

@@ -33,7 +33,7 @@ def test_guess_is_wider_the_earlier_the_time_is_over(ball_scene: LoadedScene) ->
 def rays_of_pass(driver: Driver) -> int:
     """Render the next pass."""
     rays = driver.estimate.rays_wanted()
-    for request in driver.requests(None):
+    for request in driver.requests():
         driver.take(request.tile, render_request(driver.estimate.plan, request))
     return rays
 

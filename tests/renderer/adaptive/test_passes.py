@@ -57,7 +57,7 @@ def true_errors(name: str, seed: int) -> tuple[list[float], list[float]]:
     goes_on = True
     while goes_on:
         measured = driver.estimate.state is not State.LATTICE
-        requests = driver.requests(None)
+        requests = driver.requests()
         for number, request in enumerate(requests):
             driver.take(request.tile, render_request(driver.estimate.plan, request))
             if measured and number + 1 in {len(requests) // 2, len(requests)}:

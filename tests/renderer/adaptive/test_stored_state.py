@@ -26,7 +26,7 @@ def begun(document: Json) -> Driver:
 
 
 def render_pass(driver: Driver, *, last: bool = False) -> bool:
-    for request in driver.requests(None):
+    for request in driver.requests():
         driver.take(request.tile, render_request(driver.estimate.plan, request))
     return driver.end_pass(last=last)
 
