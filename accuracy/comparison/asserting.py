@@ -3,7 +3,7 @@
 import io
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from accuracy.comparison.comparing import Comparison, compare
-from accuracy.comparison.heat import difference, encoded, heat_map, seen
+from accuracy.comparison.heat import Draw, difference, encoded, heat_map, seen
 from accuracy.comparison.inputs import Picture, picture_of, read_picture
 from accuracy.comparison.judging import Policy
 from accuracy.comparison.pixels import Encoding
@@ -21,11 +21,11 @@ from accuracy.comparison.regions import named
 PictureLike = str | os.PathLike[str] | bytes | NDArray[Any] | Image.Image | Any
 """A file or its bytes, an array (H, W, 3), an image of Pillow, or what `renderer.render` returns."""
 
-PICTURES: Mapping[str, Callable[[Comparison], NDArray[np.uint8]]] = {
-    "actual": lambda found: seen(found.image),
-    "reference": lambda found: seen(found.reference),
-    "difference": lambda found: difference(found.image, found.reference),
-    "heat": lambda found: heat_map(found.image, found.reference),
+PICTURES: Mapping[str, Draw] = {
+    "actual": lambda image, _: seen(image),
+    "reference": lambda _, reference: seen(reference),
+    "difference": difference,
+    "heat": heat_map,
 }
 """Files of a difference, by name without their ending."""
 
@@ -112,7 +112,7 @@ def report(found: Comparison, folder: str | os.PathLike[str]) -> str:
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
     for name, draw in PICTURES.items():
-        (place / f"{name}.png").write_bytes(encoded(draw(found)))
+        (place / f"{name}.png").write_bytes(encoded(draw, found.image, found.reference))
     files = ", ".join(f"{name}.png" for name in PICTURES)
     return "\n  ".join([*sentences(found), f"pictures: {files} in {place}"])
 

@@ -22,8 +22,14 @@ from schemas.limits import how_to_raise, limits_in_force
 
 PNG, NPY, EXR = b"\x89PNG\r\n\x1a\n", b"\x93NUMPY", b"\x76\x2f\x31\x01"
 
+Content = bytes | bytearray
+"""Bytes of a file."""
+
 Size = tuple[int, int]
 """Width and height in pixels."""
+
+HEADER_BYTES = 1 << 14
+"""Bytes at the beginning of an NPY file, more than its header may have: NumPy reads 10,000 at most."""
 
 OPAQUE = "Its alpha is 1 everywhere and was left out."
 GREY = "It is grey: red, green and blue were taken as equal."
@@ -50,7 +56,7 @@ class Raw:
     layers: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
 
-def decode(content: bytes, name: str, size: Size | None = None) -> Raw:
+def decode(content: Content, name: str, size: Size | None = None) -> Raw:
     """The numbers of a PNG, NPY or EXR file.
 
     Raises
@@ -87,34 +93,32 @@ def refuse_other_size(name: str, size: Size | None, wanted: Size) -> None:
     )
 
 
-def size_of(content: bytes) -> Size | None:
+def size_of(content: Content) -> Size | None:
     """Width and height by the header of a file; None where it is damaged, which decoding explains."""
     try:
         if content.startswith(PNG):
             return _opened(content).size
         if content.startswith(EXR):
-            return size_of_exr(content)
+            return size_of_exr(bytes(content))
         if content.startswith(NPY):
-            return _size_of_npy(io.BytesIO(content))
+            shape = _header_of_npy(content)[0]
+            return (shape[1], shape[0]) if len(shape) > 1 else None
     except (*DAMAGE, ImageFileError):
         return None
     return None
 
 
-def _size_of_npy(file: io.BytesIO) -> Size | None:
-    shape = _header_of_npy(file)[0]
-    return (shape[1], shape[0]) if len(shape) > 1 else None
-
-
-def _header_of_npy(file: io.BytesIO) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Shape, whether columns come first, and type."""
+def _header_of_npy(content: Content) -> tuple[tuple[int, ...], bool, np.dtype[Any], int]:
+    """Shape, whether columns come first, type, and bytes of the header."""
+    file = io.BytesIO(content[:HEADER_BYTES])
     version = npy.read_magic(file)
     if version not in {(1, 0), (2, 0)}:
         raise ValueError(version)
-    return (npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0)(file)
+    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    return (*read(file), file.tell())
 
 
-def array_of(content: bytes) -> NDArray[Any]:
+def array_of(content: Content) -> NDArray[Any]:
     """The array of an NPY file, without a copy of its numbers.
 
     Raises
@@ -122,16 +126,15 @@ def array_of(content: bytes) -> NDArray[Any]:
     ValueError
         Or another of `DAMAGE`: the file is damaged, or holds objects.
     """
-    file = io.BytesIO(content)
-    shape, by_columns, kind = _header_of_npy(file)
+    shape, by_columns, kind, start = _header_of_npy(content)
     if kind.hasobject:
         raise ValueError(kind)
     count = math.prod(shape)
-    numbers = np.frombuffer(content, kind, count, file.tell()) if count else np.empty(0, kind)
+    numbers = np.frombuffer(content, kind, count, start) if count else np.empty(0, kind)
     return numbers.reshape(shape, order="F" if by_columns else "C")
 
 
-def _png(content: bytes, name: str) -> Raw:
+def _png(content: Content, name: str) -> Raw:
     try:
         with changed_filters():
             # Its size is checked here, against another limit.
@@ -152,7 +155,7 @@ def _png(content: bytes, name: str) -> Raw:
     return _whole(np.asarray(picture), name, "srgb")
 
 
-def _opened(content: bytes) -> Image.Image:
+def _opened(content: Content) -> Image.Image:
     return Image.open(io.BytesIO(content), formats=["PNG"])
 
 
@@ -166,7 +169,7 @@ DAMAGE = (ValueError, EOFError, OSError, TypeError, KeyError, SyntaxError, Recur
 """Exceptions of NumPy for invalid files."""
 
 
-def _npy(content: bytes, name: str) -> Raw:
+def _npy(content: Content, name: str) -> Raw:
     try:
         array = array_of(content)
     # The header is read as Python is.
@@ -182,9 +185,9 @@ def _npy(content: bytes, name: str) -> Raw:
     return Raw(colors, max(32, 8 * array.dtype.itemsize), "linear", notes)
 
 
-def _exr(content: bytes, name: str) -> Raw:
+def _exr(content: Content, name: str) -> Raw:
     try:
-        found = read_exr(content)
+        found = read_exr(bytes(content))
     except MissingExtraError:
         raise
     except ImageFileError as error:

@@ -2,16 +2,17 @@
 
 import io
 from collections.abc import Callable
-from typing import Any
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from accuracy.comparison.inputs import Picture
-from renderer.math.arrays import Floats
+from renderer.images.png import write_codes
 
 Codes = NDArray[np.uint8]
+Draw = Callable[[Picture, Picture], Codes]
+"""Draws two pictures; the rows of a part are those of the whole."""
 
 WHITE_DIFFERENCE = 0.25
 """Difference of a channel, in values as seen from 0 to 1, that is shown white: no scale of one's own for each
@@ -28,57 +29,35 @@ GREY = 128
 
 def heat_map(image: Picture, reference: Picture) -> Codes:
     """The largest difference of the channels as seen, (H, W, 3) codes."""
-    return _drawn(image, reference, _hot)
+    apart = np.abs(image.pixels.seen - reference.pixels.seen).max(axis=2)
+    place = np.minimum(apart / WHITE_DIFFERENCE, 1.0) * (len(STOPS) - 1)
+    levels = np.arange(len(STOPS))
+    channels = [np.interp(place, levels, STOPS[:, channel]) for channel in range(3)]
+    return np.rint(np.stack(channels, axis=-1)).astype(np.uint8)
 
 
 def side_by_side(image: Picture, reference: Picture) -> Codes:
     """Picture, reference and heat map from left to right, (H, 3 W + 8, 3) codes."""
-    return _drawn(image, reference, _beside)
+    gap = np.full((image.height, GAP_PIXELS, 3), GREY, np.uint8)
+    return np.concatenate(
+        (seen(image), gap, seen(reference), gap, heat_map(image, reference)), axis=1, dtype=np.uint8
+    )
 
 
 def difference(image: Picture, reference: Picture) -> Codes:
     """Perceived difference of each channel, (H, W, 3) codes: black for none, full at `WHITE_DIFFERENCE`."""
-    return _drawn(
-        image, reference, lambda a, b: np.rint(np.minimum(np.abs(a - b) / WHITE_DIFFERENCE, 1.0) * 255)
-    )
+    apart = np.abs(image.pixels.seen - reference.pixels.seen)
+    return np.rint(np.minimum(apart / WHITE_DIFFERENCE, 1.0) * 255).astype(np.uint8)
 
 
 def seen(picture: Picture) -> Codes:
     """A picture as a display shows it, (H, W, 3) codes in sRGB."""
-    return _drawn(picture, picture, lambda a, _: _codes(a))
+    return np.floor(picture.pixels.seen * 255 + 0.5).astype(np.uint8)
 
 
-def _drawn(image: Picture, reference: Picture, draw: Callable[[Floats, Floats], NDArray[Any]]) -> Codes:
-    """Draw both pictures as they are seen, band by band."""
-    drawn, row = np.empty((0, 0, 3), np.uint8), 0
-    for one, other in zip(image.bands(), reference.bands(), strict=True):
-        part = draw(one.pixels.seen, other.pixels.seen)
-        if not drawn.size:
-            drawn = np.empty((image.height, *part.shape[1:]), np.uint8)
-        drawn[row : row + len(part)] = part
-        row += len(part)
-    return drawn
-
-
-def _hot(image: Floats, reference: Floats) -> Floats:
-    apart = np.abs(image - reference).max(axis=2)
-    place = np.minimum(apart / WHITE_DIFFERENCE, 1.0) * (len(STOPS) - 1)
-    levels = np.arange(len(STOPS))
-    channels = [np.interp(place, levels, STOPS[:, channel]) for channel in range(3)]
-    return np.rint(np.stack(channels, axis=-1))
-
-
-def _beside(image: Floats, reference: Floats) -> Floats:
-    gap = np.full((image.shape[0], GAP_PIXELS, 3), GREY)
-    return np.concatenate((_codes(image), gap, _codes(reference), gap, _hot(image, reference)), axis=1)
-
-
-def _codes(values: Floats) -> Floats:
-    return np.floor(values * 255 + 0.5)
-
-
-def encoded(codes: Codes) -> bytes:
-    """A PNG file of codes (H, W, 3)."""
-    buffer = io.BytesIO()
-    Image.fromarray(codes).save(buffer, format="PNG", compress_level=4)
-    return buffer.getvalue()
+def encoded(draw: Draw, image: Picture, reference: Picture) -> bytes:
+    """A PNG file of two pictures, drawn in bands: the whole drawing may be far larger than both."""
+    parts = (draw(one, other) for one, other in zip(image.bands(), reference.bands(), strict=True))
+    first, file = next(parts), io.BytesIO()
+    write_codes(file, (image.height, first.shape[1]), chain((first,), parts))
+    return file.getvalue()

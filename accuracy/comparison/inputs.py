@@ -5,6 +5,7 @@ import os
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 from zipfile import BadZipFile, ZipFile, ZipInfo
@@ -12,7 +13,15 @@ from zipfile import BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy.comparison.decoding import DAMAGE, NotComparableError, Size, array_of, decode
+from accuracy.comparison.decoding import (
+    DAMAGE,
+    HEADER_BYTES,
+    Content,
+    NotComparableError,
+    Size,
+    array_of,
+    decode,
+)
 from accuracy.comparison.pixels import Encoding, Pixels, bands
 from renderer.math.arrays import Floats
 from schemas.limits import how_to_raise, limits_in_force
@@ -23,8 +32,11 @@ SIDECARS = ("error", "samples", "shape")
 PACKED, IMAGE = ".npz", "image"
 """Files with a picture of this name, and its layers."""
 
-PIXEL_BYTES, HEADER_BYTES = 32, 1 << 12
-"""Most bytes of a pixel in an array of such a file, four numbers of 64 bits, and of its header."""
+PIXEL_BYTES = 32
+"""Most bytes of a pixel in an array of such a file: four numbers of 64 bits."""
+
+PIECE = 1 << 20
+"""Bytes that are unpacked at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,13 +117,17 @@ class Picture:
         return (self.part(slice(*rows)) for rows in bands(self.height, self.width))
 
 
-def read_picture(path: str | os.PathLike[str], encoding: Encoding | None = None) -> Picture:
+def read_picture(
+    path: str | os.PathLike[str], encoding: Encoding | None = None, size: Size | None = None
+) -> Picture:
     """The picture of a .png, .npy, .exr or .npz file, with layers that lie beside it as NAME.layer.npy.
+
+    `encoding` and `size` are those of `picture_of`.
 
     Raises
     ------
     NotComparableError
-        If it cannot be read, or holds what is not a colour.
+        If it cannot be read, holds what is not a colour, or has another size.
     MissingExtraError
         If it is an .exr file and the library for it is not installed.
     """
@@ -130,10 +146,10 @@ def read_picture(path: str | os.PathLike[str], encoding: Encoding | None = None)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise NotComparableError(f"{path}: cannot be read ({reason}).") from error
-    return picture_of(content, file.name, encoding, layers)
+    return picture_of(content, file.name, encoding, layers, size)
 
 
-def unpacked(archive: BinaryIO, name: str) -> tuple[bytes, dict[str, NDArray[Any]]]:
+def unpacked(archive: BinaryIO, name: str) -> tuple[Content, dict[str, NDArray[Any]]]:
     """The array ``image`` of an .npz file as an .npy file, and its other arrays.
 
     Raises
@@ -146,7 +162,7 @@ def unpacked(archive: BinaryIO, name: str) -> tuple[bytes, dict[str, NDArray[Any
             files = {layer: f"{layer}.npy" for layer in (IMAGE, *SIDECARS)}
             found = {layer: kept.getinfo(file) for layer, file in files.items() if file in kept.namelist()}
             _refuse_large(found.values(), name)
-            parts = {layer: kept.read(file) for layer, file in found.items()}
+            parts = {layer: _read_in_pieces(kept, file) for layer, file in found.items()}
         layers = {layer: array_of(part) for layer, part in parts.items() if layer != IMAGE}
     except NotComparableError:
         raise
@@ -155,6 +171,15 @@ def unpacked(archive: BinaryIO, name: str) -> tuple[bytes, dict[str, NDArray[Any
     if IMAGE not in parts:
         raise NotComparableError(f"{name} has no array '{IMAGE}'. Save the picture under this name.")
     return parts[IMAGE], layers
+
+
+def _read_in_pieces(archive: ZipFile, file: ZipInfo) -> bytearray:
+    """A file of an archive: `ZipFile.read` would have all of it twice."""
+    content = bytearray()
+    with archive.open(file) as packed:
+        for piece in iter(partial(packed.read, PIECE), b""):
+            content += piece
+    return content
 
 
 def _refuse_large(parts: Iterable[ZipInfo], name: str) -> None:
@@ -167,7 +192,7 @@ def _refuse_large(parts: Iterable[ZipInfo], name: str) -> None:
 
 
 def picture_of(
-    content: bytes,
+    content: Content,
     name: str,
     encoding: Encoding | None = None,
     layers: Mapping[str, NDArray[Any]] | None = None,
@@ -217,14 +242,14 @@ def _clipped(values: NDArray[Any], name: str) -> int:
     """Pixels with a channel below 0 or above 1, all of them finite."""
     if values.dtype.kind != "f":
         return 0
-    bad = ~np.isfinite(values).all(axis=2)
+    parts = [values[first:last] for first, last in bands(*values.shape[:2])]
+    bad = np.concatenate([~np.isfinite(part).all(axis=2) for part in parts])
     if bad.any():
         y, x = (int(index[0]) for index in np.nonzero(bad))
         raise NotComparableError(
             f"{name}: the pixel in column {x}, row {y} is NaN or infinite ({np.count_nonzero(bad)} such "
             "pixels). A picture with such pixels cannot be compared."
         )
-    parts = (values[first:last] for first, last in bands(*values.shape[:2]))
     return sum(int(np.count_nonzero(((part < 0) | (part > 1)).any(axis=2))) for part in parts)
 
 

@@ -13,9 +13,9 @@ from PIL import Image
 
 from renderer.errors import ImageFileError
 from renderer.images.colors import srgb_from_linear
-from renderer.images.deep_png import write_deep_png
 from renderer.images.exr import encode_exr, require_exr, write_exr
 from renderer.images.exr_reading import decode_exr
+from renderer.images.png import write_codes
 from schemas.scene import Display
 
 __all__ = [
@@ -73,7 +73,7 @@ def encode_png(image: NDArray[np.floating], display: Display, bits: int = 8) -> 
     """A PNG file of a linear image (H, W, 3), with 8 or 16 bits a channel."""
     buffer = io.BytesIO()
     if bits == 16:
-        write_deep_png(buffer, image.shape[:2], [_rounded(image, display, np.dtype(np.uint16))])
+        write_codes(buffer, image.shape[:2], [_rounded(image, display, np.dtype(np.uint16))], bits)
     else:
         write_png(buffer, image.shape[:2], [image], display)
     return buffer.getvalue()

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from accuracy.comparison import Comparison, Picture
+    from accuracy.comparison.decoding import Size
 
 JOB = "job:"
 NUMBERS = ("rmse", "psnr", "ssim", "relmse", "max_abs", "frac_over", "flip")
@@ -84,7 +85,8 @@ def compare(  # noqa: PLR0913 - one argument for each option
     from renderer.errors import ImageFileError
 
     try:
-        picture, wanted = read(image, encoding, server), read(reference, reference_encoding, server)
+        wanted = read(reference, reference_encoding, server)
+        picture = read(image, encoding, server, wanted.size)
         shapes, names = (None, []) if scene is None else _shown(scene, wanted)
         policy = Policy(tolerance=tolerance, most_bias=max_bias, limit=limit)
         found = compared(picture, wanted, policy=policy, shapes=shapes, names=names, with_flip=flip)
@@ -98,8 +100,8 @@ def compare(  # noqa: PLR0913 - one argument for each option
         raise typer.Exit(ExitCode.BELOW_THRESHOLD)
 
 
-def read(source: str, encoding: Encoding | None, server: str) -> Picture:
-    """The picture of a file, or of a job of the service.
+def read(source: str, encoding: Encoding | None, server: str, size: Size | None = None) -> Picture:
+    """The picture of a file, or of a job of the service; of another size it is refused before it is decoded.
 
     Raises
     ------
@@ -109,14 +111,14 @@ def read(source: str, encoding: Encoding | None, server: str) -> Picture:
     from accuracy.comparison import picture_of, read_picture
 
     if not source.startswith(JOB):
-        return read_picture(source, encoding)
+        return read_picture(source, encoding, size)
     from service.client.comparing import parts_of
 
     if source == JOB:
         raise CommandError(f"{JOB} has no id. Write it like {JOB}f9a1c3.")
     with connect(server) as client:
         parts = parts_of(client, source.removeprefix(JOB))
-    return picture_of(parts.content, source, encoding, parts.layers)
+    return picture_of(parts.content, source, encoding, parts.layers, size)
 
 
 def _shown(name: str, reference: Picture) -> tuple[NDArray[Any], list[str]]:
@@ -137,7 +139,7 @@ def _save(found: Comparison, heat_map: Path | None, side_by_side: Path | None) -
 
     for target, draw in ((heat_map, heat.heat_map), (side_by_side, heat.side_by_side)):
         if target is not None:
-            save(target, heat.encoded(draw(found.image, found.reference)))
+            save(target, heat.encoded(draw, found.image, found.reference))
 
 
 def lines(document: dict[str, Any]) -> Iterator[str]:

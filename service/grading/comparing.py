@@ -242,4 +242,5 @@ def _regions(found: _Found, names: Sequence[str]) -> tuple[ComparisonRegion, ...
 
 def _drawn(found: Comparison) -> dict[str, bytes]:
     image, reference = found.image, marked(found.reference)
-    return {LABEL: encoded(side_by_side(image, reference)), DIFFERENCE: encoded(heat_map(image, reference))}
+    drawings = {LABEL: side_by_side, DIFFERENCE: heat_map}
+    return {name: encoded(draw, image, reference) for name, draw in drawings.items()}

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from accuracy.comparison import Picture, picture_of
-from accuracy.comparison.decoding import Size
+from accuracy.comparison.decoding import Content, Size
 from accuracy.comparison.inputs import PACKED, unpacked
 from accuracy.comparison.shown import names_of, shapes_shown
 from renderer.errors import ImageFileError, SceneError
@@ -118,7 +118,7 @@ def read_picture(
     GradingError
         The file is not a usable picture; the class depends on the folder.
     """
-    content = folder.read(name)
+    content: Content = folder.read(name)
     stored = len(content)
     layers = folder.layers(name) if folder.role == "reference" else {}
     try:

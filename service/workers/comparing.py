@@ -116,7 +116,7 @@ def _answer(found: Comparison, asked: ComparisonRequest) -> ComparisonAnswer:
     if not asked.pictures:
         return answer
     heat_map, side_by_side = (
-        base64.b64encode(heat.encoded(draw(found.image, found.reference))).decode("ascii")
+        base64.b64encode(heat.encoded(draw, found.image, found.reference)).decode("ascii")
         for draw in (heat.heat_map, heat.side_by_side)
     )
     images = ComparisonPictures(heat_map=heat_map, side_by_side=side_by_side)

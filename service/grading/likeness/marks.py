@@ -30,10 +30,12 @@ LEVEL = 1e-6
 
 def marked(reference: Picture) -> Picture:
     """A reference as results show it."""
-    whole = np.kron(_signs(reference) > 0, np.ones((SIDE, SIDE), dtype=bool))
-    brighter, codes = whole[: reference.height, : reference.width, None], seen(reference)
-    np.add(codes, 1, out=codes, where=brighter & (codes < 255))
-    np.subtract(codes, 1, out=codes, where=~brighter & (codes > 0))
+    signs, columns, row = _signs(reference), np.arange(reference.width) // SIDE, 0
+    codes = np.empty((reference.height, reference.width, 3), np.uint8)
+    for band in reference.bands():
+        rows = np.arange(row, row + band.height)
+        codes[rows] = np.clip(seen(band) + signs[rows[:, None] // SIDE, columns, None], 0, 255)
+        row += band.height
     return replace(reference, pixels=Pixels(codes, "srgb"))
 
 

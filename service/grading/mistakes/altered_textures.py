@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from renderer.assets import AssetError, AssetSource
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
-from renderer.images.deep_png import write_deep_png
+from renderer.images.png import write_codes
 from renderer.images.portable import encode_pfm
 from renderer.images.reading import read_image
 from renderer.scenes import LoadedScene
@@ -54,7 +54,8 @@ class AlteredAssets:
 
 def _in_sixteen_bits(texels: Texels) -> bytes:
     file = io.BytesIO()
-    write_deep_png(file, texels.shape[:2], [np.round(65535 * np.clip(texels, 0, 1)).astype(np.uint16)])
+    codes = np.round(65535 * np.clip(texels, 0, 1)).astype(np.uint16)
+    write_codes(file, codes.shape[:2], [codes], bits=16)
     return file.getvalue()
 
 

@@ -1,3 +1,5 @@
+import os
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -5,9 +7,14 @@ import pytest
 from PIL import Image
 
 from schemas.api.comparisons import ComparisonAnswer
-from tests.service.cli.conftest import Penumbra
+from tests.service.cli.conftest import COMMAND, ENVIRONMENT, Penumbra
 
 pytestmark = pytest.mark.usefixtures("pictures")
+
+
+LARGE, MOST_MIB = (2160, 3840), 400
+"""Rows and columns, and memory for them: two pictures of 95 MiB in single precision, the program with 85, and
+some rows at a time of a drawing of 25 million pixels."""
 
 
 @pytest.fixture
@@ -17,6 +24,7 @@ def pictures(tmp_path: Path) -> None:
     codes = codes.astype(np.uint8)
     Image.fromarray(codes).save(tmp_path / "picture.png")
     Image.fromarray(codes[::-1]).save(tmp_path / "flipped.png")
+    (tmp_path / "torn.png").write_bytes((tmp_path / "picture.png").read_bytes()[:60])
     np.save(tmp_path / "small.npy", np.zeros((4, 4, 3), np.float32))
     broken = np.zeros((24, 32, 3), np.float32)
     broken[2, 3, 0] = np.nan
@@ -70,7 +78,9 @@ def test_worst_region_names_its_shape(here: Penumbra, scene_file: Path, tmp_path
     ("words", "code", "found"),
     [
         (("picture.png", "none.png"), 3, "none.png"),
-        (("picture.png", "small.npy"), 3, "32 x 24"),
+        (("torn.png", "picture.png"), 3, "damaged"),
+        # Its size is known before it is decoded.
+        (("torn.png", "small.npy"), 3, "32 x 24 pixels, not 4 x 4"),
         (("picture.png", "nan.npy"), 3, "column 3, row 2"),
         (("picture.png", "picture.png", "--encoding", "gamma"), 2, "gamma"),
         (("picture.png", "picture.png", "--heat-map", "heat.jpg"), 2, ".png"),
@@ -81,3 +91,16 @@ def test_unusable_arguments(here: Penumbra, words: tuple[str, ...], code: int, f
     outcome = here("compare", *words)
     assert (outcome.code, outcome.out) == (code, "")
     assert found in outcome.err
+
+
+@pytest.mark.slow
+def test_large_pictures_take_little_memory(tmp_path: Path) -> None:
+    ramp = np.linspace(0, 1, LARGE[1], dtype=np.float32)
+    picture = np.broadcast_to(ramp[:, None], (*LARGE, 3))
+    np.savez(tmp_path / "large.npz", image=picture)
+    np.save(tmp_path / "large.npy", picture)
+    words = ("compare", "large.npz", "large.npy", "--side-by-side", "side.png")
+    started = subprocess.Popen([*COMMAND, *words], cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.DEVNULL)
+    _, status, used = os.wait4(started.pid, 0)
+    started.returncode = os.waitstatus_to_exitcode(status)
+    assert (started.returncode, used.ru_maxrss // 1024 < MOST_MIB) == (0, True)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renderer.images.deep_png import write_deep_png
+from renderer.images.png import write_codes
 from service.settings import Settings
 from tests.service.forking import running
 from tests.service.sending import hollow_png, put, textured, with_mesh
@@ -62,7 +62,7 @@ def by_pillow(kind: str, mode: str = "RGB", **options: object) -> Callable[[int]
 def deep_png(side: int) -> bytes:
     file = io.BytesIO()
     row = np.linspace(0, 65535, 3 * side).astype(np.uint16).reshape(1, side, 3)
-    write_deep_png(file, (side, side), (row for _ in range(side)))
+    write_codes(file, (side, side), (row for _ in range(side)), bits=16)
     return file.getvalue()
 
 

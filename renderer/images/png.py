@@ -1,4 +1,4 @@
-"""PNG files of 16 bits a channel, which Pillow does not write."""
+"""PNG files from bands of rows, of 8 or 16 bits: Pillow keeps 4 bytes of each pixel, and writes 8 bits."""
 
 import struct
 import zlib
@@ -13,8 +13,10 @@ _TRUE_COLOR, _UP = 2, 2
 _COMPRESSION = 4
 
 
-def write_deep_png(file: IO[bytes], size: Sequence[int], bands: Iterable[NDArray[np.uint16]]) -> None:
-    """Write a PNG file of 16 bits a channel (ISO 15948) from bands of rows, top to bottom.
+def write_codes(
+    file: IO[bytes], size: Sequence[int], bands: Iterable[NDArray[np.unsignedinteger]], bits: int = 8
+) -> None:
+    """Write a PNG file (ISO 15948) from bands of rows, top to bottom.
 
     Each row is stored as its difference to the one above.
 
@@ -22,16 +24,20 @@ def write_deep_png(file: IO[bytes], size: Sequence[int], bands: Iterable[NDArray
     ----------
     size
         Height and width, pixels.
-    bands : iterable of (h, W, 3) uint16
+    bands : iterable of (h, W, 3)
+        Codes from 0 to the largest of so many bits.
+    bits : {8, 16}
+        Of a channel.
     """
     height, width = size
+    kind, length = np.dtype(f">u{bits // 8}"), 3 * width * bits // 8
     file.write(_SIGNATURE)
-    _write_chunk(file, b"IHDR", struct.pack(">IIBBBBB", width, height, 16, _TRUE_COLOR, 0, 0, 0))
+    _write_chunk(file, b"IHDR", struct.pack(">IIBBBBB", width, height, bits, _TRUE_COLOR, 0, 0, 0))
     packing = zlib.compressobj(_COMPRESSION)
-    above = np.zeros((1, 6 * width), np.uint8)
+    above = np.zeros((1, length), np.uint8)
     for band in bands:
-        rows = band.astype(">u2").reshape(len(band), -1).view(np.uint8)
-        lines = np.full((len(rows), 1 + 6 * width), _UP, np.uint8)
+        rows = band.astype(kind).reshape(len(band), -1).view(np.uint8)
+        lines = np.full((len(rows), 1 + length), _UP, np.uint8)
         lines[:, 1:] = rows - np.concatenate((above, rows[:-1]))
         above = rows[-1:]
         _write_chunk(file, b"IDAT", packing.compress(lines.tobytes()))
