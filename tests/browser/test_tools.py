@@ -11,11 +11,25 @@ from renderer.images import files as image_files
 from schemas.scene import Display
 from service.server import RunningServer
 from tests.browser.conftest import Open
-from tests.browser.pictures import codes_of, finished, opened, point_at, served, tab
+from tests.browser.pictures import OVERLAY, click_at, codes_of, finished, opened, point_at, served, tab
 from tests.service.support import image, scene
 
+# Whether each pixel has a mark, which is red with dark stripes; null for one out of sight.
+MARKED = f"""(places) => {{{OVERLAY}
+    return places.map(([x, y]) => {{
+        // Between the frame of the cursor and the numbers in the middle.
+        const [left, top] = place(x + 0.5, y + 0.27);
+        if (left < 0 || top < 0 || left >= over.width || top >= over.height) return null;
+        const [red, green, blue, alpha] = context.getImageData(left, top, 1, 1).data;
+        return alpha === 255 && red > 100 && green === 0 && blue === 0;
+    }});
+}}"""
+# How many dots of what lies over the picture are drawn on.
+DRAWN = f"""() => {{{OVERLAY}
+    const {{ data }} = context.getImageData(0, 0, over.width, over.height);
+    return data.filter((code, i) => i % 4 === 3 && code).length;
+}}"""
 LUMA = [0.2126, 0.7152, 0.0722]
-RED = [255, 0, 0]
 
 
 @pytest.fixture(scope="module")
@@ -44,16 +58,27 @@ def test_one_channel_is_grey(open_page: Open, client: httpx2.Client, bright: str
 
 
 @pytest.mark.slow
-def test_stripes_cover_clipped_pixels(open_page: Open, client: httpx2.Client, bright: str) -> None:
+@pytest.mark.parametrize("notches", [0, 10], ids=["fitted", "close"])
+def test_every_clipped_pixel_is_marked(
+    open_page: Open, client: httpx2.Client, bright: str, notches: int
+) -> None:
     page = opened(open_page, bright)
     settings(page)
     page.get_by_label("Mark clipped pixels").check()
+    page.keyboard.press("Escape")
     clipped = (image(client, bright) > 1).any(axis=2)
-    assert 0 < clipped.sum() < clipped.size
-    striped = (codes_of(page) == RED).all(axis=2)
-    assert striped.any()
-    assert not (striped & ~clipped).any()
-    page.get_by_label("Mark clipped pixels").uncheck()
+    # At an edge of what is clipped.
+    y, x = np.argwhere(clipped[:, 1:] & ~clipped[:, :-1])[0].tolist()
+    point_at(page, x, y, (60, 40))
+    page.mouse.wheel(0, -120 * notches)
+    page.wait_for_function(f"(places) => ({MARKED})(places)[0] !== null", arg=[[x, y]])
+    places = [(x, y) for y in range(40) for x in range(60)]
+    seen = {
+        (bool(clipped[y, x]), found)
+        for (x, y), found in zip(places, page.evaluate(MARKED, places), strict=True)
+        if found is not None
+    }
+    assert seen == {(True, True), (False, False)}
     np.testing.assert_array_equal(codes_of(page), served(client, bright))
 
 
@@ -124,3 +149,56 @@ def test_scale_of_a_layer(open_page: Open, client: httpx2.Client, bright: str) -
     near = np.isfinite(depth) & (depth < 5)
     share = np.log(depth[near] / depth[near].min()) / np.log(5 / depth[near].min())
     assert np.abs(codes_of(page)[near][:, 0] - 255 * share).max() <= 1
+
+
+@pytest.mark.slow
+def test_tools_belong_to_the_layer(open_page: Open, client: httpx2.Client, bright: str) -> None:
+    page = opened(open_page, bright)
+    page.get_by_label("Shown").select_option("depth")
+    expect(page.get_by_label("Lowest value")).to_be_visible()
+    low, high = (page.get_by_label(f"{end} value").input_value() for end in ("Lowest", "Highest"))
+    tab(page, "Pixel")
+    depth = np.load(io.BytesIO(client.get(f"/v1/jobs/{bright}/layers/depth.npy").content))
+    missing = int((~np.isfinite(depth)).sum())
+    assert 0 < missing < depth.size
+    caption = page.locator(".histogram-figure figcaption")
+    expect(caption).to_contain_text(f"depth from {low} to {high}")
+    expect(caption).to_contain_text(f"{missing} values are not finite")
+    page.get_by_role("button", name="All of it").click()
+    expect(page.locator(".statistics caption")).to_contain_text(f"{missing:,} values left out as infinite")
+    settings(page)
+    assert page.get_by_label("Channel").evaluate("(one) => one.closest('[inert]') !== null")
+    page.keyboard.press("Escape")
+    page.get_by_label("Shown").select_option("Picture")
+    expect(caption).to_contain_text("display white")
+
+
+@pytest.mark.slow
+def test_region_and_lines_are_removed(open_page: Open, bright: str) -> None:
+    page = opened(open_page, bright)
+    point_at(page, 25, 30, (60, 40))
+    expect(page.locator(".readout")).to_be_visible()
+    empty = page.evaluate(DRAWN)
+    click_at(page, 25, 30, (60, 40))
+    expect(page.get_by_role("heading", name="Pixel 25, 30")).to_be_visible()
+    page.get_by_role("button", name="All of it").click()
+    page.wait_for_function(f"(empty) => ({DRAWN})() > empty", arg=empty)
+    page.get_by_role("button", name="Remove", exact=True).click()
+    page.get_by_role("button", name="Remove lines").click()
+    expect(page.get_by_role("heading", name="Why this colour?")).to_be_visible()
+    page.wait_for_function(f"(empty) => ({DRAWN})() === empty", arg=empty)
+    click_at(page, 25, 30, (60, 40))
+    page.locator(".screen").press("Escape")
+    expect(page.get_by_role("heading", name="Why this colour?")).to_be_visible()
+
+
+@pytest.mark.slow
+def test_forced_colours_have_borders(open_page: Open, bright: str) -> None:
+    page = opened(open_page, bright, forced_colors="active")
+    click_at(page, 25, 30, (60, 40))
+    expect(page.locator(".amount-fill").first).to_be_visible()
+    for place in (".amount-fill", ".drawer-tabs [aria-selected=true]", ".stage-readout"):
+        sides = page.locator(place).first.evaluate(
+            "(one) => { const s = getComputedStyle(one); return [s.borderTopWidth, s.borderBottomWidth]; }"
+        )
+        assert max(float(side.removesuffix("px")) for side in sides) >= 1

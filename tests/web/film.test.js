@@ -2,9 +2,10 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Film } from "../../service/web/views/picture/film.js";
-import { NO_NUMBER, TOO_BRIGHT, TOO_DARK, plainLook } from "../../service/web/views/picture/look.js";
+import { plainLook } from "../../service/web/views/picture/look.js";
 import { develop } from "../../service/web/views/picture/software.js";
 import { Encoder } from "../../service/web/views/picture/transfer.js";
+import { NO_NUMBER, TOO_BRIGHT, TOO_DARK, marksOf } from "../../service/web/views/picture/zebra.js";
 
 const tile = (x0, y0, x1, y1, stride, pixels) => ({
   x0,
@@ -66,18 +67,23 @@ test("one channel is shown as grey", () => {
   assert.deepEqual(shown, [0xff000000, 0xff333333, 0xffffffff]);
 });
 
-test("clipped pixels have stripes, and those that are no numbers are marked whole", () => {
-  const film = new Film(8, 1);
-  film.fill(grey(1, 2, 2, -1, -1, NaN, Infinity, 0.5));
-  const marked = words(film, { stripe: 1 });
-  assert.deepEqual(marked.slice(0, 3), [0xffffffff, TOO_BRIGHT, 0xffffffff]);
-  assert.deepEqual([marked[3], marked[4]], [TOO_DARK, 0xff000000]);
-  assert.deepEqual([marked[5], marked[6], marked[7]], [NO_NUMBER, 0xffffffff, 0xff808080]);
+test("every clipped pixel has a mark, at the exposure of the display", () => {
+  const film = new Film(6, 1);
+  film.fill(grey(1, 2, -1, NaN, Infinity, 0.6));
+  assert.deepEqual(Array.from(marksOf(film, 0, 1).words), [
+    0,
+    TOO_BRIGHT,
+    TOO_DARK,
+    NO_NUMBER,
+    TOO_BRIGHT,
+    0,
+  ]);
+  assert.equal(marksOf(film, 1, 1).words[5], TOO_BRIGHT);
+  assert.deepEqual(Array.from(marksOf(new Film(1, 1), 0, 1).words), [0]);
 });
 
-test("what is clipped depends on the exposure", () => {
-  const film = new Film(2, 1);
-  film.fill(grey(0.4, 0.6));
-  const marked = words(film, { stripe: 1, encoder: new Encoder(1, "linear") });
-  assert.deepEqual(marked, [0xffcccccc, TOO_BRIGHT]);
+test("one clipped pixel marks the block that shares a pixel of the display with it", () => {
+  const film = new Film(5, 3);
+  film.fill(grey(...Array.from({ length: 15 }, (_, i) => (i === 14 ? 2 : 0))));
+  assert.deepEqual(Array.from(marksOf(film, 0, 2).words), [0, 0, 0, 0, 0, TOO_BRIGHT]);
 });

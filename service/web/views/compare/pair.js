@@ -55,6 +55,7 @@ export function makePair(frame, film, signal) {
   // Space shows B as long as it is held; the choice of what is shown stays as it is.
   hearSpace((held) => choice.disabled || show(held ? "b" : choice.value), signal);
   addEventListener("keydown", switched, { signal });
+  screen.on("clear", () => (region = null));
   viewer.begin();
 
   /** @param {CanvasRenderingContext2D} context */
@@ -72,10 +73,12 @@ export function makePair(frame, film, signal) {
 
   /** @param {string} name */
   function show(name) {
+    const isOther = mode !== name;
     mode = name;
     const layer = DIFFERENCES.includes(name) ? differing(name) : null;
     if (!layer) developer.split(name === "split" ? Math.round(share * width) : name === "a" ? width : 0);
     if (layer !== developer.layer) viewer.show(layer);
+    if (isOther) viewer.changed();
     viewer.readout.show();
   }
 
@@ -105,7 +108,9 @@ export function makePair(frame, film, signal) {
     },
     /** @param {ComparedRegion} chosen */
     showRegion(chosen) {
-      region = chosen;
+      region = chosen === region ? null : chosen;
+      screen.redraw();
+      if (!region) return;
       screen.frame(chosen);
       announce(`Showing columns ${chosen.x0} to ${chosen.x1 - 1}, rows ${chosen.y0} to ${chosen.y1 - 1}.`);
     },

@@ -1,4 +1,4 @@
-// Controls of what is shown of a picture: one channel, clipped pixels, an exposure that fits.
+// Controls of what is shown of a picture: one channel, an exposure that fits.
 
 import { announce, h } from "../../dom.js";
 import { field } from "../../elements.js";
@@ -32,23 +32,6 @@ export function makeChannels(developer, begun, changed) {
   const show = () => developer.change({ channel: /** @type {Channel} */ (select.value) });
   if (select.selectedIndex > 0) show();
   return field("Channel", select);
-}
-
-// CSS pixels across a stripe.
-const STRIPE = 4;
-
-/** A switch of the stripes over clipped pixels. @param {Developer} developer */
-export function makeZebra(developer) {
-  /** @type {HTMLInputElement} */
-  const box = h("input", {
-    type: "checkbox",
-    onchange: () =>
-      developer.change({
-        stripe: box.checked ? Math.max(1, Math.ceil(STRIPE / developer.screen.scale)) : 0,
-      }),
-  });
-  const title = "Red stripes: brighter than white. Blue stripes: below zero. Magenta: not a number.";
-  return h("label", { className: "zebra", title }, box, " Mark clipped pixels");
 }
 
 /**

@@ -1,7 +1,7 @@
 // Develops a film on a graphics card. All of its arithmetic is in whole numbers, so every card gives the same codes.
 
-import { CHANNELS, MAGNITUDE, NEGATIVE, NO_NUMBER, TOO_BRIGHT, TOO_DARK, brightest } from "./look.js";
-import { ENTRIES, INFINITE, SHIFT } from "./transfer.js";
+import { CHANNELS } from "./look.js";
+import { ENTRIES, SHIFT } from "./transfer.js";
 import { UNKNOWN } from "./film.js";
 
 /** @typedef {import("./film.js").Film} Film @typedef {import("./film.js").Rectangle} Rectangle */
@@ -31,8 +31,6 @@ uniform usampler2D luminance;
 uniform usampler2D table;
 uniform int height;
 uniform int channel;
-uniform int stripe;
-uniform uint limit;
 out vec4 color;
 
 uint code(uint bits) {
@@ -41,31 +39,12 @@ uint code(uint bits) {
   return found.r + (bits >= found.g ? 1u : 0u);
 }
 
-vec4 unpacked(uint word) {
-  return vec4((uvec4(word) >> uvec4(0u, 8u, 16u, 24u)) & 255u) / 255.0;
-}
-
-uint markOf(uvec3 bits) {
-  uint found = 0u;
-  for (int i = 0; i < 3; i++) {
-    if ((bits[i] & ${MAGNITUDE}u) > ${INFINITE}u) return ${NO_NUMBER}u;
-    if (bits[i] > ${NEGATIVE}u) found = found == 0u ? ${TOO_DARK}u : found;
-    else if (bits[i] > limit && bits[i] < ${NEGATIVE}u) found = ${TOO_BRIGHT}u;
-  }
-  return found;
-}
-
 void main() {
   ivec2 place = ivec2(gl_FragCoord.xy);
   place.y = height - 1 - place.y;
   uvec3 bits = texelFetch(film, place, 0).rgb;
   if (bits.r == ${UNKNOWN}u) {
     color = vec4(0.0);
-    return;
-  }
-  uint mark = stripe == 0 ? 0u : markOf(bits);
-  if (mark == ${NO_NUMBER}u || (mark != 0u && ((place.x + place.y) / stripe) % 2 == 1)) {
-    color = unpacked(mark);
     return;
   }
   if (channel == ${CHANNELS.luminance}) bits = texelFetch(luminance, place, 0).rrr;
@@ -144,13 +123,11 @@ export class Gpu {
    * @param {import("./look.js").Look} look
    * @returns {OffscreenCanvas | null} The picture, or null if the card was lost.
    */
-  develop({ encoder, channel, stripe }) {
+  develop({ encoder, channel }) {
     const { gl } = this;
     if (channel === "luminance" && !this.#weighed) this.#weigh();
     if (encoder !== this.#encoder) this.#use(encoder);
     gl.uniform1i(this.#place("channel"), CHANNELS[channel]);
-    gl.uniform1i(this.#place("stripe"), stripe);
-    gl.uniform1ui(this.#place("limit"), brightest(encoder.exposure));
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     return gl.isContextLost() ? null : /** @type {OffscreenCanvas} */ (gl.canvas);
   }

@@ -2,6 +2,7 @@
 
 import { UNKNOWN } from "./film.js";
 import { MAGNITUDE, brightest } from "./look.js";
+import { steps } from "./scales.js";
 import { ENTRIES, INFINITE, SHIFT, valueOf } from "./transfer.js";
 
 /** The stops that a histogram shows: from 2^-14 of white to 2^6. */
@@ -39,6 +40,22 @@ export function histogramOf({ bits }) {
     }
   }
   return { counts, dark, infinite, total };
+}
+
+/**
+ * The channels of a layer, in steps of its scale.
+ *
+ * @param {import("./layers.js").Layer} layer
+ * @returns {Histogram}
+ */
+export function histogramOfLayer({ values, channels, range }) {
+  const counts = Array.from({ length: channels }, () => new Uint32Array(BINS));
+  const step = steps(range, BINS);
+  let infinite = 0;
+  for (let i = 0; i < values.length; i++)
+    if (Number.isFinite(values[i])) counts[i % channels][step(values[i])]++;
+    else infinite++;
+  return { counts, dark: 0, infinite, total: values.length };
 }
 
 /** How many values are clipped to white at an exposure. @param {import("./film.js").Film} film @param {number} exposure */

@@ -1,7 +1,8 @@
 // The histogram of a picture, with what is white at the present exposure.
 
 import { debounced, h } from "../../dom.js";
-import { STOPS, countClipped, histogramOf } from "./histogram.js";
+import { STOPS, countClipped, histogramOf, histogramOfLayer } from "./histogram.js";
+import { short } from "./numbers.js";
 
 const WIDTH = 320;
 const HEIGHT = 96;
@@ -10,12 +11,12 @@ const COLORS = ["#f33", "#2c2", "#46f"];
 const CALM_MS = 300;
 
 /**
- * @param {import("./film.js").Film} film
+ * @param {import("./develop.js").Developer} developer
  * @param {AbortSignal} signal
  * @returns {{element: HTMLElement, changed: () => void, expose: (exposure: number) => void}} `changed` is to be called when
- *   the film has changed.
+ *   something else is shown.
  */
-export function makeHistogram(film, signal) {
+export function makeHistogram(developer, signal) {
   const canvas = h("canvas", { className: "histogram", width: WIDTH, height: HEIGHT, role: "img" });
   const caption = h("figcaption", { className: "soft small" });
   /** @type {import("./histogram.js").Histogram | null} */
@@ -26,9 +27,13 @@ export function makeHistogram(film, signal) {
   const soon = debounced(CALM_MS, () => isVisible && show(), signal);
 
   function show() {
-    histogram ??= histogramOf(film);
-    draw(canvas, histogram.counts, exposure);
-    caption.textContent = words(histogram, countClipped(film, exposure));
+    const { layer } = developer;
+    const film = developer.filmAt(0);
+    histogram ??= layer ? histogramOfLayer(layer) : histogramOf(film);
+    draw(canvas, histogram.counts, layer ? null : exposure);
+    caption.textContent = layer
+      ? layerWords(layer, histogram)
+      : words(histogram, countClipped(film, exposure));
     canvas.setAttribute("aria-label", `Histogram. ${caption.textContent}`);
   }
 
@@ -44,11 +49,13 @@ export function makeHistogram(film, signal) {
     element,
     changed() {
       histogram = null;
+      // Numbers of shapes are names.
+      element.hidden = developer.layer?.kind === "names";
       soon();
     },
     expose(stops) {
       exposure = stops;
-      if (!isVisible || !histogram) return;
+      if (!isVisible || !histogram || developer.layer) return;
       draw(canvas, histogram.counts, exposure);
       soon();
     },
@@ -58,7 +65,7 @@ export function makeHistogram(film, signal) {
 /** @param {number} stops */
 const across = (stops) => ((stops - STOPS.low) / (STOPS.high - STOPS.low)) * WIDTH;
 
-/** @param {HTMLCanvasElement} canvas @param {Uint32Array[]} counts @param {number} exposure */
+/** @param {HTMLCanvasElement} canvas @param {Uint32Array[]} counts @param {number | null} exposure - Null without a white. */
 function draw(canvas, counts, exposure) {
   const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   const most = Math.log1p(Math.max(1, ...counts.map((bins) => Math.max(...bins))));
@@ -66,10 +73,11 @@ function draw(canvas, counts, exposure) {
   context.fillStyle = "#181818";
   context.fillRect(0, 0, WIDTH, HEIGHT);
   context.fillStyle = "#3a3a3a";
-  for (let stop = STOPS.low + 2; stop < STOPS.high; stop += 2) context.fillRect(across(stop), 0, 1, HEIGHT);
+  if (exposure !== null)
+    for (let stop = STOPS.low + 2; stop < STOPS.high; stop += 2) context.fillRect(across(stop), 0, 1, HEIGHT);
   context.globalCompositeOperation = "lighter";
   counts.forEach((bins, channel) => {
-    context.fillStyle = COLORS[channel];
+    context.fillStyle = counts.length > 1 ? COLORS[channel] : "#ccc";
     const width = WIDTH / bins.length;
     bins.forEach((count, bin) => {
       const height = (HEIGHT * Math.log1p(count)) / most;
@@ -78,7 +86,15 @@ function draw(canvas, counts, exposure) {
   });
   context.globalCompositeOperation = "source-over";
   context.fillStyle = "#fff";
-  context.fillRect(across(-exposure) - 1, 0, 2, HEIGHT);
+  if (exposure !== null) context.fillRect(across(-exposure) - 1, 0, 2, HEIGHT);
+}
+
+/** @param {import("./layers.js").Layer} layer @param {import("./histogram.js").Histogram} histogram */
+function layerWords({ name, range: { low, high, log } }, { infinite }) {
+  return (
+    `${name} from ${short(low)} to ${short(high)}${log ? " by equal ratios" : ""}; counts are logarithmic.` +
+    (infinite ? ` ${infinite} values are not finite.` : "")
+  );
 }
 
 /** @param {import("./histogram.js").Histogram} histogram @param {number} clipped */

@@ -8,6 +8,9 @@ import { makeRay } from "./ray.js";
 import { short } from "./numbers.js";
 import { makeSource } from "./source.js";
 
+const HINT =
+  "Click a pixel, or press Enter on it, to see what its ray hits and where its colour comes from. Escape removes its lines.";
+
 /** @typedef {ReturnType<typeof makeInspector>} Inspector */
 
 /**
@@ -17,23 +20,12 @@ import { makeSource } from "./source.js";
  * @param {string} options.name - Of the picture among several, or empty.
  * @param {import("./film.js").Film} options.film
  * @param {(pixel: PixelPlace) => void} options.copy - Copies the values of a pixel.
+ * @param {() => void} options.close - Removes pixel and lines from the picture.
  * @param {AbortSignal} options.signal
  */
-export function makeInspector({ id, scene, name, film, copy, signal }) {
-  const body = h(
-    "div",
-    {},
-    h(
-      "p",
-      { className: "soft" },
-      "Click a pixel, or press Enter on it, to see what its ray hits and where its colour comes from.",
-    ),
-  );
-  const heading = h(
-    "h2",
-    { id: `inspector-title${name}` },
-    name ? `Why this colour of ${name}?` : "Why this colour?",
-  );
+export function makeInspector({ id, scene, name, film, copy, close, signal }) {
+  const body = h("div");
+  const heading = h("h2", { id: `inspector-title${name}` });
   const source = makeSource(id, name, signal);
   const element = h(
     "section",
@@ -46,6 +38,12 @@ export function makeInspector({ id, scene, name, film, copy, signal }) {
   let wanted = null;
   /** @type {InspectionDocument | null} */
   let found = null;
+
+  function clear() {
+    wanted = found = null;
+    heading.textContent = name ? `Why this colour of ${name}?` : "Why this colour?";
+    body.replaceChildren(h("p", { className: "soft" }, HINT));
+  }
 
   /** @param {PixelPlace} pixel */
   async function show(pixel) {
@@ -78,7 +76,12 @@ export function makeInspector({ id, scene, name, film, copy, signal }) {
           {},
           h("ul", { className: "reasons" }, reasons),
           colours(found, film.at(found.x, found.y)),
-          h("button", { type: "button", onclick: () => copy({ x: found.x, y: found.y }) }, "Copy values"),
+          h(
+            "div",
+            { className: "row" },
+            h("button", { type: "button", onclick: () => copy({ x: found.x, y: found.y }) }, "Copy values"),
+            h("button", { type: "button", onclick: close }, "Remove lines"),
+          ),
           source.element,
         ),
         h(
@@ -110,9 +113,11 @@ export function makeInspector({ id, scene, name, film, copy, signal }) {
     return buttons.length ? h("span", { className: "pointers" }, buttons) : "";
   }
 
+  clear();
   return {
     element,
     show,
+    clear,
     /** Draw the path of the ray that is explained. @param {CanvasRenderingContext2D} context @param {PictureScreen} screen */
     draw(context, screen) {
       if (found) drawPath(context, screen, found);

@@ -5,9 +5,9 @@ const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowD
 const FAR = 10;
 const STEP = Math.SQRT2;
 
-export const MOVING_KEYS =
-  "Arrow keys move from pixel to pixel, with Shift by ten. Plus and minus zoom, 0 fits, 1 shows one to one.";
-export const KEYS = `${MOVING_KEYS} C copies the values. Enter explains the pixel.`;
+export const KEYS =
+  "Arrow keys move from pixel to pixel, with Shift by ten. Plus and minus zoom, 0 fits, 1 shows one to one. C copies the values. " +
+  "Enter explains the pixel. Escape removes regions and lines.";
 
 /** @param {PictureScreen} screen */
 export function hearKeys(screen) {
@@ -25,6 +25,7 @@ export function hearKeys(screen) {
     0: () => screen.fit(),
     1: () => screen.zoom(1 / devicePixelRatio, ...around()),
     c: () => screen.emit("copy", screen.cursor ?? middle()),
+    Escape: () => screen.emit("clear", null),
     Enter: () => screen.choose(screen.cursor ?? middle()),
   };
 

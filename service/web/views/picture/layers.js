@@ -38,6 +38,11 @@ export class Layer {
     this.scale = scale ?? scaleOf(this.kind === "scale" || this.kind === "colours" ? this.#numbers : []);
   }
 
+  /** From which value to which its values go. @returns {import("./scales.js").Scale} */
+  get range() {
+    return this.kind === "directions" ? { ...this.scale, low: -1, high: 1 } : this.scale;
+  }
+
   /** @param {number} x @param {number} y */
   at(x, y) {
     const from = this.channels * (y * this.width + x);
@@ -60,11 +65,10 @@ export class Layer {
 
   /** @param {Uint32Array} packed @param {number} begin @param {number} end */
   #write(packed, begin, end) {
-    const { kind, values, scale } = this;
+    const { kind, values, scale, range } = this;
     if (kind === "scale") writeScale(packed, this.#numbers, scale, begin, end);
     else if (kind === "names") writeNames(packed, values, begin, end);
-    else if (kind === "directions") writeColors(packed, values, this.channels, -1, 1, begin, end);
-    else writeColors(packed, values, this.channels, scale.low, scale.high, begin, end);
+    else writeColors(packed, values, this.channels, range.low, range.high, begin, end);
   }
 }
 

@@ -14,6 +14,7 @@ const CURSOR_FROM = 3;
  * @property {PixelPlace | null} cursor - The pixel under the cursor.
  * @property {PixelPlace} choose - The pixel clicked.
  * @property {PixelPlace} copy - The pixel whose values are wanted.
+ * @property {null} clear - Regions and lines are to be removed.
  * @property {null} view - The visible part changed.
  */
 

@@ -1,8 +1,7 @@
 // Develops a film without a graphics card.
 
 import { UNKNOWN } from "./film.js";
-import { CHANNELS, MAGNITUDE, NEGATIVE, NO_NUMBER, TOO_BRIGHT, TOO_DARK, brightest } from "./look.js";
-import { INFINITE } from "./transfer.js";
+import { CHANNELS } from "./look.js";
 
 /** @typedef {import("./film.js").Film} Film @typedef {import("./look.js").Look} Look */
 
@@ -20,7 +19,6 @@ export function develop(film, look, { x0, y0, x1, y1 }, packed) {
     const from = y * film.width + x0;
     const to = (y - y0) * count;
     encode(film, look, from, packed, to, count);
-    if (look.stripe) mark(film.bits, look, from, packed, to, x0 + y, count);
     for (let i = 0; i < count; i++) if (film.bits[3 * (from + i)] === UNKNOWN) packed[to + i] = 0;
   }
 }
@@ -38,41 +36,4 @@ function encode(film, { encoder, channel }, from, packed, to, count) {
   else if (channel === "luminance")
     encoder.writeGrey(new Uint32Array(film.luminance.buffer), from, 1, packed, to, count);
   else encoder.writeGrey(film.bits, 3 * from + CHANNELS[channel], 3, packed, to, count);
-}
-
-/**
- * Mark clipped pixels by stripes, and all of a pixel that has a NaN.
- *
- * @param {Uint32Array} bits
- * @param {Look} look
- * @param {number} from
- * @param {Uint32Array} packed
- * @param {number} to
- * @param {number} diagonal - Column plus row of the first pixel.
- * @param {number} count
- */
-function mark(bits, { encoder, stripe }, from, packed, to, diagonal, count) {
-  const limit = brightest(encoder.exposure);
-  for (let i = 0; i < count; i++) {
-    const color = markOf(bits, 3 * (from + i), limit);
-    if (color === NO_NUMBER || (color && Math.floor((diagonal + i) / stripe) % 2)) packed[to + i] = color;
-  }
-}
-
-/**
- * The colour that marks a pixel, or 0.
- *
- * @param {Uint32Array} bits
- * @param {number} from
- * @param {number} limit
- */
-function markOf(bits, from, limit) {
-  let color = 0;
-  for (let i = from; i < from + 3; i++) {
-    const value = bits[i];
-    if ((value & MAGNITUDE) > INFINITE) return NO_NUMBER;
-    if (value > NEGATIVE) color ||= TOO_DARK;
-    else if (value > limit && value < NEGATIVE) color = TOO_BRIGHT;
-  }
-  return color;
 }

@@ -1,6 +1,7 @@
 // Statistics of a part of the picture, in a table.
 
 import { announce, h } from "../../dom.js";
+import { plural } from "../../format.js";
 import { short } from "./numbers.js";
 import { hearRegion } from "./region.js";
 import { statisticsOf } from "./statistics.js";
@@ -19,6 +20,7 @@ export function makeStatistics(screen, shown) {
   const button = (/** @type {string} */ label, /** @type {() => Rectangle} */ place) =>
     h("button", { type: "button", onclick: () => (show(place()), announce(spoken())) }, label);
   const table = h("div", { className: "statistics" });
+  const remove = h("button", { type: "button", hidden: true, onclick: removed }, "Remove");
   /** @type {Rectangle | null} */
   let region = null;
 
@@ -27,7 +29,20 @@ export function makeStatistics(screen, shown) {
     region = place;
     const { values, channels } = shown();
     table.replaceChildren(tableOf(place, statisticsOf(values, channels, screen.width, place)));
+    remove.hidden = false;
     screen.redraw();
+  }
+
+  function clear() {
+    region = null;
+    table.replaceChildren();
+    remove.hidden = true;
+    screen.redraw();
+  }
+
+  function removed() {
+    clear();
+    screen.element.focus({ preventScroll: true });
   }
 
   const spoken = () => table.textContent ?? "";
@@ -43,6 +58,7 @@ export function makeStatistics(screen, shown) {
         { className: "row" },
         button("What is visible", () => screen.visible()),
         button("All of it", () => ({ x0: 0, y0: 0, x1: screen.width, y1: screen.height })),
+        remove,
       ),
       table,
     ),
@@ -50,6 +66,7 @@ export function makeStatistics(screen, shown) {
     draw(context) {
       if (region) screen.outline(context, region, "#4cc9f0");
     },
+    clear,
     /** Another layer is shown, or the picture has changed. */
     changed() {
       if (region) show(region);
@@ -59,7 +76,9 @@ export function makeStatistics(screen, shown) {
 
 /** @param {Rectangle} place @param {import("./statistics.js").Statistics[]} channels */
 function tableOf({ x0, y0, x1, y1 }, channels) {
-  const cell = (/** @type {number} */ value) => h("td", { className: "number" }, short(value));
+  const pixels = (x1 - x0) * (y1 - y0);
+  const infinite = channels.reduce((sum, { count }) => sum + pixels - count, 0);
+  const rest = infinite ? `; ${plural(infinite, "value")} left out as infinite or without a number` : "";
   const name = (/** @type {number} */ i) => (channels.length === 1 ? "Value" : (NAMES[i] ?? `Channel ${i}`));
   return h(
     "table",
@@ -67,7 +86,7 @@ function tableOf({ x0, y0, x1, y1 }, channels) {
     h(
       "caption",
       {},
-      `Columns ${x0} to ${x1 - 1}, rows ${y0} to ${y1 - 1}: ${x1 - x0} × ${y1 - y0} pixels, linear`,
+      `Columns ${x0} to ${x1 - 1}, rows ${y0} to ${y1 - 1}: ${x1 - x0} × ${y1 - y0} pixels, linear${rest}`,
     ),
     h(
       "thead",
@@ -86,7 +105,7 @@ function tableOf({ x0, y0, x1, y1 }, channels) {
           "tr",
           {},
           h("th", { scope: "row" }, name(i)),
-          COLUMNS.map((column) => cell(found[column])),
+          COLUMNS.map((column) => h("td", { className: "number" }, found.count ? short(found[column]) : "–")),
         ),
       ),
     ),

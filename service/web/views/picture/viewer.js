@@ -1,7 +1,7 @@
 // The viewer of a picture: display controls, readout, legend, and why a pixel has its colour.
 
 import { announce, debounced, h } from "../../dom.js";
-import { makeAutoExposure, makeChannels, makeZebra } from "./channels.js";
+import { makeAutoExposure, makeChannels } from "./channels.js";
 import { makeBackground, makeChoice, makeDisplay, makeFullscreen, makeLink, makeZoom } from "./controls.js";
 import { Developer } from "./develop.js";
 import { makeHistogram } from "./histogram_view.js";
@@ -14,6 +14,7 @@ import { makePopover } from "./popover.js";
 import { makeReadout } from "./readout.js";
 import { Screen, square } from "./screen.js";
 import { makeStatistics } from "./statistics_view.js";
+import { makeZebra } from "./zebra.js";
 
 // Without changes for so long, the statistics are taken again.
 const CALM_MS = 300;
@@ -46,7 +47,7 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
     address.changed();
   });
   const address = keepAddress(screen, inAddress, signal);
-  const histogram = makeHistogram(film, signal);
+  const histogram = makeHistogram(developer, signal);
   const statistics = makeStatistics(screen, () => developer.shown);
   const recount = debounced(CALM_MS, statistics.changed, signal);
   const readout = makeReadout(screen, developer);
@@ -54,14 +55,16 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
   const keys = h("p", { className: "soft small", id: "picture-keys" }, `${KEYS} ${options.keys ?? ""}`);
   const legend = h("div", { className: "stage-legend" });
   const choice = makeChoice(choices, choose);
-  const settings = makePopover(
-    "Display",
-    "display-settings",
+  const zebra = makeZebra(developer);
+  // Layers have no exposure and no white.
+  const tools = h(
+    "div",
+    { className: "display" },
     makeAutoExposure(film, (exposure) => display.set({ exposure })),
     makeChannels(developer, address.asked.get("channel"), address.changed),
-    makeZebra(developer),
-    makeBackground(stage),
+    zebra.element,
   );
+  const settings = makePopover("Display", "display-settings", tools, makeBackground(stage));
   /** @type {import("./inspector.js").Inspector[]} */
   const inspectors = [];
 
@@ -105,6 +108,7 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
 
   /** @param {CanvasRenderingContext2D} context */
   function overlay(context) {
+    zebra.draw(context);
     drawGrid(context, screen);
     developer.drawNumbers(context);
     options.overlay(context);
@@ -128,6 +132,15 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
     screen.redraw();
   });
   screen.on("copy", readout.copy);
+  screen.on("clear", () => (forget(), statistics.clear()));
+
+  /** Remove the chosen pixel and its lines. */
+  function forget() {
+    self.pixel = null;
+    for (const inspector of inspectors) inspector.clear();
+    address.changed();
+    screen.redraw();
+  }
 
   const self = {
     screen,
@@ -156,6 +169,7 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
     close: () => (screen.close(), developer.close()),
     /** Note that the film has changed. */
     changed() {
+      zebra.changed();
       histogram.changed();
       recount();
       readout.show();
@@ -164,8 +178,10 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
     show(layer) {
       developer.show(layer);
       statistics.changed();
-      legend.replaceChildren(layer ? makeLegend(layer, () => developer.show(layer)) : "");
-      display.element.inert = layer !== null;
+      histogram.changed();
+      const scaled = () => (developer.show(layer), histogram.changed());
+      legend.replaceChildren(layer ? makeLegend(layer, scaled) : "");
+      display.element.inert = tools.inert = layer !== null;
       readout.show();
     },
     /**
@@ -177,7 +193,15 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
      */
     explain(id, scene, name = "") {
       const its = developer.films[inspectors.length];
-      const inspector = makeInspector({ id, scene, name, film: its, copy: readout.copy, signal });
+      const inspector = makeInspector({
+        id,
+        scene,
+        name,
+        film: its,
+        copy: readout.copy,
+        close: () => (forget(), screen.element.focus({ preventScroll: true })),
+        signal,
+      });
       inspectors.push(inspector);
       why.append(inspector.element);
       if (self.pixel) inspector.show(self.pixel).then(() => screen.redraw());
