@@ -18,20 +18,15 @@ import numpy as np
 
 from accuracy.comparison.inputs import SIDECARS
 from schemas.grading.grades import Grade
-from schemas.grading.manifests import (
-    ImageTest,
-    Manifest,
-    RaysFile,
-    RaysTest,
-    ReferencePicture,
-    ReferenceScene,
-    SceneTest,
-)
+from schemas.grading.manifests import Manifest
 from service.grading.adjustments import Correction
 from service.grading.errors import GradingError
 from service.grading.folders import MOST_BYTES, Folder, is_hidden, readable
 from service.grading.grading import Graded
 from service.grading.likeness.fingerprints import Fingerprint
+
+FILE_FIELDS = frozenset({"file", "mask", "reference", "scene"})
+"""Fields of a manifest that name files, if they are texts. Those of submissions are not found beside it."""
 
 RESULT, PRINTS, KEY = "result.json", "fingerprints.npz", "graded.key"
 """In the folder of each student; the key is written last."""
@@ -95,8 +90,9 @@ def submissions(folder: Path) -> tuple[tuple[Student, ...], tuple[str, ...]]:
 def assignment_key(manifest: Manifest, references: Path) -> str:
     """A hash of all that decides a grade except the submission."""
     folder = Folder(references.resolve(), "reference")
-    files = {name: _content(folder, name) for name in sorted(set(_names(manifest)))}
-    parts = [version("penumbra-render"), manifest.model_dump(mode="json"), files]
+    document = manifest.model_dump(mode="json")
+    files = {name: _content(folder, name) for name in sorted(set(_names(document)))}
+    parts = [version("penumbra-render"), document, files]
     return _hashed(json.dumps(parts, sort_keys=True).encode())
 
 
@@ -138,25 +134,17 @@ def unpacked(content: bytes) -> dict[str, Fingerprint]:
         return {test: Fingerprint(*arrays[test]) for test in arrays.files}
 
 
-def _names(manifest: Manifest) -> Iterator[str]:
-    """The files beside the manifest that tests name."""
-    for test in manifest.tests:
-        if isinstance(test, RaysTest):
-            yield test.reference
-            if isinstance(test.rays, RaysFile):
-                yield test.rays.file
-        elif isinstance(test, ImageTest | SceneTest):
-            yield from _of_reference(test.reference)
-            if test.mask is not None:
-                yield test.mask
-
-
-def _of_reference(reference: ReferencePicture | ReferenceScene) -> Iterator[str]:
-    yield reference.file
-    if isinstance(reference, ReferencePicture):
-        yield from (f"{reference.file}.{layer}.npy" for layer in SIDECARS)
-        if reference.scene is not None:
-            yield reference.scene
+def _names(part: object) -> Iterator[str]:
+    """The files that a part of a manifest names, as JSON values, and layers that may lie beside them."""
+    if isinstance(part, list):
+        for each in part:
+            yield from _names(each)
+    elif isinstance(part, dict):
+        for key, value in part.items():
+            if key in FILE_FIELDS and isinstance(value, str):
+                yield from (value, *(f"{value}.{layer}.npy" for layer in SIDECARS))
+            else:
+                yield from _names(value)
 
 
 def _content(folder: Folder, name: str) -> object:

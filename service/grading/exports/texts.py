@@ -43,13 +43,13 @@ def rounded(value: float, digits: int = 2) -> float:
     return round(value, digits) + 0.0
 
 
-def significant(value: float, digits: int = 6) -> float:
-    """Round a number to so many significant digits.
+def significant(value: float) -> float:
+    """Round a number to six significant digits.
 
     >>> significant(0.000123456789), significant(1234567.8)
     (0.000123457, 1234570.0)
     """
-    return float(f"{value:.{digits}g}")
+    return float(f"{value:.6g}")
 
 
 def number(points: float) -> str:

@@ -27,7 +27,8 @@ from service.grading.mistakes.reproductions import CLOSE, GLANCE, Budget, Detail
 from service.grading.mistakes.shadow_patterns import POINTS, acne, bands
 
 BUDGET = 100_000_000
-"""Camera and shadow rays of all trials for a picture: one of 128 x 96 pixels with two lights takes half."""
+"""Camera and shadow rays after which no further mistake is tried: a picture of 128 x 96 pixels with two
+lights takes half of them."""
 
 PENUMBRAE = Detail(CLOSE.most_pixels, 1, POINTS)
 """Rays that find the penumbrae."""
@@ -126,9 +127,7 @@ class _Trial:
         return _is_less(left[shown], right[shown]) and bias(left, self.allowed).share <= self.most_bias
 
 
-def explain(
-    scene: LoadedScene, found: Comparison, *, budget: int = BUDGET, keep: Path | None = None
-) -> tuple[Cause, ...]:
+def explain(scene: LoadedScene, found: Comparison, *, keep: Path | None = None) -> tuple[Cause, ...]:
     """Mistakes that explain a difference, undone or reproduced, the best explanation first.
 
     Parameters
@@ -137,8 +136,6 @@ def explain(
         The scene of the reference.
     found
         A failed comparison.
-    budget
-        Camera and shadow rays that trials may cost. When it is spent, no further mistake is tried.
     keep
         A folder of altered pictures that other submissions share.
 
@@ -149,7 +146,7 @@ def explain(
     """
     if is_certain(found.causes):
         return found.causes
-    reproductions, left = Reproductions(scene, keep), Budget(budget)
+    reproductions, left = Reproductions(scene, keep), Budget(BUDGET)
     close = _Trial.of(reproductions, CLOSE, found)
     if (noise := _acne(close, left)) is not None:
         return (noise,)

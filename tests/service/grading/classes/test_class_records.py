@@ -21,7 +21,7 @@ from service.grading.classes.class_records import (
     submissions,
 )
 from service.grading.likeness.fingerprints import Fingerprint
-from tests.service.grading.assignments import Assignment, image_test, scene
+from tests.service.grading.assignments import Assignment, image_test, rays_test, scene
 from tests.service.grading.exports.samples import result, tried
 
 
@@ -92,6 +92,20 @@ def test_assignment_key_depends_on_manifest_and_references(assignment: Assignmen
     darker = _key(assignment)
     (assignment.references / "scene.json").unlink()
     assert len({first, darker, _key(assignment)}) == 3
+
+
+def test_assignment_key_depends_on_all_files_that_tests_name(assignment: Assignment) -> None:
+    picture = {"type": "picture", "file": "right.npy", "encoding": "linear", "scene": "right.json"}
+    tests = (
+        image_test(reference=picture, mask="mask.png"),
+        rays_test(rays={"type": "file", "file": "rays.npz"}),
+    )
+    read = read_manifest(assignment.manifest(*tests).read_bytes(), yaml=False)
+    keys = [assignment_key(read, assignment.references)]
+    for name in ("right.npy", "right.npy.error.npy", "right.json", "mask.png", "rays.npz"):
+        (assignment.references / name).write_text("{}")
+        keys.append(assignment_key(read, assignment.references))
+    assert len({*keys}) == len(keys)
 
 
 def test_record_counts_only_complete_with_its_key(tmp_path: Path) -> None:
