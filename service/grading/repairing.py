@@ -25,7 +25,7 @@ from schemas.quality import Antialiasing, LightSampling
 from service.grading.accepting import noiseless
 from service.grading.displacements import DisplacedPinhole, Displacement
 from service.grading.mistakes.reproductions import kept, quality_of
-from service.grading.programs.program import UNDO, Program, ProgramMistake, ProgramMistakes, is_undone
+from service.grading.programs.program import MISTAKES, Program, ProgramMistake, ProgramMistakes, is_undone
 from service.grading.references import Wanted
 
 SAMPLES = 64
@@ -223,6 +223,6 @@ def _rounding(picture: Picture, program: Program) -> Floats:
     """By how much rounding may have moved the values of a repaired picture."""
     rounding = program.facing(picture.rounding)
     if program.encoding is not None:
-        undo, linear = UNDO[program.encoding], program.facing(picture.linear)
+        undo, linear = MISTAKES[program.encoding].undo, program.facing(picture.linear)
         rounding = np.abs(undo(linear + rounding) - undo(linear))
     return rounding / program.scale

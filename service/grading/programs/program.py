@@ -20,7 +20,7 @@ from service.grading.displacements import Displacement, thinned
 KINDS = ("encoding", "orientation", "channels", "exposure", "ambient", "offset", "antialiasing")
 """Kinds of mistakes; a program makes at most one of each kind."""
 
-UNDO = {mistake.cause: mistake.undo for mistake in (*ENCODINGS, *CHANNELS, *TURNED, TRANSPOSED)}
+MISTAKES = {mistake.cause: mistake for mistake in (*ENCODINGS, *CHANNELS, *TURNED, TRANSPOSED)}
 
 CODES = 1 << 13
 """Entries of the tables of wrong encodings: they are closer together than those of 8 bits by far."""
@@ -105,7 +105,7 @@ class Program:
         """A picture with its rows, columns and channels in order."""
         for cause in (self.orientation, self.channels):
             if cause is not None and _fits(cause, image):
-                image = UNDO[cause](image)
+                image = MISTAKES[cause].undo(image)
         return image
 
     def emitted(self, pair: Pair) -> Floats:
@@ -134,7 +134,7 @@ class Program:
         """
         image = self.facing(image)
         if self.encoding is not None:
-            image = UNDO[self.encoding](image)
+            image = MISTAKES[self.encoding].undo(image)
         if self.scale != 1:
             full = np.minimum(image, 1) >= 1
             image = image / self.scale

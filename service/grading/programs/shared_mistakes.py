@@ -30,8 +30,6 @@ from accuracy.comparison.mistakes import (
     ENCODINGS,
     EXPOSURE,
     LEAST_EXPOSURE,
-    TRANSPOSED,
-    TURNED,
     Mistake,
     exposure_hint,
 )
@@ -39,7 +37,7 @@ from renderer.math.arrays import Floats
 from service.grading.displacements import DISPLACEMENTS
 from service.grading.mistakes.hints import AMBIENT_HINT
 from service.grading.programs.program import (
-    UNDO,
+    MISTAKES,
     Pair,
     Program,
     ProgramMistake,
@@ -86,9 +84,6 @@ CORNER_HINT = (
     "Edges are jagged: each pixel shows the colour at its corner, where the reference shows its mean. Take "
     "the mean of several camera samples over the pixel's square, from its corner to the next."
 )
-
-
-HINTS = {mistake.cause: mistake.hint for mistake in (*ENCODINGS, *CHANNELS, *TURNED, TRANSPOSED)}
 
 
 def agree(image: Picture, reference: Picture, tolerance: float) -> bool:
@@ -157,7 +152,7 @@ class _Search:
             made = [_means(program.predicted(pair)) for pair in self._pairs]
             for facing, order in product(facings, orders):
                 both = zip(seen[facing], made, strict=True)
-                distance = _distance([_square((UNDO[order](a) if order else a) - b) for a, b in both])
+                distance = _distance([_square(Program(channels=order).facing(a) - b) for a, b in both])
                 if distance < least:
                     best, least = replace(program, orientation=facing, channels=order), distance
         return best
@@ -236,7 +231,7 @@ def _named(program: Program, kind: str) -> tuple[str, str]:
     if program.offset is not None and kind == "offset":
         return program.offset.cause, program.offset.hint
     cause = getattr(program, kind)
-    return cause, HINTS[cause]
+    return cause, MISTAKES[cause].hint
 
 
 def _causes(mistakes: Sequence[Mistake]) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import pytest
 from accuracy.comparison import Picture
 from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
-from service.grading.programs.program import KINDS, UNDO, Pair, Program, ProgramMistake, encoded
+from service.grading.programs.program import KINDS, MISTAKES, Pair, Program, ProgramMistake, encoded
 from service.grading.programs.shared_mistakes import agree, shared
 
 HEIGHT, WIDTH = 48, 64
@@ -215,6 +215,6 @@ def test_undone_mistake_gives_the_right_picture(mistake: object) -> None:
     wrong = encoded(program.encoding, right)
     for _ in range({"channels_gbr": 2, "channels_brg": 2}.get(cause, 1)):
         # Orders of three return after three steps, all others after two.
-        wrong = wrong if kind == "encoding" else UNDO[cause](wrong)
+        wrong = wrong if kind == "encoding" else MISTAKES[cause].undo(wrong)
     # A table of 2**13 entries, and float32.
     np.testing.assert_allclose(program.undone(wrong, right, None), right, atol=1e-3)
