@@ -1,7 +1,6 @@
-"""Accessibility of every view by axe, in light and dark, on wide and narrow screens."""
+"""Accessibility of every view by axe, light on a wide screen and dark on a narrow one."""
 
 import json
-from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
@@ -118,7 +117,7 @@ def test_axe_finds_nothing_grave(open_page: Open, shoot: Shoot, jobs: list[str],
     page = open_page(path.format(*jobs))
     ready(page, jobs)
     page.evaluate(AXE)
-    for scheme, (size, (width, height)) in product(SCHEMES, SIZES.items()):
+    for scheme, (size, (width, height)) in zip(SCHEMES, SIZES.items(), strict=True):
         page.emulate_media(color_scheme=scheme)
         page.set_viewport_size({"width": width, "height": height})
         shoot(page, f"{view}-{scheme}-{size}")
