@@ -2,6 +2,7 @@
 
 import { notified } from "./dialog.js";
 import { navigate } from "./navigation.js";
+import { unzipped } from "./zip.js";
 
 const DROPPED = "penumbra:dropped";
 
@@ -27,7 +28,7 @@ export function acceptDrops() {
     if (!event.dataTransfer || !carriesFiles(event)) return;
     event.preventDefault();
     lit(false);
-    const files = await dropped(event.dataTransfer);
+    const files = await unpacked(await dropped(event.dataTransfer));
     if (files.size) hand(files);
   });
 }
@@ -37,7 +38,7 @@ function hand(files) {
   // A view that takes the files says so by preventing the default.
   if (!dispatchEvent(new CustomEvent(DROPPED, { detail: files, cancelable: true }))) return;
   if (![...files.keys()].some(isScene))
-    return notified("To render a scene, drop its JSON file, with its textures and meshes if it has any.");
+    return notified("To render a scene, drop its JSON file with its textures and meshes, or a ZIP of them.");
   waiting = files;
   navigate("/");
 }
@@ -86,6 +87,22 @@ async function gather(entry, files) {
     );
   // A reader returns entries in batches, and an empty batch at the end.
   for (let some; (some = await read()).length;) for (const inner of some) await gather(inner, files);
+}
+
+/** Files with what is in archives in place of these; one that cannot be opened is named. @param {Files} files @returns {Promise<Files>} */
+export async function unpacked(files) {
+  /** @type {Files} */
+  const all = new Map();
+  for (const [path, file] of files) {
+    try {
+      const inner = /\.zip$/i.test(path) ? await unzipped(file) : new Map([[path, file]]);
+      for (const [name, content] of inner) all.set(name, content);
+    } catch (error) {
+      const reason = error instanceof RangeError ? error.message : "It is damaged.";
+      await notified(`${path} cannot be opened. ${reason}`);
+    }
+  }
+  return all;
 }
 
 /** The chosen files by path. @param {Iterable<File> | ArrayLike<File> | null} list @returns {Files} */

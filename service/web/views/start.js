@@ -76,9 +76,10 @@ export function mount(root, { query }) {
     for (const [path, file] of scene.files) files.set(path, file);
     heading.textContent = scene.title.trim() || "Untitled scene";
     notice.textContent = scene.notice ?? "";
-    origin = { ...scene, text: readable(scene.text) };
     gallery.press(scene.entry ?? "");
-    restore({ labels: labels.text, layers: layers.checked, ...origin });
+    restore({ labels: labels.text, layers: layers.checked, ...scene, text: readable(scene.text) });
+    // As the editor has it: with its own line breaks.
+    origin = { ...scene, text: editor.text };
   }
 
   /** @param {Pick<OpenedScene, "text" | "labels" | "layers" | "quality">} draft */

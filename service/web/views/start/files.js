@@ -7,6 +7,9 @@ import { chosen } from "../../drop.js";
 
 /** @import { StoredFile } from "../../assets.js" */
 
+const MESH = /\.(obj|ply|gltf|glb)$/i;
+const IMAGE = /\.(png|jpe?g|webp|tiff?|bmp|gif|ppm|pfm|hdr|exr)$/i;
+
 /** @param {(files: Map<string, Blob | StoredFile>) => void} onFiles */
 export function makeFiles(onFiles) {
   const list = h("ul", { className: "files" });
@@ -30,12 +33,7 @@ export function makeFiles(onFiles) {
     list.replaceChildren(
       ...Array.from(names.keys(), (name) => h("li", {}, h("code", { dir: "auto" }, name), ...state(name))),
       ...unused.map((path) =>
-        h(
-          "li",
-          {},
-          h("code", { dir: "auto" }, path),
-          h("span", { className: "soft" }, "not named by this scene"),
-        ),
+        h("li", {}, h("code", { dir: "auto" }, path), h("span", { className: "soft" }, use(path))),
       ),
     );
 
@@ -73,6 +71,15 @@ export function makeFiles(onFiles) {
   }
 
   return { element, show };
+}
+
+/** How a scene would use a file that it does not name. @param {string} path */
+function use(path) {
+  const name = JSON.stringify(path.slice(path.lastIndexOf("/") + 1));
+  if (MESH.test(path))
+    return `Not used. Under "shapes" write {"type": "mesh", "asset": ${name}, "material": …}.`;
+  if (IMAGE.test(path)) return `Not used. Under "textures" write {"type": "image", "asset": ${name}}.`;
+  return "Scenes use no files of this kind.";
 }
 
 /** Use the chosen file for this name, whatever its own name is. @param {string} name @param {FileList | null} list */

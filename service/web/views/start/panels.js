@@ -1,7 +1,7 @@
 // The panels of the start page: what can be opened, and help.
 
 import { h } from "../../dom.js";
-import { chosen } from "../../drop.js";
+import { chosen, unpacked } from "../../drop.js";
 
 const KEYS = [
   ["Ctrl + Enter", "render"],
@@ -32,7 +32,11 @@ export function openingPanel(onFiles, gallery) {
     type: "file",
     multiple: true,
     className: "unseen",
-    onchange: () => (onFiles(chosen(picker.files)), (picker.value = "")),
+    onchange: async () => {
+      const files = chosen(picker.files);
+      picker.value = "";
+      onFiles(await unpacked(files));
+    },
   });
   return makePanel(
     "Open a scene",
@@ -43,7 +47,7 @@ export function openingPanel(onFiles, gallery) {
       h(
         "p",
         { className: "soft small" },
-        "Or drop a scene with its textures and meshes anywhere on this page.",
+        "Or drop a scene with its textures and meshes, or a ZIP of them, anywhere on this page.",
       ),
     ),
     h("h2", {}, "Examples"),
