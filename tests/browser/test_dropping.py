@@ -7,10 +7,11 @@ import struct
 import zipfile
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from tests.browser.conftest import Open
 from tests.browser.scenes import GALLERY, TIMEOUT, choose, drop, expect_written, opened, small
+from tests.service.support import until
 
 TILES = (GALLERY / "textures" / "tiles.png").read_bytes()
 
@@ -37,6 +38,27 @@ def test_archive_of_a_scene_and_its_files_is_opened(open_page: Open, path: str, 
     expect(page.locator(".files li")).to_have_count(1, timeout=TIMEOUT)
     expect(page.locator(".files li")).to_contain_text("here")
     opened(page)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("held", ["gallery.json", "gallery/basic.json"])
+def test_drop_before_the_first_scene_is_here_stays(open_page: Open, held: str) -> None:
+    page = open_page("/jobs")
+    waiting: list[Route] = []
+
+    def hold(route: Route) -> None:
+        waiting.append(route)
+
+    page.route(f"**/{held}", hold)
+    page.get_by_role("link", name="Start").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Render a scene", timeout=TIMEOUT)
+    until(lambda: page.evaluate("1") == len(waiting))
+    drop(page, mine__json=small("basic").encode())
+    expect(page.get_by_role("heading", level=1)).to_have_text("mine.json", timeout=TIMEOUT)
+    waiting[0].continue_()
+    opened(page)
+    page.wait_for_timeout(500)
+    expect_written(page, small("basic"))
 
 
 @pytest.mark.slow

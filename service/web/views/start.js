@@ -244,9 +244,12 @@ export function mount(root, { query }) {
    * @param {import("./start/gallery.js").GalleryEntry[]} entries
    */
   async function openFirst(kept, entries) {
-    if (job) open(await sceneOf(job, signal));
+    const scene = job ? await sceneOf(job, signal) : null;
+    // What was dropped meanwhile stays.
+    if (origin !== null) return;
+    if (scene) open(scene);
     else if (kept && !kept.entry) open({ ...kept, files: new Map() });
-    else await gallery.choose(entries.find(({ name }) => name === kept?.entry) ?? entries[0]);
+    else if (!(await gallery.choose(entries.find(({ name }) => name === kept?.entry) ?? entries[0]))) return;
     if (!kept) return;
     for (const [path, file] of onService(kept.files)) files.set(path, file);
     restore(kept);

@@ -24,15 +24,18 @@ export function makeGallery(onChoice, signal) {
   const list = h("ul", { className: "gallery", "aria-label": "Gallery" });
   let wanted = "";
 
-  /** @param {GalleryEntry} entry */
+  /** Open an entry, unless another scene is opened before its files are here. @param {GalleryEntry} entry @returns {Promise<boolean>} Whether it is. */
   async function choose(entry) {
     wanted = entry.name;
     const scene = await fetched(entry, signal);
-    if (wanted === entry.name) await onChoice(scene);
+    if (wanted !== entry.name) return false;
+    await onChoice(scene);
+    return true;
   }
 
   /** Show which entry is open; none for a name that no entry has. @param {string} name */
   function press(name) {
+    wanted = name;
     for (const button of list.querySelectorAll("button")) {
       button.setAttribute("aria-pressed", String(button.dataset.name === name));
     }
