@@ -185,7 +185,8 @@ def _graded(run: ClassRun, students: Sequence[Student], left_out: Sequence[str])
     records = {student: record for student, record in before.items() if record is not None}
     if records:
         output.say(f"{len(records)} of {len(students)} submissions have not changed since they were graded.")
-    _grade_others(run, keys, records)
+    if len(records) < len(keys):
+        _grade_others(run, keys, records)
     return _save_class(run, {student: records[student] for student in students}, left_out)
 
 
@@ -195,8 +196,8 @@ def cells(whole: ClassGrade) -> Iterator[list[str]]:
         points = number(entry.score) if entry.gradable else "-"
         signals = [f"{signal.test}: {signal.code}" for signal in entry.signals]
         for what, groups in (("same files", whole.shared_files), ("same noise", whole.shared_noise)):
-            tests = [", ".join(each.tests) for each in groups if entry.student in each.students]
-            signals += [f"{what}: {named}" for named in tests]
+            tests = [test for each in groups if entry.student in each.students for test in each.tests]
+            signals += [f"{what}: {', '.join(tests)}"] if tests else []
         row = [f"{points}/{number(whole.max_score)}", entry.student, ", ".join(entry.ungraded)]
         yield [output.harmless(cell) for cell in (*row, "; ".join(signals))]
 

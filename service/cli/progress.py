@@ -74,7 +74,7 @@ def advancing(bar: Bar, total: int) -> Callable[[str], None]:
         nonlocal done
         done += 1
         left = (time.monotonic() - begun) * (total - done) / done
-        bar.show(done / total, output.harmless(note) + remaining(left))
+        bar.show(done / total, output.harmless(note) + remaining(left) if done < total else "")
 
     return advance
 

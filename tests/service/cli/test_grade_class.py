@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from schemas.grading.classes import ClassEntry, ClassGrade, SharedFiles
+from service.cli.grade_class import cells
 from tests.service.cli.conftest import TIMEOUT, Penumbra, begun
 from tests.service.grading.assignments import SCENE, Assignment, image_test, pixels
 from tests.service.support import until
@@ -178,14 +180,33 @@ def test_hostile_submissions(here: Penumbra, pupils: Path, tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-def test_table_fits_a_terminal(on_a_terminal: Penumbra, pupils: Path) -> None:
+def test_table_fits_a_terminal(
+    on_a_terminal: Penumbra, pupils: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (pupils / ("x" * 200)).mkdir()
-    lines = on_a_terminal(*WORDS).out.splitlines()
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    done = on_a_terminal(*WORDS)
+    _, ended, note = done.err.rpartition("100 %")
+    assert ended
+    assert " left" not in note
+    # Nothing is graded, so no bar stays at 0 %.
+    assert "grading" not in on_a_terminal(*WORDS).err
+    lines = done.out.splitlines()
     assert max(map(len, lines)) <= 80
     found = [line.split() for line in lines if line.strip()]
     assert found[0] == ["points", "submission", "not", "graded", "signals"]
     assert ["10/10", "ada", "picture:", "identical_bytes;"] in found
     assert ["same", "files:", "picture"] in found
+
+
+def test_tests_with_the_same_files_are_one_signal() -> None:
+    ada = ClassEntry(student="ada", folder="students/ada", score=1, gradable=True, verdict="match")
+    shared = (
+        SharedFiles(students=("ada", *others), tests=(test,))
+        for test, others in (("one", ["bob"]), ("two", ["bob", "zoe"]))
+    )
+    whole = ClassGrade(title="Spheres", max_score=2, students=(ada,), shared_files=tuple(shared))
+    assert [*cells(whole)] == [["1/2", "ada", "", "same files: one, two"]]
 
 
 @pytest.mark.parametrize(
