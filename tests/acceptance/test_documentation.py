@@ -29,7 +29,9 @@ def test_recipe_is_valid_and_its_picture_has_its_size(picture: str) -> None:
 
 def follow(name: str, folder: Path, server: RunningServer) -> Outcome:
     """Run all commands of a page in a folder, one after another, in one shell."""
-    script = "\n".join(blocks(page(name), "sh")).replace("http://127.0.0.1:8000", server.url)
+    commands = blocks(page(name), "sh")
+    assert commands
+    script = "\n".join(commands).replace("http://127.0.0.1:8000", server.url)
     # A study takes as long as its budget.
     script = re.sub(r"--budget \d+", "--budget 2", script)
     return succeeds(script, folder, PENUMBRA_SERVER=server.url)

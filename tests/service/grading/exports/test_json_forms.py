@@ -229,7 +229,9 @@ def test_pictures_of_the_worst_tests_are_kept(tmp_path: Path) -> None:
 
 
 def test_gradescope_words_are_escaped_in_html(tmp_path: Path) -> None:
-    for test in exported("gradescope", drawn(tmp_path, hostile(), 104, 24), tmp_path)["tests"]:
+    tests = exported("gradescope", drawn(tmp_path, hostile(), 104, 24), tmp_path)["tests"]
+    assert tests[0]["output"].startswith("<p>&lt;script&gt;")
+    for test in tests:
         assert (test["output_format"], test["name_format"]) == ("html", "text")
         assert "<script" not in test["output"]
         assert "<img src=x" not in test["output"]
