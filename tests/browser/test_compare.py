@@ -54,6 +54,9 @@ def test_pixel_of_both_pictures(open_page: Open, client: httpx2.Client, pair: tu
     ]
     # The readout shows four digits.
     np.testing.assert_allclose(numbers, [*values, values[0] - values[1]], rtol=1e-3)
+    # On the side of B its answer comes first.
+    click_at(page, 60, 30)
+    expect(page.locator(".why h2").first).to_have_text("Pixel 60, 30 of B")
 
 
 @pytest.mark.slow

@@ -115,9 +115,13 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
     statistics.draw(context);
     const { pixel } = self;
     if (!pixel) return;
-    const shown = developer.films.indexOf(developer.filmAt(pixel.x));
-    inspectors[shown]?.draw(context, screen);
+    inspectorAt(pixel)?.draw(context, screen);
     screen.outline(context, square(pixel), CHOSEN);
+  }
+
+  /** The inspector of the film that is shown at a pixel. @param {PixelPlace} pixel */
+  function inspectorAt({ x }) {
+    return inspectors[developer.films.indexOf(developer.filmAt(x))];
   }
 
   screen.on("cursor", (pixel) => {
@@ -128,6 +132,8 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
     drawer.show("pixel");
     self.pixel = pixel;
     address.changed();
+    // What was clicked comes first.
+    why.prepend(inspectorAt(pixel)?.element ?? "");
     await Promise.all(inspectors.map((inspector) => inspector.show(pixel)));
     screen.redraw();
   });
