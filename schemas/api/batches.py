@@ -6,7 +6,7 @@ All numbers are little-endian, and integers unsigned. A batch is a header of 20 
 | --- | --- | --- |
 | 0 | 4 | the letters `PNMB` |
 | 4 | 2 | version of this format: 1 |
-| 6 | 2 | encoding of the pixels: 0 linear RGB in float32, 1 displayed RGB in 8 bits |
+| 6 | 2 | encoding of the pixels: linear RGB in float32 (0) or float16 (2), or displayed RGB in 8 bits (1) |
 | 8 | 4 | number of tiles |
 | 12 | 4 | pass it as `after` to get what follows |
 | 16 | 4 | bit 0: the job is final and nothing follows; bit 1: it succeeded |
@@ -34,7 +34,7 @@ from typing import NamedTuple
 
 MEDIA_TYPE = "application/octet-stream"
 MAGIC, VERSION = b"PNMB", 1
-FLOAT32, RGB8 = 0, 1
+FLOAT32, RGB8, FLOAT16 = 0, 1, 2
 
 _HEAD = struct.Struct("<4sHHIII")
 _TILE = struct.Struct("<8I")

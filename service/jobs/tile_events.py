@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import IO
 
+import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from renderer.images import files as image_files
-from schemas.api.batches import FLOAT32, RGB8, BatchHead, TileHead
+from schemas.api.batches import FLOAT16, FLOAT32, RGB8, BatchHead, TileHead
 from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
 from schemas.scene import Display
 from service.dispatch import adaptive_passes as adaptive
@@ -29,7 +30,8 @@ from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.storage.objects import Stored
 from service.storage.tiles import Pixels, StoredTile, TileStore
 
-ENCODINGS = {"float32": FLOAT32, "rgb8": RGB8}
+ENCODINGS = {"float32": FLOAT32, "float16": FLOAT16, "rgb8": RGB8}
+VALUE_BYTES = {FLOAT32: 4, FLOAT16: 2, RGB8: 1}
 MAX_ATTEMPTS = 3
 """Attempts at a batch: a pass may be merged during the first, and the job end during the second."""
 
@@ -87,6 +89,14 @@ def _event(step: TileRow, stride: int) -> TileEvent:
         x1=step.x1,
         y1=step.y1,
     )
+
+
+def etag(service: Service, job_id: str, after: int, encoding: int) -> str | None:
+    """Return the tag of a batch of a final picture: its tiles never change. None before."""
+    with service.database.reading() as session:
+        render = find(session, job_id).render
+        final = render.image_sha256 if render else None
+    return final and f'"{final}-{after}-{encoding}"'
 
 
 @dataclass(frozen=True)
@@ -209,11 +219,19 @@ def _write_parcel(file: IO[bytes], event: TileEvent, pixels: Pixels, display: Di
         x1=event.x1,
         y1=event.y1,
         stride=event.stride,
-        length=height * width * channels * (4 if encoding == FLOAT32 else 1),
+        length=height * width * channels * VALUE_BYTES[encoding],
     )
     file.write(head.pack())
     rows = max(1, BAND_PIXELS // width)
     for top in range(0, height, rows):
-        band = pixels[top : top + rows]
-        shown = band.astype("<f4") if encoding == FLOAT32 else image_files.displayed(band, display)
-        file.write(shown.tobytes())
+        file.write(_encoded(pixels[top : top + rows], display, encoding))
+
+
+def _encoded(band: Pixels, display: Display, encoding: int) -> bytes:
+    if encoding == RGB8:
+        return image_files.displayed(band, display).tobytes()
+    if encoding == FLOAT32:
+        return band.astype("<f4").tobytes()
+    # Finite values stay finite, and infinite ones infinite.
+    most = np.finfo(np.float16).max
+    return np.where(np.isfinite(band), band.clip(-most, most), band).astype("<f2").tobytes()

@@ -1,20 +1,25 @@
 // One job, shared by the panels of its page: a single reader of its tiles, which sends events to all of them.
 
-import { Problem, followTiles, get, jobPath } from "./api.js";
+import { Problem, get, jobPath } from "./api.js";
 import { pause } from "./dom.js";
+import { EXACT_PIXELS, followTiles } from "./following.js";
 
 // The document of the job is fetched at most this often: nothing on the page needs it sooner.
 const REFRESH_MS = 250;
 
 // A job that nothing happens to may still be deleted elsewhere.
 const LOOK_MS = 5000;
+// Tiles may be held back while the progress of a running job is shown.
+const RUNNING_MS = 1000;
 
 export const FINAL = new Set(["succeeded", "failed", "cancelled", "expired", "deleted"]);
 
 /**
  * @typedef {object} WatchEvents
  * @property {JobDocument} job - As it is now.
- * @property {import("./api.js").Batch} tiles
+ * @property {import("./tiles.js").Batch} tiles
+ * @property {string} preview - Address of the final picture as PNG: its linear values are larger, and come after it.
+ * @property {number} received - The received share of a final picture; 1 when nothing more comes.
  * @property {boolean} connection - Whether the service answers.
  * @property {Problem} gone - The job was deleted; its state is then `deleted`.
  * @property {Problem} lost - Files of its picture are damaged: nothing more comes.
@@ -24,6 +29,7 @@ export const FINAL = new Set(["succeeded", "failed", "cancelled", "expired", "de
 /** A job, with an event for each property of `WatchEvents`. */
 export class Watch extends EventTarget {
   #life = new AbortController();
+  #ended = new AbortController();
   #stale = false;
   #refreshing = false;
 
@@ -33,6 +39,7 @@ export class Watch extends EventTarget {
     this.id = job.id;
     this.job = job;
     this.live = true;
+    if (this.final) this.#ended.abort();
   }
 
   /** Aborted by `stop`; panels pass it to their listeners and requests. */
@@ -59,23 +66,39 @@ export class Watch extends EventTarget {
   async start() {
     this.#look();
     try {
-      const options = { signal: this.signal, onConnection: this.#connection };
-      for await (const batch of followTiles(this.id, options)) {
+      if (this.job.state === "succeeded" && this.job.width * this.job.height > EXACT_PIXELS)
+        await this.#preview();
+      const following = {
+        signal: this.signal,
+        ended: this.#ended.signal,
+        onConnection: this.#connection,
+        onReceived: (/** @type {number} */ share) => this.#emit("received", share),
+      };
+      for await (const batch of followTiles(this.job, following)) {
         this.#emit("tiles", batch);
         this.refresh();
       }
       await this.refresh();
+      this.#emit("received", 1);
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
+      this.#emit("received", 1);
       // What has become of it is in its document.
       if (error.status === 410) await this.#fetch();
       this.#end(error);
     }
   }
 
+  async #preview() {
+    const picture = new Image();
+    picture.src = this.job.links.image_png;
+    await picture.decode().catch(() => {});
+    this.#emit("preview", picture.src);
+  }
+
   async #look() {
     while (!this.signal.aborted && !this.final) {
-      await pause(LOOK_MS, this.signal);
+      await pause(this.job.state === "running" ? RUNNING_MS : LOOK_MS, this.signal);
       if (!document.hidden) await this.refresh();
     }
   }
@@ -93,6 +116,7 @@ export class Watch extends EventTarget {
 
   stop() {
     this.#life.abort();
+    this.#ended.abort();
   }
 
   /** Fetch the job's document again, soon. */
@@ -115,6 +139,7 @@ export class Watch extends EventTarget {
     try {
       this.job = await get(jobPath(this.id), { signal: this.signal });
       this.#emit("job", this.job);
+      if (this.final) this.#ended.abort();
     } catch (error) {
       if (error instanceof Problem && [401, 403, 404].includes(error.status)) this.#end(error);
       else if (!this.signal.aborted) this.#stale = true;

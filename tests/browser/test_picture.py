@@ -2,6 +2,7 @@
 
 import base64
 import io
+import json
 import os
 import re
 import signal
@@ -31,7 +32,7 @@ from tests.browser.pictures import (
     point_at,
     served,
 )
-from tests.browser.scenes import ENDLESS_SIDE, TIMEOUT, endless
+from tests.browser.scenes import ENDLESS_SIDE, TIMEOUT, endless, small
 from tests.service.forking import running
 from tests.service.support import finish, image, long_scene, scene, submit, until
 
@@ -103,6 +104,7 @@ def test_running_picture_is_coarse_at_once(open_page: Open, client: httpx2.Clien
     page.wait_for_function(COVERED)
     finish(client, job)
     expect(page.locator(".state")).to_contain_text("finished", timeout=20_000)
+    expect(page.locator(".bar-line")).to_have_class(re.compile("done"))
     np.testing.assert_array_equal(codes_of(page), served(client, job))
 
 
@@ -290,6 +292,7 @@ def test_page_survives_a_killed_service(chromium: Browser, tmp_path: Path) -> No
         finish(client, job)
         expect(page.locator(".state")).to_contain_text("finished", timeout=20_000)
         expect(page.get_by_text("does not answer. Trying again")).to_be_hidden()
+        expect(page.locator(".bar-line")).to_have_class(re.compile("done"))
         np.testing.assert_array_equal(codes_of(page), served(client, job))
         events = client.get(f"/v1/jobs/{job}/tiles").json()["events"]
         last = [event for event in events if event["pass_index"] == events[-1]["pass_index"]]
@@ -303,3 +306,30 @@ def test_page_survives_a_killed_service(chromium: Browser, tmp_path: Path) -> No
 def overlap(one: dict[str, int], other: dict[str, int]) -> bool:
     """Whether two rectangles have pixels in common."""
     return all(one[f"{axis}0"] < other[f"{axis}1"] and other[f"{axis}0"] < one[f"{axis}1"] for axis in "xy")
+
+
+@pytest.mark.slow
+def test_large_picture_comes_as_png_and_then_in_half_floats(open_page: Open, client: httpx2.Client) -> None:
+    large = json.loads(small("basic"))
+    large["camera"] |= {"width": 1200, "height": 900}
+    job = submit(client, large)
+    final = finish(client, job)["links"]["image_png"]
+    page = open_page(f"/jobs/{job}")
+    page.wait_for_function(COVERED)
+    assert final in page.locator("canvas.pixels").evaluate("canvas => canvas.style.backgroundImage")
+    expect(page.locator(".bar-line")).to_have_class(re.compile("done"))
+    [first, second] = page.evaluate(FETCHED, job)
+    assert (first["name"], second["name"]) == ("image.png", "tiles")
+    assert second["begin"] > first["end"]
+    assert 6 * 1200 * 900 < second["bytes"] < 1.01 * 6 * 1200 * 900
+    # The tiles of a final picture are kept under its hash.
+    page.reload()
+    page.wait_for_function(COVERED)
+    assert all(sent["bytes"] < 1000 for sent in page.evaluate(FETCHED, job))
+
+
+FETCHED = """job => performance.getEntriesByType("resource").flatMap((entry) => {
+  const name = /\\/(image.png|tiles)/.exec(entry.name)?.[1];
+  if (!name || !entry.name.includes(job)) return [];
+  return [{ name, begin: entry.requestStart, end: entry.responseEnd, bytes: entry.transferSize }];
+})"""

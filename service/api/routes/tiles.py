@@ -15,6 +15,7 @@ from schemas.api.jobs import Job, JobState, TileBatch, TileEvent
 from service.api.authentication import CurrentUser, JobId, authenticate, claimant_of
 from service.api.bodies import while_connected
 from service.api.middleware import end_turn
+from service.api.request_headers import check_preconditions
 from service.api.routes.parameters import BINARY, After, Wait, negotiate, problem
 from service.api.routes.stored import streamed
 from service.errors import DamagedJobError, KeyExpiredError, UnauthenticatedError, UnknownJobError
@@ -26,8 +27,10 @@ from service.storage.objects import Stored
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["tiles"])
 
 Encoding = Annotated[
-    Literal["float32", "rgb8"],
-    Query(description="Pixels of a binary batch: linear RGB in float32, or RGB as displayed in 8 bits."),
+    Literal["float32", "float16", "rgb8"],
+    Query(
+        description="Pixels of a binary batch: linear RGB in float32 or float16, or displayed RGB in 8 bits."
+    ),
 ]
 LastEventId = Annotated[
     int | None, Header(ge=0, le=2**31 - 1, description="Number of the last event received.")
@@ -39,7 +42,8 @@ TILES: dict[int | str, dict[str, Any]] = {
         "description": "The events after `after`, as JSON, or with their pixels as a binary batch.",
         "model": TileBatch,
         "content": {batches.MEDIA_TYPE: BINARY},
-    }
+    },
+    304: {"description": "You have this batch of a final picture already, by `If-None-Match`."},
 }
 
 
@@ -89,10 +93,14 @@ async def get_tiles(
     if negotiate(request, FORMS) != batches.MEDIA_TYPE:
         return await run_in_threadpool(tile_events.batch, here, job_id, after)
     form = tile_events.ENCODINGS[encoding]
+    headers = {"Vary": "Accept"}
+    if tag := await run_in_threadpool(tile_events.etag, here, job_id, after, form):
+        headers |= {"ETag": tag, "Cache-Control": "no-cache"}
+        unchanged = check_preconditions(request, headers)
+        if unchanged is not None:
+            return unchanged
     batch = await while_connected(request, _pixel_batch(here, request, job_id, after, form))
-    return await run_in_threadpool(
-        streamed, 200, batch, (0, batch.size), batches.MEDIA_TYPE, {"Vary": "Accept"}
-    )
+    return await run_in_threadpool(streamed, 200, batch, (0, batch.size), batches.MEDIA_TYPE, headers)
 
 
 async def _pixel_batch(service: Service, request: Request, job_id: str, after: int, form: int) -> Stored:

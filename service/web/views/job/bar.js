@@ -9,15 +9,23 @@ export function mount({ bar, state }, watch) {
   const line = h("progress", { className: "bar-line", max: 1, "aria-label": "Progress" });
   bar.append(line);
 
+  let isWhole = false;
+  // Its place stays.
+  const settle = () => line.classList.toggle("done", watch.final && isWhole);
+
   /** @param {JobDocument} job */
   function show(job) {
     const rest = h("span", { className: "bar-rest number" }, remark(job));
     state.replaceChildren(h("div", { className: "job-progress" }, stateMark(standing(job)), rest));
     line.value = job.progress.share;
-    // Its place stays.
-    line.classList.toggle("done", watch.final);
+    settle();
   }
   watch.on("job", show);
+  watch.on("received", (share) => {
+    isWhole = share === 1;
+    if (watch.final) line.value = share;
+    settle();
+  });
   show(watch.job);
   return () => {};
 }

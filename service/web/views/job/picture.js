@@ -55,6 +55,7 @@ export function mount(frame, watch) {
     developer.take(batch.tiles);
     viewer.changed();
   });
+  watch.on("preview", (url) => (screen.canvas.style.backgroundImage = `url("${url}")`));
   watch.on("job", () => (screen.redraw(), ended()));
   viewer.begin();
   ended();

@@ -10,7 +10,7 @@ import pytest
 from sqlalchemy import text
 
 from renderer.images.files import displayed
-from schemas.api.batches import FLOAT32, unpack
+from schemas.api.batches import FLOAT16, FLOAT32, unpack
 from schemas.scene import Display
 from service.server import RunningServer
 from tests.service.conftest import Start
@@ -139,6 +139,21 @@ def test_batch_in_eight_bits_has_the_displayed_codes(api: httpx2.Client, done: s
         assert head._replace(length=head.length // 4) == same
         pixels = np.frombuffer(numbers, "<f4").reshape(-1, head.x1 - head.x0, 3)
         assert displayed(pixels, Display()).tobytes() == bytes(shown)
+
+
+def test_batch_in_half_floats_is_rounded_and_kept_by_its_tag(api: httpx2.Client, local: InProcess) -> None:
+    bright = scene(8, 8) | {"background": [1e6, 1 / 3, 0], "shapes": []}
+    path = f"/v1/jobs/{finish(api, submit(api, bright))['id']}/tiles"
+    half = api.get(path, headers=BINARY, params={"encoding": "float16"})
+    head, [(tile, pixels)] = unpack(half.content)
+    assert (head.encoding, tile.length) == (FLOAT16, 8 * 8 * 3 * 2)
+    assert np.unique(np.frombuffer(pixels, "<f2").reshape(-1, 3), axis=0).tolist() == [
+        [65504, np.float16(1 / 3), 0]
+    ]
+    known = {"If-None-Match": half.headers["ETag"], **BINARY}
+    assert api.get(path, headers=known, params={"encoding": "float16"}).status_code == 304
+    for other in ({"encoding": "float32"}, {"encoding": "float16", "after": 1}):
+        assert api.get(path, headers=known, params=other).status_code == 200
 
 
 @ON_BOTH
