@@ -234,6 +234,9 @@ class Job(Message):
     last_seq: int = Field(ge=0, description="Number of the newest tile event; 0 before the first.")
     created_at: datetime = Field(description="When it was submitted.")
     started_at: datetime | None = Field(default=None, description="When it began to run.")
+    run_seconds: float | None = Field(
+        default=None, description="How long it has run, pauses left out; null before it begins."
+    )
     finished_at: datetime | None = Field(default=None, description="When it ended.")
     expires_at: datetime | None = Field(
         default=None,

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from schemas.api.jobs import Failure, Job, JobCost, JobLinks, JobState, Numerics, Progress, TileAtWork
 from schemas.errors import Problem
 from service.errors import damaged
-from service.lifecycle import clock, damage, fairness, progress
+from service.lifecycle import clock, damage, fairness, progress, rows
 from service.lifecycle.damage import UnreadableRow
 from service.storage.database.models import JobRow, RenderRow, TileRow
 
@@ -38,8 +38,8 @@ def documents(
     keep_seconds
         Age at which a picture is removed.
     """
-    rows = [row for row in jobs if isinstance(row, JobRow)]
-    before, at_work = fairness.positions(session, rows), _at_work(session, rows)
+    readable = [row for row in jobs if isinstance(row, JobRow)]
+    before, at_work = fairness.positions(session, readable), _at_work(session, readable)
     found = []
     for row in jobs:
         if isinstance(row, UnreadableRow):
@@ -75,6 +75,7 @@ def _document(
         last_seq=work["last_seq"],
         created_at=row.created_at,
         started_at=row.started_at,
+        run_seconds=_run_seconds(row),
         finished_at=row.finished_at,
         expires_at=_expires_at(row, keep_seconds),
         pinned=row.pinned,
@@ -86,6 +87,15 @@ def _document(
         links=_links(row.id, work["layers"]),
         damage=damaged(row.render.damage) if row.render and row.render.damage else None,
     )
+
+
+def _run_seconds(row: JobRow) -> float | None:
+    if row.started_at is None:
+        return None
+    if row.finished_at is None:
+        return rows.ran_for(row)
+    stopped = row.paused_at or row.finished_at
+    return max(0.0, (stopped - row.started_at).total_seconds() - row.paused_seconds)
 
 
 def _expires_at(row: JobRow, keep_seconds: float | None) -> datetime | None:

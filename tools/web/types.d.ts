@@ -57,6 +57,8 @@ interface JobDocument {
   quality: ResolvedQuality;
   created_at: string;
   started_at: string | null;
+  /** Without pauses. */
+  run_seconds: number | null;
   finished_at: string | null;
   progress: { done: number; total: number; share: number; remaining_seconds: number | null };
   queue_position: number | null;

@@ -1,7 +1,7 @@
 """Paused jobs: no more of their tiles are started, and no time limit runs on."""
 
 import asyncio
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 
 import httpx2
 import pytest
@@ -12,6 +12,7 @@ from service.cli.process import outcome
 from service.client import AsyncClient, Client
 from service.dispatch import adaptive_passes
 from service.lifecycle import sharing
+from service.lifecycle.documents import documents
 from service.server import RunningServer
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow
@@ -56,6 +57,27 @@ def test_running_tile_is_finished_and_none_follows(table: PausableTable) -> None
     assert table.render("a").done_steps == 1
     table.resume("a")
     assert places(table.round(room=2).tasks) == [("a", 1, 0), ("a", 1, 1)]
+
+
+def test_run_time_stands_still_in_a_pause(table: PausableTable) -> None:
+    def run_seconds() -> float | None:
+        with table.database.reading() as session:
+            return documents(session, [session.merge(table.job("a"))])[0].run_seconds
+
+    assert run_seconds() is None
+    table.next()
+    table.long_ago(100)
+    table.pause("a")
+    assert run_seconds() == pytest.approx(100, abs=20)
+    table.long_ago(1000)
+    assert run_seconds() == pytest.approx(100, abs=20)
+    table.resume("a")
+    table.long_ago(100)
+    assert run_seconds() == pytest.approx(200, abs=20)
+    table.pause("a")
+    with table.database.writing() as session:
+        session.merge(table.job("a")).finished_at = datetime.now(UTC) + timedelta(seconds=1000)
+    assert run_seconds() == pytest.approx(200, abs=20)
 
 
 def test_queued_job_that_is_paused_lets_others_pass(table: PausableTable) -> None:

@@ -2,7 +2,7 @@
 
 import { h } from "../../dom.js";
 import { cpuSeconds, qualityName, seconds } from "../../format.js";
-import { elapsed, errorOf } from "../job/progress.js";
+import { errorOf } from "../job/progress.js";
 import { existedAlready, nameOf } from "../job/state.js";
 
 /** @typedef {{job: JobDocument, scene: SceneDocument}} Side */
@@ -11,7 +11,7 @@ import { existedAlready, nameOf } from "../job/state.js";
 const ROWS = [
   ["Job", (job) => h("a", { href: `/jobs/${job.id}` }, nameOf(job))],
   ["Quality", ({ quality }) => qualityName(quality)],
-  ["Time", (job) => (existedAlready(job) ? "existed already" : seconds(elapsed(job) ?? 0))],
+  ["Time", (job) => (existedAlready(job) ? "existed already" : seconds(job.run_seconds ?? 0))],
   ["CPU time", ({ cost }) => cpuSeconds(cost.cpu_seconds)],
   ["Error", (job) => (job.error ? errorOf(job).join(", ") : "no estimate")],
 ];

@@ -5,8 +5,6 @@ import { figure } from "../../elements.js";
 import { ago, codeValues, count, cpuSeconds, plural, qualityName, seconds } from "../../format.js";
 import { existedAlready, standing, stateName } from "./state.js";
 
-const TICK_MS = 1000;
-
 /** @import { Frame } from "../picture/frame.js" @import { Watch } from "../../watch.js" */
 
 /** @param {Frame} frame @param {Watch} watch */
@@ -38,9 +36,7 @@ export function mount({ drawer }, watch) {
 
   watch.on("job", show);
   show(watch.job);
-  // Between two updates only the elapsed time changes.
-  const timer = setInterval(() => standing(watch.job) === "running" && show(watch.job), TICK_MS);
-  return () => clearInterval(timer);
+  return () => {};
 }
 
 /** The large line, and two small ones below it. @param {JobDocument} job */
@@ -48,8 +44,7 @@ function headline(job) {
   // Little else is known of it.
   if (job.damage) return [sentence(stateName(job.state)), "", ""];
   const left = job.progress.remaining_seconds;
-  const took = elapsed(job);
-  const spent = took === null ? "" : seconds(took);
+  const spent = job.run_seconds === null ? "" : seconds(job.run_seconds);
   switch (standing(job)) {
     case "queued":
       return ["Queued", job.queue_position ? `${plural(job.queue_position, "job")} ahead` : "next", ""];
@@ -111,13 +106,4 @@ export function errorOf({ error }) {
     `${codeValues(error.estimate)} code values`,
     `95 % interval ${codeValues(error.low)} to ${codeValues(error.high)}`,
   ];
-}
-
-/** @param {JobDocument} job */
-export function elapsed(job) {
-  if (!job.started_at) return null;
-  return Math.max(
-    0,
-    (Date.parse(job.finished_at ?? new Date().toISOString()) - Date.parse(job.started_at)) / 1000,
-  );
 }

@@ -135,6 +135,5 @@ function ahead({ state, progress, queue_position: position }) {
 /** @param {JobDocument} job */
 function took(job) {
   if (existedAlready(job)) return "existed already";
-  if (!job.finished_at || !job.started_at) return "";
-  return seconds((Date.parse(job.finished_at) - Date.parse(job.started_at)) / 1000);
+  return job.finished_at && job.run_seconds !== null ? seconds(job.run_seconds) : "";
 }
