@@ -59,7 +59,7 @@ def test_picture_that_existed_takes_no_time(open_page: Open, client: httpx2.Clie
     page = open_page(f"/jobs/{second}")
     expect(page.get_by_text("Existed already")).to_be_visible(timeout=TIMEOUT)
     page.goto("/jobs")
-    entry = page.get_by_role("listitem").filter(has=page.locator(f'a[href="/jobs/{second}"]'))
+    entry = page.get_by_role("row").filter(has=page.locator(f'a[href="/jobs/{second}"]'))
     expect(entry).to_contain_text("existed already")
 
 
