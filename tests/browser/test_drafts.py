@@ -13,6 +13,7 @@ from tests.browser.scenes import (
     GALLERY,
     TIMEOUT,
     ask_for_samples,
+    choose,
     drop,
     expect_written,
     opened,
@@ -57,6 +58,24 @@ def test_each_address_has_its_draft(open_page: Open, client: httpx2.Client) -> N
     expect_written(page, own)
     page.go_back()
     expect_written(page, changed)
+
+
+@pytest.mark.slow
+def test_scene_that_was_replaced_is_a_recent_one(page: Page) -> None:
+    opened(page)
+    drop(page, mine__json=small().encode(), tiles__png=TILES)
+    opened(page)
+    choose(page, "Falloff")
+    expect(page.get_by_role("heading", level=1)).to_have_text("Falloff", timeout=TIMEOUT)
+    opened(page)
+    page.reload()
+    opened(page)
+    page.get_by_role("button", name="Open a scene").click()
+    expect(page.locator(".recent li")).to_have_count(1)
+    page.get_by_role("button", name="mine.json").click()
+    expect_written(page, small())
+    expect(page.locator(".files li")).to_contain_text("here", timeout=TIMEOUT)
+    opened(page)
 
 
 @pytest.mark.slow

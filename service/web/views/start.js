@@ -19,6 +19,7 @@ import { makePreview } from "./start/preview.js";
 import { makeProblems } from "./start/problems.js";
 import { makeQuality } from "./start/quality.js";
 import { makeQuote } from "./start/quote.js";
+import { makeRecent, remember } from "./start/recent.js";
 import { makeValidation } from "./start/validation.js";
 
 export const title = "Start";
@@ -57,7 +58,7 @@ export function mount(root, { query }) {
   const preview = makePreview(signal);
   const validation = makeValidation(checked, signal);
   const gallery = makeGallery(replace, signal);
-  const opening = openingPanel(addFiles, gallery.element);
+  const opening = openingPanel(addFiles, makeRecent(replace), gallery.element);
   const help = helpPanel();
   const heading = h("h1", { id: "scene-title", dir: "auto" }, "Render a scene");
   const notice = h("p", { className: "soft small notice" });
@@ -95,6 +96,7 @@ export function mount(root, { query }) {
     opening.panel.hidePopover();
     const edited = origin !== null && editor.text !== origin.text ? origin : null;
     if (edited && !(await confirmed("Replace the scene that you have edited?", "Replace it"))) return;
+    leave();
     const former = draft();
     const formerFiles = new Map(files);
     open(scene);
@@ -158,6 +160,11 @@ export function mount(root, { query }) {
     };
   }
 
+  /** Put a scene that was written, or came from a file, on the list of recent ones. */
+  function leave() {
+    if (origin !== null && (editor.text !== origin.text || !(origin.entry || job))) remember(draft());
+  }
+
   function keepLater() {
     if (origin !== null) keep();
   }
@@ -175,8 +182,9 @@ export function mount(root, { query }) {
     };
     try {
       /** @type {JobDocument} */
-      const job = await post("/v1/jobs", requestText(ready, wanted), { signal });
-      navigate(`/jobs/${job.id}`);
+      const made = await post("/v1/jobs", requestText(ready, wanted), { signal });
+      leave();
+      navigate(`/jobs/${made.id}`);
     } catch (error) {
       if (signal.aborted) return;
       const ofLabels = error instanceof Problem && labels.refuse(error.errors);
@@ -255,7 +263,11 @@ export function mount(root, { query }) {
     restore(kept);
   }
 
-  return () => life.abort();
+  return () => {
+    // The draft of the start page itself is what opens there again.
+    if (job) leave();
+    life.abort();
+  };
 }
 
 /** @param {string} id @param {AbortSignal} signal @returns {Promise<OpenedScene>} */

@@ -21,12 +21,13 @@ function makePanel(label, ...content) {
 }
 
 /**
- * Files, and the gallery.
+ * Files, scenes written before, and the gallery.
  *
  * @param {(files: Map<string, File>) => void} onFiles
+ * @param {ReturnType<typeof import("./recent.js").makeRecent>} recent
  * @param {HTMLElement} gallery
  */
-export function openingPanel(onFiles, gallery) {
+export function openingPanel(onFiles, recent, gallery) {
   /** @type {HTMLInputElement} */
   const picker = h("input", {
     type: "file",
@@ -38,7 +39,7 @@ export function openingPanel(onFiles, gallery) {
       onFiles(await unpacked(files));
     },
   });
-  return makePanel(
+  const made = makePanel(
     "Open a scene",
     h(
       "div",
@@ -50,9 +51,12 @@ export function openingPanel(onFiles, gallery) {
         "Or drop a scene with its textures and meshes, or a ZIP of them, anywhere on this page.",
       ),
     ),
+    recent.element,
     h("h2", {}, "Examples"),
     gallery,
   );
+  made.panel.addEventListener("beforetoggle", recent.fill);
+  return made;
 }
 
 export const helpPanel = () =>
