@@ -115,11 +115,6 @@ class Sums:
         )
 
 
-def luma(linear: Floats) -> Floats:
-    """Brightness as seen of a linear picture (H, W, 3) with values 0..1: (H, W), 0 to 1."""
-    return luma_of_seen(srgb_from_linear(linear))
-
-
 def luma_of_seen(seen: Floats) -> Floats:
     """Brightness (H, W) of values as a display shows them, (H, W, 3); luminance of linear ones."""
     return seen[:, :, 0] * LUMA[0] + seen[:, :, 1] * LUMA[1] + seen[:, :, 2] * LUMA[2]
