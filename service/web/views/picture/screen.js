@@ -54,7 +54,6 @@ export class Screen extends EventTarget {
       this.canvas,
       this.over,
     );
-    this.element.style.setProperty("--aspect", `${width} / ${height}`);
     this.scale = 1;
     this.left = 0;
     this.top = 0;
