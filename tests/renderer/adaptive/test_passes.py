@@ -1,4 +1,4 @@
-"""Passes of target quality, one after another and cut off in the middle: none shows a much worse picture."""
+"""Passes of target quality, one after another and cut off in the middle: none is worse than the first."""
 
 from functools import cache
 
@@ -24,9 +24,6 @@ CONVERGED = FixedQuality.model_validate(
         "light": {"pattern": "sobol", "samples": 4},
     }
 )
-ROOM = 1.3
-"""Factor that an error may rise by, where the few samples of probes are shown before the others come."""
-
 SCENES = {"checkered": pictures.checkered, "room": pictures.of_room}
 
 
@@ -73,9 +70,9 @@ def true_errors(name: str, seed: int) -> tuple[list[float], list[float]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "seed"), [("checkered", 1), ("checkered", 2), ("room", 1)])
-def test_passes_hardly_get_worse(name: str, seed: int) -> None:
+def test_first_pass_is_worst_and_last_best(name: str, seed: int) -> None:
     shown, reported = true_errors(name, seed)
     assert len(reported) > 1
     for errors in (shown, reported):
-        steps = np.array(errors[1:]) / np.array(errors[:-1])
-        assert steps.max() <= ROOM, errors
+        assert max(errors) == errors[0], errors
+        assert min(errors) == errors[-1] < errors[0], errors
