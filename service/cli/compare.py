@@ -80,6 +80,8 @@ def compare(  # noqa: PLR0913 - one argument for each option
     begun = time.perf_counter(), time.process_time()
     for target in filter(None, (heat_map, side_by_side)):
         check_target(target, (".png",))
+    if JOB in (image, reference):
+        raise CommandError(f"{JOB} has no id. Write it like {JOB}f9a1c3.")
     from accuracy.comparison import Policy
     from accuracy.comparison import compare as compared
     from renderer.errors import ImageFileError
@@ -114,8 +116,6 @@ def read(source: str, encoding: Encoding | None, server: str, size: Size | None 
         return read_picture(source, encoding, size)
     from service.client.comparing import parts_of
 
-    if source == JOB:
-        raise CommandError(f"{JOB} has no id. Write it like {JOB}f9a1c3.")
     with connect(server) as client:
         parts = parts_of(client, source.removeprefix(JOB))
     return picture_of(parts.content, source, encoding, parts.layers, size)

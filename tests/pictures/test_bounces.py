@@ -172,9 +172,9 @@ def test_bounces_are_free_of_the_rays_beside_them(monkeypatch: pytest.MonkeyPatc
 def test_one_ray_for_all_has_their_mean(mirror: float, depth: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Over 1,000 paths that are nearly alike, within 5 standard errors: one false alarm in a million."""
     plan = plan_of(nested_glass(depth, mirror, vertical_fov=0.5, width=40, height=25), DOUBLE)
-    monkeypatch.setattr("renderer.waves.FAINT", 0.0)
+    monkeypatch.setattr("renderer.waves.THROUGHPUT_CUTOFF", 0.0)
     both = samples_of(plan).sum(axis=-1)
-    monkeypatch.setattr("renderer.waves.FAINT", 2.0**-5)
+    monkeypatch.setattr("renderer.waves.THROUGHPUT_CUTOFF", 2.0**-5)
     differences = samples_of(plan).sum(axis=-1) - both
     error = differences.std(ddof=1) / np.sqrt(differences.size)
     assert 0 < error < both.mean() / 200
@@ -184,7 +184,7 @@ def test_one_ray_for_all_has_their_mean(mirror: float, depth: int, monkeypatch: 
 def test_glass_leaves_nothing_to_chance_up_to_five_bounces(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of(nested_glass(5, width=6, height=5), DOUBLE)
     both = samples_of(plan)
-    monkeypatch.setattr("renderer.waves.FAINT", 1.0)
+    monkeypatch.setattr("renderer.waves.THROUGHPUT_CUTOFF", 1.0)
     assert samples_of(plan).tobytes() == both.tobytes()
 
 
