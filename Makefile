@@ -73,7 +73,10 @@ study: .venv/installed  ## measure what accuracy costs in time, into out/study; 
 	set -e; for scene in $(STUDIED); do \
 	  $(BIN)/penumbra study scenes/$$scene.json --out out/study/$${scene#*/} --budget $(STUDY_SECONDS); done
 
+# Where Node is, the page is built of few files. They go at once, as the service prefers them to their sources.
 dist: .venv/installed-test  ## build the source archive and the wheel of a release into dist
+	trap 'rm -rf service/built_web' EXIT; \
+	if command -v npm; then $(MAKE) node_modules/installed && node $(WEB)/build_page.js || exit; fi; \
 	$(BIN)/python -m build --no-isolation --outdir dist
 
 clean:  ## remove .venv and everything made

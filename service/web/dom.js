@@ -1,5 +1,8 @@
 // Elements without markup in strings: text is text, whatever it contains.
 
+/** The address of a file of the page, with the version that the address of this module has. @param {string} path */
+export const ofPage = (path) => new URL(path, import.meta.url).pathname;
+
 /** @typedef {Node | string | null | undefined | false} Child */
 
 /**

@@ -1,6 +1,6 @@
 // The router: one view at a time in <main>, chosen by the path.
 
-import { announce, h } from "./dom.js";
+import { announce, h, ofPage } from "./dom.js";
 import { acceptDrops } from "./drop.js";
 import { AMENDED, MOVED, navigate } from "./navigation.js";
 import { showSession } from "./session.js";
@@ -68,8 +68,8 @@ function decoded(part) {
 
 /** Add a style sheet unless it is there, and wait until it applies. @param {string} path */
 function styled(path) {
-  const href = new URL(path, import.meta.url).pathname;
-  if (document.querySelector(`link[href="${href}"]`)) return Promise.resolve();
+  const href = ofPage(path);
+  if (document.querySelector(`link[data-all], link[href="${href}"]`)) return Promise.resolve();
   return new Promise((resolve) => {
     // Also on an error: an unstyled page is better than none.
     document.head.append(h("link", { rel: "stylesheet", href, onload: resolve, onerror: resolve }));

@@ -24,7 +24,10 @@ from service.api.request_headers import check_preconditions, joined
 # Not part of the API: these addresses are for people.
 router = APIRouter(include_in_schema=False)
 
-WEB = Path(__file__).parents[2] / "web"
+SOURCES = Path(__file__).parents[2] / "web"
+BUILT = SOURCES.with_name("built_web")
+WEB = BUILT if BUILT.is_dir() else SOURCES
+"""Files of the page: those of a release are few, built from the sources."""
 GALLERY = Path(str(scenes.__file__)).parent / "gallery"
 TYPES = {
     ".css": "text/css; charset=utf-8",

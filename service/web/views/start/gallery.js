@@ -1,11 +1,8 @@
 // The gallery of example scenes.
 
 import { get, request } from "../../api.js";
-import { h } from "../../dom.js";
+import { h, ofPage } from "../../dom.js";
 import { assetNames } from "../../assets.js";
-
-/** The address of a file of the page, with the version that the address of this module has. @param {string} path */
-const ofPage = (path) => new URL(`../../${path}`, import.meta.url).pathname;
 
 /**
  * @typedef {object} GalleryEntry
