@@ -98,6 +98,9 @@ def ls(
             metavar="NAME:VALUE", help="Only jobs with this label; of a name with several values, any."
         ),
     ] = None,
+    search: Annotated[
+        str | None, typer.Option(metavar="TEXT", help="Only jobs with this text in their name or a label.")
+    ] = None,
     server: ServerOption = DEFAULT_SERVER,
     as_json: JsonOption = False,
 ) -> None:
@@ -107,7 +110,7 @@ def ls(
 
     try:
         with connect(server) as client:
-            page = _listed(client, limit, after, {"state": state, "labels": wanted})
+            page = _listed(client, limit, after, {"state": state, "labels": wanted, "search": search})
     except RequestInvalidError as error:
         raise CommandError(error.document.detail or str(error)) from error
     rows = [_cells(job) for job in page.jobs]

@@ -124,17 +124,27 @@ class AsyncClient(AsyncOperations):
         cursor: str | None = None,
         state: str | None = None,
         labels: calls.Labels | None = None,
+        search: str | None = None,
     ) -> JobList:
-        """One page of jobs in a state and with labels, newest first; ``next`` is the cursor of the next."""
-        return await self._send(calls.list_jobs(limit=limit, cursor=cursor, state=state, labels=labels))
+        """One page of jobs, newest first; ``next`` is the cursor of the next.
+
+        Parameters
+        ----------
+        state, labels
+            Only jobs in this state, with a value of each label.
+        search
+            Only jobs with this text in their name or in a label ``name:value``.
+        """
+        found = calls.list_jobs(limit=limit, cursor=cursor, state=state, labels=labels, search=search)
+        return await self._send(found)
 
     async def jobs(
-        self, *, state: str | None = None, labels: calls.Labels | None = None
+        self, *, state: str | None = None, labels: calls.Labels | None = None, search: str | None = None
     ) -> AsyncIterator[AsyncRemoteJob]:
-        """All jobs in a state and with labels, newest first; pages are fetched when needed."""
-        cursor: str | None = None
+        """All jobs that `list` finds, newest first; pages are fetched when needed."""
+        limit, cursor = calls.LONGEST_PAGE, None
         while True:
-            page = await self.list(limit=calls.LONGEST_PAGE, cursor=cursor, state=state, labels=labels)
+            page = await self.list(limit=limit, cursor=cursor, state=state, labels=labels, search=search)
             for job in page.jobs:
                 yield AsyncRemoteJob.of(job, self)
             if (cursor := page.next) is None:

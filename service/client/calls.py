@@ -143,10 +143,12 @@ def submit_job(body: Mapping[str, Any], *, wait: float | None, key: str | None, 
     return post("/v1/jobs", body, Job, headers=headers, hold=wait)
 
 
-def list_jobs(*, limit: int, cursor: str | None, state: str | None, labels: Labels | None) -> Call[JobList]:
-    """One page of jobs, newest first, of those in a state and with a value of each of these labels."""
-    params: dict[str, str | list[str]] = {"limit": str(limit)}
-    params |= {name: text for name, text in (("cursor", cursor), ("state", state)) if text}
+def list_jobs(
+    *, limit: int, cursor: str | None, state: str | None, labels: Labels | None, search: str | None
+) -> Call[JobList]:
+    """One page of jobs, newest first: those in a state, with a value of each label, and with a text."""
+    given = {"limit": str(limit), "cursor": cursor, "state": state, "search": search}
+    params: dict[str, str | list[str]] = {name: text for name, text in given.items() if text}
     wanted = {name: [one] if isinstance(one, str) else one for name, one in (labels or {}).items()}
     params["label"] = [f"{name}:{value}" for name, values in wanted.items() for value in values]
     return ask("/v1/jobs", JobList, params)

@@ -124,15 +124,27 @@ class Client(Operations):
         cursor: str | None = None,
         state: str | None = None,
         labels: calls.Labels | None = None,
+        search: str | None = None,
     ) -> JobList:
-        """One page of jobs in a state and with labels, newest first; ``next`` is the cursor of the next."""
-        return self._send(calls.list_jobs(limit=limit, cursor=cursor, state=state, labels=labels))
+        """One page of jobs, newest first; ``next`` is the cursor of the next.
 
-    def jobs(self, *, state: str | None = None, labels: calls.Labels | None = None) -> Iterator[RemoteJob]:
-        """All jobs in a state and with labels, newest first; pages are fetched when needed."""
-        cursor: str | None = None
+        Parameters
+        ----------
+        state, labels
+            Only jobs in this state, with a value of each label.
+        search
+            Only jobs with this text in their name or in a label ``name:value``.
+        """
+        found = calls.list_jobs(limit=limit, cursor=cursor, state=state, labels=labels, search=search)
+        return self._send(found)
+
+    def jobs(
+        self, *, state: str | None = None, labels: calls.Labels | None = None, search: str | None = None
+    ) -> Iterator[RemoteJob]:
+        """All jobs that `list` finds, newest first; pages are fetched when needed."""
+        limit, cursor = calls.LONGEST_PAGE, None
         while True:
-            page = self.list(limit=calls.LONGEST_PAGE, cursor=cursor, state=state, labels=labels)
+            page = self.list(limit=limit, cursor=cursor, state=state, labels=labels, search=search)
             for job in page.jobs:
                 yield RemoteJob.of(job, self)
             if (cursor := page.next) is None:

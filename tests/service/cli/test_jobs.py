@@ -67,6 +67,8 @@ def test_jobs_are_listed_by_label_and_deleted(penumbra: Penumbra, scene_file: Pa
     twice = penumbra("submit", scene_file, "--label", "course:a", "--label", "course:b")
     assert (twice.code, "--label course" in twice.err) == (2, True)
     assert [job["id"] for job in penumbra("ls", *mine, "--json").document["jobs"]] == [second, first]
+    found = penumbra("ls", "--search", "COURSE:oth", "--json").document["jobs"]
+    assert [job["id"] for job in found] == [other]
     page = penumbra("ls", *mine, "--limit", 1)
     rest = penumbra("ls", *mine, "--after", page.err.strip().rpartition(" ")[2])
     assert [line.split("\t")[0] for line in (page.out, rest.out)] == [second, first]
