@@ -172,7 +172,7 @@ export function mount(root, { query }) {
   /** @param {SubmitEvent} event */
   async function submit(event) {
     event.preventDefault();
-    if (ready === null || button.disabled) return;
+    if (ready === null || button.disabled || !labels.check()) return;
     button.disabled = true;
     const wanted = {
       ...origin?.more,

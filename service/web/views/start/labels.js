@@ -32,9 +32,25 @@ export function makeLabels(onInput) {
     return !message.hidden;
   }
 
+  /** Names and values in their order. @returns {[string, string][]} */
+  const pairs = () =>
+    input.value
+      .split(",")
+      .map((part) => part.trim())
+      .filter(Boolean)
+      .map((part) => part.split(/:(.*)/s, 2))
+      .map(([name, value = ""]) => [name.trim(), value.trim()]);
+
   return {
     element: field("Labels to find the job by", input, message),
     refuse,
+    /** Whether no name is written twice, of which an object would keep one value. */
+    check() {
+      const names = pairs().map(([name]) => name);
+      const twice = names.find((name, i) => names.indexOf(name) < i);
+      const detail = "It has two values. Give it one.";
+      return !refuse(twice === undefined ? [] : [{ pointer: `/labels/${twice}`, detail }]);
+    },
     get text() {
       return input.value;
     },
@@ -44,14 +60,7 @@ export function makeLabels(onInput) {
     },
     /** Labels as an object, or null if there are none. */
     get value() {
-      const pairs = input.value
-        .split(",")
-        .map((part) => part.trim())
-        .filter(Boolean)
-        .map((part) => part.split(/:(.*)/s, 2));
-      return pairs.length
-        ? Object.fromEntries(pairs.map(([name, value = ""]) => [name.trim(), value.trim()]))
-        : null;
+      return input.value.trim() ? Object.fromEntries(pairs()) : null;
     },
   };
 }
