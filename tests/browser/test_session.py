@@ -204,3 +204,9 @@ def test_staff_see_owners_and_buttons_that_work(open_page: Open, server: Running
     expect(page.get_by_role("button", name="Delete of ada")).to_be_hidden()
     page.get_by_role("checkbox", name="Choose all").check()
     expect(page.get_by_role("button", name="Delete 1")).to_be_enabled()
+    for name, works in (("of grace", True), ("of ada", False)):
+        page.goto("/jobs")
+        page.get_by_role("link", name=name).click()
+        page.wait_for_load_state("networkidle")
+        expect(page.get_by_role("link", name="Change and render again")).to_be_visible()
+        expect(page.get_by_role("button", name="Delete", exact=True)).to_be_visible(visible=works)

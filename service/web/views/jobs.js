@@ -6,7 +6,7 @@ import { skeleton } from "../elements.js";
 import { plural } from "../format.js";
 import { amend } from "../navigation.js";
 import { FINAL } from "../watch.js";
-import { NAMES, stateName } from "./job/state.js";
+import { NAMES, mayChange, stateName } from "./job/state.js";
 import { makeChosen } from "./jobs/chosen.js";
 import { COLUMNS, makeRow } from "./jobs/row.js";
 
@@ -48,11 +48,11 @@ export function mount(root, { query }) {
   /** @type {{user: string, role: string} | null} */
   let who = null;
 
-  const mayChange = (/** @type {JobDocument} */ { user }) => who?.role === "admin" || who?.user === user;
-  const chosen = makeChosen(() => known.flatMap(({ id }) => rows.get(id) ?? []), mayChange, attempt);
+  const isMine = (/** @type {JobDocument} */ job) => mayChange(who, job);
+  const chosen = makeChosen(() => known.flatMap(({ id }) => rows.get(id) ?? []), isMine, attempt);
   /** @type {import("./jobs/row.js").Acts} */
   const acts = {
-    mayChange,
+    mayChange: isMine,
     onCancel: chosen.cancel,
     onDelete: chosen.remove,
     onPick: chosen.pick,

@@ -1,18 +1,20 @@
 // What can be done with a job: change it, download its picture, delete it.
 
-import { jobPath, messageOf, post, request } from "../../api.js";
+import { get, jobPath, messageOf, post, request } from "../../api.js";
 import { confirmed } from "../../dialog.js";
 import { h } from "../../dom.js";
 import { navigate } from "../../navigation.js";
 import { makePopover } from "../picture/popover.js";
 import { cancel } from "./cancel.js";
-import { nameOf } from "./state.js";
+import { mayChange, nameOf } from "./state.js";
 
 /** @import { Frame } from "../picture/frame.js" @import { Watch } from "../../watch.js" */
 
 /** @param {Frame} frame @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const { job } = watch;
+  /** @type {{user: string, role: string} | null} */
+  let who = null;
   const trouble = h("p", { className: "problem", role: "alert", hidden: true });
   const act = (/** @type {() => Promise<unknown>} */ action) => async () => {
     trouble.hidden = true;
@@ -40,14 +42,24 @@ export function mount({ drawer }, watch) {
 
   function show() {
     const { state, paused } = watch.job;
-    stop.hidden = hold.hidden = watch.final;
+    const mine = mayChange(who, job);
+    stop.hidden = hold.hidden = watch.final || !mine;
     hold.textContent = paused ? "Resume" : "Pause";
     // Only a finished job keeps its picture.
     files.button.hidden = watch.final && state !== "succeeded";
-    remove.hidden = again.hidden = state === "deleted";
+    again.hidden = state === "deleted";
+    remove.hidden = again.hidden || !mine;
   }
   watch.on("job", show);
   show();
+  get("/v1/session", { signal: watch.signal }).then(
+    (session) => {
+      who = session;
+      show();
+    },
+    // The watch tells that the service does not answer.
+    () => {},
+  );
   drawer.panels.render.querySelector(".hero")?.append(h("div", { className: "row hero-acts" }, hold, stop));
   drawer.panels.render.append(
     h("div", { className: "row acts" }, again, files.button, remove),

@@ -28,6 +28,9 @@ export const NAMES = Object.keys(STATES).filter((name) => name !== "paused" && n
  */
 export const standing = (job) => (job.paused ? "paused" : job.state);
 
+/** Whether a user may cancel, pause and delete a job: its owner and admins may. @param {{user: string, role: string} | null} who @param {JobDocument} job */
+export const mayChange = (who, { user }) => who?.role === "admin" || who?.user === user;
+
 /** @param {string} state */
 export const stateName = (state) => STATES[state]?.[1] ?? state;
 
