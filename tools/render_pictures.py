@@ -7,6 +7,7 @@ photographs the live page and needs Chromium.
 from __future__ import annotations
 
 import io
+import itertools
 import json
 import os
 import re
@@ -14,7 +15,7 @@ import shutil
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import httpx2
 import numpy as np
@@ -25,6 +26,9 @@ from renderer.images.files import displayed
 from schemas.quality import TargetQuality
 from service.server import running
 from service.settings import Settings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ROOT = Path(__file__).parents[1]
 SCENES = ROOT / "scenes"
@@ -38,8 +42,6 @@ TARGET_ERROR = re.compile(r"(?m)^penumbra render .* --target-error (\S+)$")
 PALETTE = np.array([0x4477AA, 0xCCBB44, 0x228833, 0xEE6677, 0xAA3377, 0x66CCEE, 0xBBBBBB])
 """Colours that people with any colour vision can distinguish (Paul Tol's bright scheme)."""
 THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
-WINDOWS = {(1280, 800): "Pixel", (360, 740): "Plan"}
-"""Width and height of a window, and the tab that its picture shows."""
 SHADOW = (0.46, 0.72)
 """A place in the shadow of the ball, as shares of the picture."""
 
@@ -109,7 +111,7 @@ def layers() -> None:
 
 
 def page() -> None:
-    """The live page of a finished job, in windows of several sizes and in both themes."""
+    """The live page: start, a finished job, the same on a phone, and a comparison; in both themes."""
     from playwright.sync_api import sync_playwright  # noqa: PLC0415 - of the group `test`
 
     (IMAGES / "page").mkdir(exist_ok=True)
@@ -118,42 +120,69 @@ def page() -> None:
         program = shutil.which("chromium-headless-shell") or shutil.which("chromium")
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         with running(settings) as server:
-            address = submitted(server.url)
-            for theme in THEMES:
-                for size, tab in WINDOWS.items():
-                    shown = photograph(browser, address, size, theme, tab)
-                    shown.save(IMAGES / "page" / f"{size[0]}-{theme}.webp", quality=82, method=6)
-                    if (size[0], theme) == (1280, "light"):
-                        shown.save(IMAGES / "page.png", optimize=True)
+            fine, coarse = (submitted(server.url, error) for error in (0.002, 0.02))
+            views = {
+                "start": ("/", (1440, 900), quoted),
+                "job": (f"/jobs/{fine}", (1280, 800), explained),
+                "phone": (f"/jobs/{fine}", (360, 740), planned),
+                "compare": (f"/compare/{coarse}/{fine}", (1280, 800), compared),
+            }
+            for (name, (path, size, prepare)), theme in itertools.product(views.items(), THEMES):
+                shown = photograph(browser, server.url + path, size, theme, prepare)
+                shown.save(IMAGES / "page" / f"{name}-{theme}.webp", quality=82, method=6)
+                if (name, theme) == ("job", "light"):
+                    shown.save(IMAGES / "page.png", optimize=True)
         browser.close()
 
 
-def submitted(url: str) -> str:
-    """Render a scene with an error of half a code value; the address of its page."""
+def submitted(url: str, error: float) -> str:
+    """Render a scene with a target error; the id of the job."""
     request = {
         "scene": json.loads((SCENES / "gallery" / "basic.json").read_text()),
-        "quality": {"mode": "target", "error": 0.002},
+        "quality": {"mode": "target", "error": error},
         "layers": ["depth", "normal", "shape", "samples", "error"],
     }
     answer = httpx2.post(f"{url}/v1/jobs", json=request, headers={"Prefer": "wait=60"}, timeout=90)
-    return f"{url}/jobs/{answer.raise_for_status().json()['id']}"
+    return str(answer.raise_for_status().json()["id"])
+
+
+def quoted(shown: Any) -> None:
+    """Wait until the quote of a scene is there."""
+    shown.get_by_role("region", name="Quote").get_by_text("code values").first.wait_for()
+
+
+def explained(shown: Any) -> None:
+    """Have a pixel in a shadow explained."""
+    shown.get_by_role("tab", name="Pixel").click()
+    box = shown.locator("canvas.pixels").bounding_box()
+    shown.mouse.click(box["x"] + SHADOW[0] * box["width"], box["y"] + SHADOW[1] * box["height"])
+    shown.get_by_role("heading", name=re.compile(r"Pixel \d")).wait_for()
+
+
+def planned(shown: Any) -> None:
+    """Show the plan of a job."""
+    shown.get_by_role("tab", name="Plan").click()
+
+
+def compared(shown: Any) -> None:
+    """Wait until two pictures are compared."""
+    shown.get_by_role("heading", name="Numbers").wait_for()
 
 
 def photograph(
-    browser: Any, address: str, size: tuple[int, int], theme: Literal["light", "dark"], tab: str
+    browser: Any,
+    address: str,
+    size: tuple[int, int],
+    theme: Literal["light", "dark"],
+    prepare: Callable[[Any], None],
 ) -> Image.Image:
-    """Open the page of a job in a window, and return what it shows."""
+    """Open a page in a window, prepare it, and return what it shows."""
     viewport = {"width": size[0], "height": size[1]}
     context = browser.new_context(viewport=viewport, color_scheme=theme, reduced_motion="reduce")
     shown = context.new_page()
     shown.set_default_timeout(120_000)
     shown.goto(address, wait_until="networkidle")
-    shown.get_by_text("finished").wait_for()
-    shown.get_by_role("tab", name=tab).click()
-    if tab == "Pixel":
-        box = shown.locator("canvas.pixels").bounding_box()
-        shown.mouse.click(box["x"] + SHADOW[0] * box["width"], box["y"] + SHADOW[1] * box["height"])
-        shown.get_by_role("heading", name=re.compile(r"Pixel \d")).wait_for()
+    prepare(shown)
     shown.wait_for_load_state("networkidle")
     image = Image.open(io.BytesIO(shown.screenshot())).convert("RGB")
     context.close()

@@ -104,6 +104,6 @@ export function errorOf({ error }) {
   if (!error) return ["–", "no estimate"];
   return [
     `${codeValues(error.estimate)} code values`,
-    `95 % interval ${codeValues(error.low)} to ${codeValues(error.high)}`,
+    `95\u00a0% interval ${codeValues(error.low)} to ${codeValues(error.high)}`,
   ];
 }
