@@ -1,13 +1,12 @@
-"""Whether a picture lies closer to its reference than the noise of the reference allows.
+"""Pictures closer to their reference than its noise allows.
 
-A reference of finitely many samples misses the truth by its noise. A correct picture that was made without
-it knows nothing of that noise: whatever value it has at a pixel, the reference falls within a quarter of its
-standard error of that value with a probability that is bounded, independently of all other pixels. A picture
-that was made from the reference is there nearly everywhere.
+A reference of finitely many samples is noisy. The noise of a picture that was rendered independently does not
+depend on it: at every pixel, the probability that the two are within a quarter of the reference's standard
+error is bounded. In a copy of the reference nearly all pixels are that close.
 
-The probability is 0.20 for normal noise. It is highest where a sample says yes or no and three in four
-pixels have one yes among all, as at the rim of a shadow: 0.68 with 16 samples, less with more. `BOUND` is
-above both, so that Chernoff's inequality (1952) bounds the probability of a false alarm.
+The probability is 0.20 for normal noise. It is highest for samples of 0 or 1 where, in three pixels of four, a
+single one is 1, as at the edge of a shadow: 0.68 with 16 samples, less with more. `MOST_NEAR` is above both, so that Chernoff's
+inequality (1952) bounds the probability of a false alarm.
 """
 
 import math
@@ -20,39 +19,39 @@ from accuracy.comparison.blocks import BLOCK_SIDE
 from accuracy.comparison.inputs import Picture
 from renderer.math.arrays import Floats, Masks
 
-NEAR = 0.25
-"""Standard errors within which a pixel counts as near."""
+NEAR_STANDARD_ERRORS = 0.25
+"""A pixel is near if it differs from the reference by at most so many standard errors."""
 
-BOUND = 0.7
-"""Probability with which a pixel of a picture of its own is near, at most."""
+MOST_NEAR = 0.7
+"""Largest probability that a pixel of an independent picture is near."""
 
-LEVEL = 1e-6
-"""Probability of a false alarm, at most."""
+FALSE_ALARM_PROBABILITY = 1e-6
+"""Largest probability with which an independent picture is reported."""
 
-FEWEST = 16
-"""Samples of the reference from which on `BOUND` holds."""
+LEAST_SAMPLES = 16
+"""`MOST_NEAR` is a bound for references of at least so many samples."""
 
 LEAST_GRAIN = 0.15
-"""Of the square that its stated errors let a second difference expect: a block counts only if most of its
-own have as much, as 70 % of normal noise do. Samples that were not independent err less than they say."""
+"""Least square of a second difference, relative to its expectation by the stated errors. A block counts only
+if most of its squares reach it, as 70 % do in normal noise: dependent samples state too large errors."""
 
 MOST_GRAIN = 2.0
-"""And only if their mean square is at most this many times what is expected: edges make it larger."""
+"""Largest mean square of a block's second differences, relative to the same: edges make it larger."""
 
-CLIPPED = 2.0
-"""Standard errors below 1 from where on clipping may have hidden a pixel's noise."""
+CLIPPED_STANDARD_ERRORS = 2.0
+"""A pixel is left out if its value is within so many standard errors of 1: clipping may hide its noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Closeness:
-    """Result of counting.
+    """Numbers of pixels that count, and that are near.
 
     Attributes
     ----------
     pixels : int
         Pixels whose noise is larger than rounding.
     near : int
-        Those of them within `NEAR` standard errors of the reference.
+        Pixels among these within `NEAR_STANDARD_ERRORS` of the reference.
     """
 
     pixels: int
@@ -60,20 +59,20 @@ class Closeness:
 
     @property
     def suspicious(self) -> bool:
-        """Whether a picture of its own is so close with a probability of at most `LEVEL`."""
-        return self.pixels > 0 and self.pixels * _surprise(self.near / self.pixels) >= -math.log(LEVEL)
+        """Whether independent pictures are this close with at most `FALSE_ALARM_PROBABILITY`."""
+        enough = -math.log(FALSE_ALARM_PROBABILITY)
+        return self.pixels > 0 and self.pixels * _surprise(self.near / self.pixels) >= enough
 
 
 def closeness(image: Picture, reference: Picture) -> Closeness | None:
     """Count the pixels of a picture that share the noise of its reference, both of one size.
 
-    None where the noise of the reference is not known: it needs the layers ``error`` and ``samples``, and its
-    samples must be independent, which the pattern ``random`` makes them. What the picture states of its own
-    noise is not used: it could be invented.
+    None unless the reference states its noise: it needs the layers ``error`` and ``samples``, and independent
+    samples, as the pattern ``random`` draws them. Layers of the picture are ignored: they could be invented.
     """
     if not variances.known(reference):
         return None
-    # One channel: those of a pixel come from the same samples and are no further witnesses.
+    # One channel: the others come from the same samples, so they are no independent evidence.
     errors = (band.layers["error"].astype(np.float64) for band in reference.bands())
     channel = int(np.argmax(sum((error * error).sum(axis=(0, 1)) for error in errors)))
     both = zip(image.bands(), reference.bands(), strict=True)
@@ -82,7 +81,7 @@ def closeness(image: Picture, reference: Picture) -> Closeness | None:
 
 
 def _counts(image: Picture, reference: Picture, channel: int) -> tuple[int, int]:
-    """Pixels of a band that count, and how many of these are near."""
+    """Number of pixels of a band that count, and of those that are near."""
     error, value, shown, rounding = (
         _blocks(part[:, :, channel].astype(np.float64))
         for part in (
@@ -92,23 +91,26 @@ def _counts(image: Picture, reference: Picture, channel: int) -> tuple[int, int]
             image.rounding + reference.rounding,
         )
     )
-    usable = (error > 0) & (rounding <= NEAR * error) & (value + CLIPPED * error < 1)
+    usable = (
+        (error > 0)
+        & (rounding <= NEAR_STANDARD_ERRORS * error)
+        & (value + CLIPPED_STANDARD_ERRORS * error < 1)
+    )
     usable &= _as_stated(value, error)[:, :, None, None]
-    usable &= _blocks(reference.layers["samples"]) >= FEWEST
-    near = usable & (np.abs(shown - value) <= NEAR * error)
+    usable &= _blocks(reference.layers["samples"]) >= LEAST_SAMPLES
+    near = usable & (np.abs(shown - value) <= NEAR_STANDARD_ERRORS * error)
     return int(np.count_nonzero(usable)), int(np.count_nonzero(near))
 
 
 def _blocks(values: Floats) -> Floats:
-    """Pixels (H, W) in blocks, (rows, columns, 8, 8), each once; what fills no block is left out."""
+    """Pixels (H, W) in disjoint blocks, (rows, columns, 8, 8); incomplete blocks are left out."""
     rows, columns = values.shape[0] // BLOCK_SIDE, values.shape[1] // BLOCK_SIDE
     whole = values[: rows * BLOCK_SIDE, : columns * BLOCK_SIDE]
     return whole.reshape(rows, BLOCK_SIDE, columns, BLOCK_SIDE).swapaxes(1, 2)
 
 
 def _as_stated(value: Floats, error: Floats) -> Masks:
-    """Blocks of which the second differences are those of noise as large as stated."""
-    # Second differences, and by the errors of their three pixels what their squares are expected to be.
+    """Mask of blocks whose second differences are as large as the stated noise makes them."""
     squares, expected = _sums_of_three(value, -2) ** 2, _sums_of_three(error * error, 4)
     stated = expected > 0
     grainy = (stated & (squares >= LEAST_GRAIN * expected)).sum(axis=2)
@@ -118,7 +120,7 @@ def _as_stated(value: Floats, error: Floats) -> Masks:
 
 
 def _sums_of_three(values: Floats, middle: float) -> Floats:
-    """Of each three pixels in a row or column of a block, the first + `middle` times the second + the third.
+    """First + `middle` times second + third of any three consecutive pixels of a row or column of a block.
 
     (rows, columns of blocks, 8, 8) -> (rows, columns of blocks, lines).
     """
@@ -130,12 +132,12 @@ def _sums_of_three(values: Floats, middle: float) -> Floats:
 
 
 def _surprise(share: float) -> float:
-    """Relative entropy of a share of near pixels to `BOUND`, nats; 0 for shares that are no surprise.
+    """Relative entropy of a share of near pixels to `MOST_NEAR`, nats; 0 for shares up to that.
 
     >>> _surprise(0.5), round(_surprise(1.0), 6)
     (0.0, 0.356675)
     """
-    if share <= BOUND:
+    if share <= MOST_NEAR:
         return 0.0
-    rest = (1 - share) * math.log((1 - share) / (1 - BOUND)) if share < 1 else 0.0
-    return share * math.log(share / BOUND) + rest
+    rest = (1 - share) * math.log((1 - share) / (1 - MOST_NEAR)) if share < 1 else 0.0
+    return share * math.log(share / MOST_NEAR) + rest

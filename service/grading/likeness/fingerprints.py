@@ -2,10 +2,10 @@
 
 Two programs that draw their own random numbers make pictures whose noise is independent, even if both are
 right or both make the same mistake. So each picture is reduced to its finest detail: diagonal differences of
-2 x 2 pixels, less those of the reference, in which little is left of smooth mistakes and of straight edges.
-They count only where the class shows noise. The median over all pictures is what they have in common, the
-median deviation from it is the noise at a place, and a picture that deviates further there shows a mistake.
-What is left correlates only if one picture was made from the other, or if both programs use the same samples.
+2 x 2 pixels, less those of the reference, which suppress smooth mistakes and straight edges. They count only
+where the class shows noise. The median over all pictures is common to them, the median deviation from it is
+the noise of a 2 x 2, and a picture that deviates much further shows a mistake there. The rest correlates only
+if one picture was made from the other, or if both programs use the same samples.
 """
 
 import math
@@ -20,15 +20,15 @@ from accuracy.comparison.inputs import Picture
 from renderer.math.arrays import Floats, Masks
 
 FEWEST_PICTURES = 10
-"""Of fewer pictures the medians say too little."""
+"""Medians over fewer pictures are too noisy."""
 
 FEWEST_PLACES = 100
-"""Fewest noisy places at which two pictures are compared."""
+"""Two pictures are compared in at least so many noisy places."""
 
-NORMAL = 1.4826
+DEVIATION_OVER_MAD = 1.4826
 """The standard deviation of normal noise over its median absolute deviation."""
 
-MEDIAN = math.pi / 2
+MEDIAN_VARIANCE = math.pi / 2
 """The variance of the median of normal numbers, times their count, over their own variance."""
 
 ABOVE_ROUNDING = 3.0
@@ -38,28 +38,27 @@ OWN_ABOVE_ROUNDING = 1.5
 """The same for the noise of a picture alone: with less noise, pictures of many samples are rounded alike."""
 
 ABOVE_MEDIAN = 4.0
-"""Least variance of a picture, as a multiple of what the median owes to chance: all pictures share that, so
-that it alone makes pictures correlate by up to the inverse."""
+"""Least variance of a picture, relative to that of the median: all pictures share the median's noise, which
+alone makes them correlate by up to the inverse of this."""
 
-FARTHEST = 3.5
-"""Standard deviations beyond which a difference is a mistake; normal noise gets there once in 2000 places."""
+MOST_DEVIATIONS = 3.5
+"""A difference of more standard deviations is a mistake; normal noise reaches it once in 2000 places."""
 
 MOST_FAR = 0.2
-"""A picture that is so far off in a larger share of the noisy places is wrong there, and not compared."""
+"""A picture with mistakes in a larger share of the noisy places is not compared."""
 
-LOUDEST = 1.6
-"""Nor is one with so many times the noise of the class."""
+MOST_NOISE = 1.6
+"""Nor is one whose noise exceeds that of the class by this factor."""
 
-CORRELATED = 0.5
+LEAST_CORRELATION = 0.5
 """Least correlation of pictures that share their noise. Two that share a mistake may reach 0.7, because some
-of it is left at edges;"""
+of it remains at edges, so `MOST_DIFFERENCE` must hold too."""
 
-CLOSE = 0.3
-"""but those still differ by the noise of both. The difference of two that share it has at most this share of
-the variance that two pictures of the class lead to expect."""
+MOST_DIFFERENCE = 0.3
+"""Largest variance of the difference of two pictures that share their noise, relative to other pairs."""
 
-SURE = 8.0
-"""Least number of standard errors by which it exceeds 0; chance does that once in 10^15 pairs."""
+LEAST_STANDARD_ERRORS = 8.0
+"""A correlation exceeds 0 by at least so many standard errors; chance does that once in 10^15 pairs."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +86,7 @@ class Pair:
     first, second : int
         Their places among the pictures.
     correlation : float
-        Of their noise, `CORRELATED` to 1.
+        Of their noise, `LEAST_CORRELATION` to 1.
     """
 
     first: int
@@ -105,7 +104,7 @@ class Noise:
         Rows and columns of a fingerprint.
     places : (K,) int64
         The noisy places among the differences of a fingerprint.
-    middle, spread : (K,) float64
+    median, deviation : (K,) float64
         What the pictures have in common there, and the standard deviation of their noise.
     values : (pictures, K) float64
     counted : (pictures, K) bool
@@ -114,8 +113,8 @@ class Noise:
 
     shape: tuple[int, ...]
     places: NDArray[np.int64]
-    middle: Floats
-    spread: Floats
+    median: Floats
+    deviation: Floats
     values: Floats
     counted: Masks
 
@@ -143,15 +142,15 @@ def noise_of(prints: Sequence[Fingerprint]) -> Noise | None:
         np.stack([getattr(each, part).ravel() for each in prints]).astype(np.float64)
         for part in ("detail", "rounding")
     )
-    middle, step = np.median(detail, axis=0), np.median(rounding, axis=0)
-    spread = NORMAL * np.median(np.abs(detail - middle), axis=0)
-    (places,) = np.nonzero(spread > ABOVE_ROUNDING * step)
+    median, step = np.median(detail, axis=0), np.median(rounding, axis=0)
+    deviation = DEVIATION_OVER_MAD * np.median(np.abs(detail - median), axis=0)
+    (places,) = np.nonzero(deviation > ABOVE_ROUNDING * step)
     if places.size < FEWEST_PLACES:
         return None
-    middle, spread, step = middle[places], spread[places], step[places]
-    values = (detail[:, places] - middle) / spread
-    counted = _counted(values, step / spread)
-    return Noise(prints[0].detail.shape, places, middle, spread, np.where(counted, values, 0.0), counted)
+    median, deviation, step = median[places], deviation[places], step[places]
+    values = (detail[:, places] - median) / deviation
+    counted = _counted(values, step / deviation)
+    return Noise(prints[0].detail.shape, places, median, deviation, np.where(counted, values, 0.0), counted)
 
 
 def parts(noise: Noise) -> Iterator[Noise]:
@@ -165,8 +164,8 @@ def parts(noise: Noise) -> Iterator[Noise]:
         yield Noise(
             noise.shape,
             noise.places[part],
-            noise.middle[part],
-            noise.spread[part],
+            noise.median[part],
+            noise.deviation[part],
             noise.values[:, part],
             noise.counted[:, part],
         )
@@ -174,12 +173,12 @@ def parts(noise: Noise) -> Iterator[Noise]:
 
 def _counted(values: Floats, step: Floats) -> Masks:
     """Mask of the values that are noise; `step` is the rounding in the same units, (K,)."""
-    near = np.abs(values) <= FARTHEST
+    near = np.abs(values) <= MOST_DEVIATIONS
     loudness = np.sqrt(np.where(near, values * values, 0).sum(axis=1) / np.maximum(near.sum(axis=1), 1))
     # The median, because a picture without noise has errors too: some, at edges.
-    own = NORMAL * np.median(np.abs(values), axis=1)
-    usable = (loudness <= LOUDEST) & (near.mean(axis=1) >= 1 - MOST_FAR)
-    usable &= own * own >= ABOVE_MEDIAN * MEDIAN / len(values)
+    own = DEVIATION_OVER_MAD * np.median(np.abs(values), axis=1)
+    usable = (loudness <= MOST_NOISE) & (near.mean(axis=1) >= 1 - MOST_FAR)
+    usable &= own * own >= ABOVE_MEDIAN * MEDIAN_VARIANCE / len(values)
     counted: Masks = near & usable[:, None] & (own[:, None] >= OWN_ABOVE_ROUNDING * step)
     return counted
 
@@ -205,14 +204,16 @@ class Agreement:
     @property
     def correlated(self) -> Masks:
         """Mask of correlations that are too high for chance."""
-        sure: Masks = (self.places >= FEWEST_PLACES) & (self.correlation * np.sqrt(self.places) >= SURE)
-        return sure & (self.correlation >= CORRELATED)
+        sure: Masks = (self.places >= FEWEST_PLACES) & (
+            self.correlation * np.sqrt(self.places) >= LEAST_STANDARD_ERRORS
+        )
+        return sure & (self.correlation >= LEAST_CORRELATION)
 
 
 def pairs(noise: Noise) -> list[Pair]:
     """All pairs of pictures that share their noise."""
     found = agreement(noise.values, noise.counted, noise.values, noise.counted)
-    shared = found.correlated & (found.difference <= CLOSE)
+    shared = found.correlated & (found.difference <= MOST_DIFFERENCE)
     return [
         Pair(int(first), int(second), float(found.correlation[first, second]))
         for first, second in np.argwhere(np.triu(shared, 1))
@@ -222,8 +223,8 @@ def pairs(noise: Noise) -> list[Pair]:
 def like(noise: Noise, others: Sequence[Fingerprint]) -> Masks:
     """Mask of pictures with the errors of any of some others, such as pictures without noise."""
     detail = np.stack([each.detail.ravel()[noise.places] for each in others]).astype(np.float64)
-    values = (detail - noise.middle) / noise.spread
-    near = np.abs(values) <= FARTHEST
+    values = (detail - noise.median) / noise.deviation
+    near = np.abs(values) <= MOST_DEVIATIONS
     found = agreement(noise.values, noise.counted, np.where(near, values, 0.0), near)
     alike: Masks = np.asarray(found.correlated.any(axis=1))
     return alike

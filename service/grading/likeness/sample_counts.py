@@ -18,16 +18,16 @@ from accuracy.comparison.noise import MIN_GRAIN, sample_variances, unlikeness
 from renderer.math.arrays import Floats
 
 MOST_SAMPLES = 1024
-"""Samples with which a picture made without the reference is still believed to be so clean."""
+"""A picture that looks cleaner than so many samples was not rendered independently of its reference."""
 
-SURE = 5.0
+LEAST_STANDARD_ERRORS = 5.0
 """Standard errors by which the slope must lie below that of `MOST_SAMPLES`: one in 3 million by chance."""
 
 MOST_PIXELS = 1 << 19
-"""Pixels of a picture that are looked at, about: with more the slope is no less certain to be 0."""
+"""Pixels of a picture that are read, about: more would not make a slope of 0 more certain."""
 
 LEAST_PIXELS = 200
-"""Pixels noisier than rounding, below which nothing is said."""
+"""The count is unknown with fewer pixels noisier than rounding."""
 
 ABOVE_ROUNDING = 16.0
 """Deviation of a sample over the rounding of the files, from which on a pixel counts as noisy."""
@@ -35,14 +35,14 @@ ABOVE_ROUNDING = 16.0
 LEAST_SPREAD = 0.01
 """Share of the squared variances that must differ from pixel to pixel, or no slope is seen."""
 
-LOUD = 1.5
+LEAST_NOISE = 1.5
 """Deviation of noise that is more than rounding, over the largest error of rounding: its own is 0.6."""
 
 MOST_GRAINY = 0.1
 """Share of the blocks where no sample varies that may have grain: thin lines in wrong places look like it."""
 
 LEAST_BLOCKS = 8
-"""Blocks with grain, below which nothing is said."""
+"""Grain in fewer blocks is not suspicious."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class SampleCount:
     @property
     def suspicious(self) -> bool:
         """Whether the picture is cleaner than `MOST_SAMPLES` random samples make it."""
-        return self.slope + SURE * self.error < 1 / MOST_SAMPLES
+        return self.slope + LEAST_STANDARD_ERRORS * self.error < 1 / MOST_SAMPLES
 
 
 def sample_count(image: Picture, reference: Picture) -> SampleCount | None:
@@ -144,6 +144,6 @@ def _grain(image: Picture, reference: Picture, tolerance: float) -> tuple[int, i
     quiet = np.maximum(gathered(image.rounding + reference.rounding).max(axis=2), tolerance / 4)
     still = (gathered(single).max(axis=2) <= quiet * quiet).all(axis=2)
     difference = gathered(image.linear - reference.linear)
-    loud = difference.var(axis=2) > (LOUD * quiet) ** 2
+    loud = difference.var(axis=2) > (LEAST_NOISE * quiet) ** 2
     grainy = still & (loud & (unlikeness(difference, image.linear.shape) >= MIN_GRAIN)).any(axis=2)
     return int(np.count_nonzero(still)), int(np.count_nonzero(grainy))

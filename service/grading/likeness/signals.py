@@ -26,12 +26,12 @@ GRAINY = "noise_without_samples"
 CARRIED = "reference_in_texture"
 MARKED = "marked_reference"
 
-SIZE = 32, 24
-"""Columns and rows that pictures are reduced to: more than shapes share by chance, and no noise is left."""
+REDUCED_SIZE = 32, 24
+"""Columns and rows of reduced pictures: enough to distinguish scenes, few enough to average noise away."""
 
-ALIKE = 0.9
-"""Least correlation of two reduced pictures. Among 60 pictures of the gallery, the hard cases and the ready
-assignment those of different scenes have up to 0.78."""
+LEAST_REDUCED_CORRELATION = 0.9
+"""Least correlation of a texture and the reference, both reduced. Different scenes of the gallery, the hard
+cases and the ready assignment reach 0.78 in 60 pictures."""
 
 
 def signals(comparison: Comparison, *, test: str) -> tuple[Signal, ...]:
@@ -116,14 +116,14 @@ def _carried(scene: LoadedScene, reference: Floats) -> Iterator[str]:
                 continue
             shown = _reduced(np.clip(texels, 0, 1))
             turned = (shown[::down, ::right] for down in (1, -1) for right in (1, -1))
-            if max(float(np.mean(each * wanted)) for each in turned) >= ALIKE:
+            if max(float(np.mean(each * wanted)) for each in turned) >= LEAST_REDUCED_CORRELATION:
                 yield name
 
 
 def _reduced(linear: Floats) -> Floats:
     """A small picture of brightness as seen, with mean 0 and variance 1; all 0 for one colour."""
     seen = Image.fromarray(srgb_from_linear(linear).mean(axis=2).astype(np.float32))
-    small = np.asarray(seen.resize(SIZE, Image.Resampling.BOX), dtype=np.float64)
+    small = np.asarray(seen.resize(REDUCED_SIZE, Image.Resampling.BOX), dtype=np.float64)
     small = small - small.mean()
     deviation = small.std()
     return small / deviation if deviation > 0 else small
