@@ -79,7 +79,7 @@ def _compiled(
 ) -> RenderPlan:
     target = quality if isinstance(quality, TargetQuality) else None
     of_samples = samples_of(scene, target) if target else quality
-    request = Request(scene, of_samples, geometry, culling, layers, in_sequence=target is not None)
+    request = Request(scene, of_samples, geometry, culling, layers)
     plan = build_plan(request)
     if plan.scattering:
         plan = _with_bounces_priced(plan)

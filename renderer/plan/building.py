@@ -9,7 +9,6 @@ from dataclasses import replace
 import schemas.cameras as language
 from renderer import tiling
 from renderer.cameras import Pinhole, build_lens, build_pinhole
-from renderer.halves import lens_in_sequence
 from renderer.layers import LAYERS, Layer
 from renderer.lights import surfaces as light_surfaces
 from renderer.math.arrays import column
@@ -84,8 +83,6 @@ def with_coordinates(plan: RenderPlan) -> RenderPlan:
 def _camera(request: Request) -> Pinhole:
     samples = request.sampling.antialiasing
     detail = f"rays through {samples.samples} {samples.pattern} places in each pixel"
-    if request.in_sequence:
-        detail = f"rays through {samples.pattern} places in pixels, as many as the error requires"
     request.list_stage("camera rays", "camera", detail, ("/camera",), COSTS.camera)
     camera = request.document.camera
     if camera.lens_radius > 0:
@@ -102,7 +99,7 @@ def _lens(request: Request, camera: language.Camera) -> Pinhole:
     pointers = tuple(f"/camera/{name}" for name in ("lens_radius", "focus_distance") if getattr(camera, name))
     detail = f"a point on the lens for each ray, focused at a distance of {lens.focus:.6g}"
     request.list_stage("lens", "camera.lens", detail, pointers, COSTS.lens)
-    return lens_in_sequence(lens) if request.in_sequence else lens
+    return lens
 
 
 def _layers(request: Request) -> tuple[Layer, ...]:

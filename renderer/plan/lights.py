@@ -5,7 +5,6 @@ from collections.abc import Iterable
 import numpy as np
 
 from renderer.accelerators.trees import in_tree
-from renderer.halves import SequenceEmitter
 from renderer.lights import surfaces as light_surfaces
 from renderer.lights.emitters import Emitter
 from renderer.materials.reflection import LightTerm
@@ -23,8 +22,7 @@ from renderer.shapes.family import HULL_MARGIN
 def emitter_of(request: Request, number: int) -> Emitter:
     """A light of the scene, with its sampling."""
     light = request.document.lights[number]
-    emitter = LIGHTS[type(light)].build(number, light, request.sampling.light, request.sampling.seed)
-    return SequenceEmitter.of(emitter) if request.in_sequence and emitter.count > 1 else emitter
+    return LIGHTS[type(light)].build(number, light, request.sampling.light, request.sampling.seed)
 
 
 def emitters(request: Request) -> list[Emitter]:

@@ -33,8 +33,6 @@ class Request:
         Whether conservative tests may leave out work.
     layers : tuple of str
         Names of what shall be recorded about each pixel beside its colour.
-    in_sequence : bool
-        Whether samples go on until an error is reached, so that their number is not known.
     entries, left_out : list
         The plan as people read it, under construction.
     reads : set of str
@@ -58,7 +56,6 @@ class Request:
     geometry: SceneGeometry
     culling: bool
     layers: tuple[str, ...] = ()
-    in_sequence: bool = False
     entries: list[Entry] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
     reads: set[str] = field(default_factory=set)

@@ -18,9 +18,6 @@ from schemas.scene import used_textures
 FILTERING = ("mipmap", "box")
 """Filters that take a mean over a footprint."""
 
-SAMPLES_IF_UNKNOWN = 256
-"""Samples per pixel that textures are filtered for where their number is not known before."""
-
 
 def surfaces(request: Request) -> tuple[list[PointStage], bool]:
     """Stages that form the points: geometry, colours, normals, ambient light."""
@@ -57,7 +54,7 @@ def _footprints(request: Request) -> list[Footprints]:
     asking = {name for name in used if getattr(request.document.textures[name], "filter", None) in FILTERING}
     if not asking:
         return []
-    samples = SAMPLES_IF_UNKNOWN if request.in_sequence else request.sampling.antialiasing.samples
+    samples = request.sampling.antialiasing.samples
     pointers = tuple(
         f"/textures/{escaped(name)}/filter" for name in request.document.textures if name in asking
     )

@@ -12,12 +12,17 @@ from renderer.adaptive.planning.details import decoupled
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.thin_shadows import shadow_pixels
 from renderer.adaptive.thin_shapes import thin_pixels
+from renderer.cameras import ThinLens
+from renderer.halves import SequenceEmitter, lens_in_sequence
 from renderer.math.arrays import Integers
 from renderer.plan.effects import SHAPES, TEXTURES
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
+from renderer.plan.stages import Lighting
 from renderer.plan.strengths import effective
 from renderer.scenes import LoadedScene
+from renderer.textures import footprints
+from renderer.textures.footprints import Footprints
 from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQuality
 from schemas.scene import Scene
 
@@ -59,6 +64,7 @@ def _light_points(document: Scene) -> int:
 
 def adapted(plan: RenderPlan, request: Request, target: TargetQuality) -> TargetPlan:
     """Build the plan of target quality from that of a request's samples."""
+    plan = _in_sequence(plan)
     if request.document.camera.lens_radius > 0:
         made = _made(plan, target, request, frozenset(), None)
         return replace(made, entries=explanations.with_lattice(plan))
@@ -69,6 +75,25 @@ def adapted(plan: RenderPlan, request: Request, target: TargetQuality) -> Target
     made = _made(plan, target, seen, details, pilot)
     entries = (*pilot.entries, *explanations.thin_shadows(request, made.thin_shadows))
     return replace(made, pilot=replace(pilot, entries=entries))
+
+
+def _in_sequence(plan: RenderPlan) -> RenderPlan:
+    """The plan with as many samples as the error requires, in two sequences on each light and the lens."""
+    return replace(
+        plan,
+        camera=lens_in_sequence(plan.camera) if isinstance(plan.camera, ThinLens) else plan.camera,
+        surfaces=tuple(
+            footprints.build(plan.camera, pilots.FILTER_SAMPLES) if isinstance(stage, Footprints) else stage
+            for stage in plan.surfaces
+        ),
+        lightings=tuple(
+            replace(light, emitter=SequenceEmitter.of(light.emitter))
+            if isinstance(light, Lighting) and light.emitter.count > 1
+            else light
+            for light in plan.lightings
+        ),
+        entries=explanations.in_sequence(plan, pilots.FILTER_SAMPLES),
+    )
 
 
 def _made(

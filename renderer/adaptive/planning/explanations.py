@@ -1,6 +1,7 @@
 """Entries of `penumbra explain` for target quality: how pilot samples differ from samples."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +14,16 @@ from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Entry, Illumination
 from schemas.pointers import escaped
+
+
+def in_sequence(plan: RenderPlan, filtered: int) -> tuple[Entry, ...]:
+    """Entries of a plan whose number of samples is unknown; textures are `filtered` for this number."""
+    pattern = plan.antialiasing.pattern
+    details = {
+        "camera rays": f"rays through {pattern} places in pixels, as many as the error requires",
+        "ray footprints": f"what 1 / {filtered} of a pixel covers in textures",
+    }
+    return tuple(replace(entry, detail=details.get(entry.name, entry.detail)) for entry in plan.entries)
 
 
 def entries(request: Request, details: frozenset[str], lightings: Iterable[Illumination]) -> Iterator[Entry]:

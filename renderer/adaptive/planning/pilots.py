@@ -18,7 +18,6 @@ from renderer.plan.lights import shadow_stages
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting, PointStage
-from renderer.plan.surfaces import SAMPLES_IF_UNKNOWN
 from renderer.scenes import LoadedScene
 from renderer.shapes import Family
 from renderer.shapes.family import Hulls
@@ -31,6 +30,9 @@ from schemas.quality import Antialiasing, FixedQuality, LightSampling, TargetQua
 PENUMBRA_POINTS = 64, 2.0**-8
 """Light points in a penumbra, and the error for which they suffice; in inverse proportion for other
 errors."""
+
+FILTER_SAMPLES = 256
+"""Samples per pixel that textures are filtered for, as their number is not known before."""
 
 MIN_TIMED_ERROR = 2.0**-9
 """Least target of the pilot samples of pictures with a time limit, as all pixels wait for them."""
@@ -115,7 +117,7 @@ def averaged(stage: PointStage, camera: Pinhole, target: TargetQuality) -> Point
     pyramid's mean over a whole pixel at a grazing angle is blurred over many.
     """
     if isinstance(stage, ColorTexture | NormalMap) and isinstance(stage.texture, MipmapTexture):
-        return replace(stage, texture=replace(stage.texture, share=1 / np.sqrt(SAMPLES_IF_UNKNOWN)))
+        return replace(stage, texture=replace(stage.texture, share=1 / np.sqrt(FILTER_SAMPLES)))
     if not isinstance(stage, ColorTexture) or not isinstance(stage.texture, BoxCheckerTexture):
         return stage
     pixel = footprints.build(camera, 1)
