@@ -1,5 +1,6 @@
 // The JSON editor: CodeMirror with problems under their lines, and what the scene language says about a field.
 
+import { completion } from "./editor/completion.js";
 import { hints } from "./editor/hints.js";
 import { marks, nextProblem, pointedLines, previousProblem, problemLines } from "./editor/marks.js";
 import { h } from "./dom.js";
@@ -62,7 +63,7 @@ const ALWAYS = [
     beforeinput: typedOver,
   }),
 ];
-const WRITABLE = [history(), indentOnInput(), highlightActiveLine()];
+const WRITABLE = [completion(), history(), indentOnInput(), highlightActiveLine()];
 
 /**
  * Replace selected lines by what is typed. Browsers join lines with inline styles, which the page's policy refuses.

@@ -1,8 +1,19 @@
-// What the JSON Schema of scenes says about a field, for people.
+// What the JSON Schema of scenes says about fields: for people, and what may be written at a place.
+
+import { get } from "./api.js";
 
 // Bounds beyond these only keep arithmetic finite.
 const HUGE = 1e15;
 const TINY = 1e-100;
+
+/** @type {Promise<SchemaNode | null> | null} */
+let schema = null;
+
+/** The JSON Schema of scenes; a failed request is made again the next time. @returns {Promise<SchemaNode | null>} */
+export function sceneSchema() {
+  schema ??= get("/v1/schemas/scene.json").catch(() => (schema = null));
+  return schema;
+}
 
 /**
  * @typedef {object} Step
@@ -12,7 +23,7 @@ const TINY = 1e-100;
  */
 
 /**
- * @typedef {{name: string, paragraphs: string[], facts: string}} FieldText
+ * @typedef {{name: string, text: string, facts: string, required: boolean}} FieldText
  * @typedef {{name: string, at: SchemaNode, owner: SchemaNode, inner: string | null}} Field
  */
 
@@ -20,42 +31,98 @@ const TINY = 1e-100;
  * Find a field of the scene language.
  *
  * @param {SchemaNode} schema - The JSON Schema of scenes.
- * @param {Step[]} steps - The way to the field.
+ * @param {Step[]} steps - The way to the field, or into its value.
  * @returns {FieldText | null} Null where the language has no such field.
  */
 export function fieldAt(schema, steps) {
-  let at = schema;
-  /** @type {Field | null} */
-  let field = null;
+  const { parts, fields } = follow(schema, steps);
+  return parts.length && fields.length ? written(schema, fields) : null;
+}
+
+/**
+ * The fields that an object may have, required ones first.
+ *
+ * @param {SchemaNode} schema
+ * @param {Step[]} steps - The way to the object.
+ * @param {string | null} type - The object's own `type`.
+ */
+export function fieldsOf(schema, steps, type) {
+  const owners = follow(schema, steps).parts.flatMap((part) => variants(schema, part, type));
+  const names = new Set(owners.flatMap(({ properties }) => Object.keys(properties ?? {})));
+  const fields = Array.from(names, (name) => fieldAt(schema, [...steps, { name, type, inner: null }]));
+  return fields.filter((field) => field !== null).sort((a, b) => Number(b.required) - Number(a.required));
+}
+
+/**
+ * The values among which a field has to have one, with the text of the object that each chooses.
+ *
+ * @param {SchemaNode} schema
+ * @param {Step[]} steps - The way to the field.
+ * @returns {Map<unknown, string>}
+ */
+export function valuesAt(schema, steps) {
+  const last = steps.at(-1);
+  if (!last?.name) return new Map();
+  // A type that is about to change chooses nothing.
+  const way = last.name === "type" ? steps.with(-1, { ...last, type: null }) : steps;
+  const found = new Map();
+  for (const { at, owner } of follow(schema, way).fields)
+    for (const { const: only, enum: some, type } of variants(schema, at, null)) {
+      const values = some ?? (type === "boolean" ? [true, false] : []);
+      if (only !== undefined) found.set(only, found.get(only) ?? firstOf(owner.description));
+      for (const value of values) found.set(value, "");
+    }
+  return found;
+}
+
+/**
+ * Go some steps into the schema, along all alternatives.
+ *
+ * @param {SchemaNode} schema
+ * @param {Step[]} steps
+ * @returns {{parts: SchemaNode[], fields: Field[]}} Where the steps end, and the last field on each way.
+ */
+function follow(schema, steps) {
+  let parts = [schema];
+  /** @type {Field[]} */
+  let fields = [];
   for (const { name, type, inner } of steps) {
-    const owners = variants(schema, at, type);
-    const owner = owners.find((one) => partOf(one, name));
-    const part = owner && partOf(owner, name);
-    if (!part) return null;
-    at = part;
-    if (name !== null) field = { name, at, owner, inner };
+    const found = parts
+      .flatMap((part) => variants(schema, part, type))
+      .flatMap((owner) => {
+        const at = partOf(owner, name);
+        return at ? [{ name: name ?? "", at, owner, inner }] : [];
+      });
+    parts = found.map(({ at }) => at);
+    if (name !== null) fields = found;
   }
-  return field && written(schema, field);
+  return { parts, fields };
 }
 
 /** @param {SchemaNode} owner @param {string | null} name */
 const partOf = (owner, name) =>
   name === null ? owner.items : owner.properties?.[name] || owner.additionalProperties;
 
-/** @param {SchemaNode} schema @param {Field} field @returns {FieldText} */
-function written(schema, { name, at, owner, inner }) {
+/** What is said about a field of one or several alternatives. @param {SchemaNode} schema @param {Field[]} fields @returns {FieldText} */
+function written(schema, fields) {
+  const { name, at, owner, inner } = fields[0];
   const found = variants(schema, at, inner);
   // Of several kinds none is described, unless its `type` is written.
   const target = found.length === 1 || inner ? found[0] : null;
   // A type has no text of its own: the object that it chooses has.
-  const text = at.description ?? (at.const === undefined ? target?.description : owner.description);
+  const chosen = fields.every((field) => field.at.const === at.const) ? owner.description : "";
+  const text = at.description ?? (at.const === undefined ? target?.description : chosen);
   const facts = [kind(target), range(target?.items ?? target), standard(at, owner, name)];
   return {
     name,
-    paragraphs: text ? text.split("\n\n").slice(0, 1) : [],
+    text: firstOf(text),
     facts: facts.filter(Boolean).join(" · "),
+    required: owner.required?.includes(name) ?? false,
   };
 }
+
+/** The first paragraph of a text. @param {string} [text] */
+const firstOf = (text = "") => text.split("\n\n")[0];
 
 /**
  * The alternatives that a `type` leaves, behind references: an ellipsoid may be written in two ways.

@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import COVERED, click_at, tab
-from tests.browser.scenes import TIMEOUT, opened, small, write
+from tests.browser.scenes import TIMEOUT, editor, opened, small, write
 from tests.service.support import finish, submit
 
 AXE = (Path(__file__).parent / "vendor" / "axe-core" / "axe.min.js").read_text()
@@ -43,6 +43,14 @@ def start_with_mistakes(page: Page, _jobs: list[str]) -> None:
     opened(page)
     write(page, small("basic").replace('"cobalt"', '"cobald"', 1).replace('"version": 1', '"version": 2'))
     expect(page.locator(".line.wrong").first).to_be_visible(timeout=TIMEOUT)
+
+
+def start_completing(page: Page, _jobs: list[str]) -> None:
+    opened(page)
+    write(page, '{"camera": {')
+    editor(page).press("Control+End")
+    page.keyboard.type('"')
+    expect(page.get_by_role("option", selected=True)).to_be_visible(timeout=TIMEOUT)
 
 
 def listed(page: Page, jobs: list[str]) -> None:
@@ -98,6 +106,7 @@ def reference(page: Page, jobs: list[str]) -> None:
 VIEWS = {
     "start": ("/", start),
     "mistakes": ("/", start_with_mistakes),
+    "completion": ("/", start_completing),
     "jobs": ("/jobs", listed),
     "job": ("/jobs/{0}", one_job),
     "job-pixel": ("/jobs/{0}", one_pixel),

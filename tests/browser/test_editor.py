@@ -1,11 +1,12 @@
 """The editor of a scene: what it says about fields and problems, and its keys."""
 
 import json
+import re
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.browser.conftest import Open
+from tests.browser.conftest import Open, Shoot
 from tests.browser.scenes import (
     GALLERY,
     TIMEOUT,
@@ -127,3 +128,76 @@ def test_dropped_file_is_opened(page: Page) -> None:
     drop(page, onto=".cm-content", mine__json=small("basic").encode())
     expect(page.get_by_role("heading", level=1, name="mine.json")).to_be_visible()
     expect_written(page, small("basic"))
+
+
+CURSOR = """async (at) => {
+  const { EditorView } = await import("/web/vendor/codemirror/codemirror.js");
+  const view = EditorView.findFromDOM(document.querySelector(".editor"));
+  view.dispatch({ selection: { anchor: at } });
+}"""
+
+
+def write_to_cursor(page: Page, text: str) -> None:
+    """Write a text, and go to where it has a bar."""
+    write(page, text.replace("|", ""))
+    page.evaluate(CURSOR, text.index("|"))
+
+
+def options(page: Page) -> Locator:
+    return page.get_by_role("listbox").get_by_role("option")
+
+
+@pytest.mark.slow
+def test_field_is_completed(page: Page, shoot: Shoot) -> None:
+    opened(page)
+    write_to_cursor(page, '{"version": 1, "camera": {"position": [0, 0, 4], |}}')
+    page.keyboard.type('"')
+    # Required fields come first, and none that is there already.
+    expect(options(page).first).to_contain_text("look_at", timeout=TIMEOUT)
+    expect(options(page).filter(has_text="position")).to_have_count(0)
+    page.keyboard.type("vert")
+    expect(options(page)).to_have_text("vertical_fov")
+    expect(page.locator(".cm-completionInfo")).to_contain_text("Angle of view from bottom to top")
+    shoot(page, "completion")
+    page.keyboard.press("Tab")
+    expect(editor(page)).to_be_focused()
+    page.keyboard.type("40")
+    expect_written(page, '{"version": 1, "camera": {"position": [0, 0, 4], "vertical_fov": 40}}')
+
+
+@pytest.mark.slow
+def test_value_is_completed(page: Page) -> None:
+    """Values of the language, and names that the scene defines; the list opens on request as well."""
+    opened(page)
+    defined = '{"materials": {"red wall": {"type": "phong"}}, "textures": {"bricks": {"type": "checker"}}, '
+    for text, expected in (
+        ('"lights": [{"type": "s|", "cone": 3}]}', ["spot"]),
+        ('"lights": [{"type": |, "cone": 3}]}', ["rectangle", "point", "spot", "directional"]),
+        ('"sampling": {"antialiasing": {"pattern": "sobol"}, "light": {"pattern": "st|"}}}', ["stratified"]),
+        ('"shapes": [{"type": "triangle", "material": "r|"}]}', ["red wall"]),
+        ('"more": {"type": "phong", "bump_map": "|\n}}', ["bricks"]),
+    ):
+        write_to_cursor(page, defined + text)
+        page.keyboard.press("Control+Space")
+        expect(options(page)).to_have_text(expected, timeout=TIMEOUT)
+        page.keyboard.press("ArrowUp")
+        page.keyboard.press("Enter")
+        expect(options(page)).to_have_count(0)
+        expect_written(page, defined + re.sub(r'("\w*)?\|"?', json.dumps(expected[-1]), text))
+
+
+@pytest.mark.slow
+def test_completion_stays_out_of_the_way(page: Page) -> None:
+    """No list opens outside of strings; without one Enter begins a line and Tab leaves the editor."""
+    opened(page)
+    write_to_cursor(page, '{"name": "a", "camera": {|}}')
+    page.keyboard.type('"look_at": [0, 1')
+    expect(options(page)).to_have_count(0)
+    page.keyboard.type('], "')
+    expect(options(page).first).to_be_visible(timeout=TIMEOUT)
+    page.keyboard.press("Escape")
+    expect(options(page)).to_have_count(0)
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    expect(editor(page)).not_to_be_focused()
+    expect_written(page, '{"name": "a", "camera": {"look_at": [0, 1], "\n}}')

@@ -1,5 +1,6 @@
 // What service/web/editor.js uses of CodeMirror; build_editor.js makes one file of it.
 
+export { acceptCompletion, autocompletion } from "@codemirror/autocomplete";
 export { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 export { json } from "@codemirror/lang-json";
 export {

@@ -1,9 +1,8 @@
 // What the scene language says about the field under the pointer, or at the cursor with Ctrl + I.
 
-import { get } from "../api.js";
 import { announce, h } from "../dom.js";
 import { quoted } from "../elements.js";
-import { fieldAt } from "../scene_fields.js";
+import { fieldAt, sceneSchema } from "../scene_fields.js";
 import {
   StateEffect,
   StateField,
@@ -14,23 +13,15 @@ import {
   showTooltip,
   syntaxTree,
 } from "../vendor/codemirror/codemirror.js";
+import { stepsTo } from "./path.js";
 
-/** @import { EditorState, EditorView, StateEffectType, SyntaxNode, Text, Tooltip } from "../vendor/codemirror/codemirror.js" */
-/** @import { FieldText, Step } from "../scene_fields.js" */
+/** @import { EditorState, EditorView, StateEffectType, Tooltip } from "../vendor/codemirror/codemirror.js" */
+/** @import { FieldText } from "../scene_fields.js" */
 /** @typedef {Tooltip & {end: number, text: string}} Tip */
 
 const VALUES = new Set(["String", "Number", "True", "False", "Null"]);
 /** @type {StateEffectType<Tip | null>} */
 const setTip = StateEffect.define();
-
-/** @type {Promise<SchemaNode | null> | null} */
-let schema = null;
-
-/** The JSON Schema of scenes; a failed request is made again the next time. @returns {Promise<SchemaNode | null>} */
-function sceneSchema() {
-  schema ??= get("/v1/schemas/scene.json").catch(() => (schema = null));
-  return schema;
-}
 
 const tips = StateField.define({
   create: () => /** @type {Tip | null} */ (null),
@@ -84,62 +75,18 @@ async function tipAt(state, at, side) {
     pos: node.from,
     end: node.to,
     above: true,
-    text: [field.name, ...field.paragraphs, field.facts].join("\n"),
+    text: [field.name, field.text, field.facts].join("\n"),
     create: () => ({ dom: described(field) }),
   };
 }
 
 /** @param {FieldText} field */
-function described({ name, paragraphs, facts }) {
+export function described({ name, text, facts }) {
   return h(
     "div",
     { className: "field-hint" },
     h("p", { className: "field-name" }, h("code", {}, name)),
-    paragraphs.map((text) => h("p", {}, quoted(text))),
+    text && h("p", {}, quoted(text)),
     facts && h("p", { className: "soft" }, facts),
   );
-}
-
-/**
- * The way from the document to a node of its syntax tree.
- *
- * @param {Text} doc
- * @param {SyntaxNode} node
- * @returns {Step[]}
- */
-function stepsTo(doc, node) {
-  /** @type {Step[]} */
-  const steps = [];
-  for (let at = node, { parent } = at; parent; at = parent, { parent } = at) {
-    if (at.name === "Property")
-      steps.unshift({
-        name: nameOf(doc, at),
-        type: typeOf(doc, parent),
-        inner: typeOf(doc, at.lastChild),
-      });
-    else if (parent.name === "Array") steps.unshift({ name: null, type: null, inner: typeOf(doc, at) });
-  }
-  return steps;
-}
-
-/** @param {Text} doc @param {SyntaxNode} node */
-const textOf = (doc, node) => doc.sliceString(node.from, node.to);
-
-/** @param {Text} doc @param {SyntaxNode} property @returns {string} */
-function nameOf(doc, property) {
-  const name = property.getChild("PropertyName");
-  const written = name ? textOf(doc, name) : "";
-  try {
-    return JSON.parse(written);
-  } catch {
-    return written;
-  }
-}
-
-/** The member `type` of an object, or null. @param {Text} doc @param {SyntaxNode | null} node */
-function typeOf(doc, node) {
-  if (node?.name !== "Object") return null;
-  const kind = node.getChildren("Property").find((property) => nameOf(doc, property) === "type");
-  const value = kind?.getChild("String");
-  return value ? textOf(doc, value).slice(1, -1) : null;
 }

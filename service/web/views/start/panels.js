@@ -6,9 +6,10 @@ import { chosen, unpacked } from "../../drop.js";
 const KEYS = [
   ["Ctrl + Enter", "render"],
   ["Ctrl + F", "search"],
+  ["Ctrl + Space", "list the fields or values that fit; Tab or Enter takes one"],
   ["Ctrl + I", "explain the field at the cursor"],
   ["F8", "go to the next problem"],
-  ["Tab", "leave the editor"],
+  ["Tab", "leave the editor, where no list is open"],
 ];
 
 /** @param {string} label @param {Node[]} content */
