@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SIZE = (6.4, 4.2)
+FIGURE_INCHES = (6.4, 4.2)
 """Inches."""
 
 FRAME_FACTOR = 1.3
@@ -65,7 +65,7 @@ def draw(
         panel.set(title=title, xlabel="CPU seconds", ylabel="error (RMSE, linear, clipped to 0..1)")
         _fill(panel, known, target, unknown)
 
-    return drawn(fill_figure, SIZE, form=form, font_size=10)
+    return drawn(fill_figure, FIGURE_INCHES, form=form, font_size=10)
 
 
 def _fill(

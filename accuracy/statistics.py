@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from renderer.math.arrays import Floats
-from renderer.math.intervals import NORMAL, Interval, student
+from renderer.math.intervals import INTERVAL_DEVIATIONS, Interval, student
 
 USUAL_DEGREES = 4
 """Degrees of freedom that the usual deviation counts for: of two or three samples, the deviation is
@@ -33,7 +33,7 @@ def median(values: Sequence[float]) -> Interval:
 
 def factor(deviation: float) -> Interval:
     """A factor of about 1 whose logarithm is normal with this standard deviation."""
-    width = exp(NORMAL * deviation)
+    width = exp(INTERVAL_DEVIATIONS * deviation)
     return Interval(1.0, 1 / width, width)
 
 

@@ -19,8 +19,8 @@ from schemas.scene import Scene
 SIDE, SAMPLES, LIGHT_SAMPLES = 128, 4, 16
 """Longer side, and most camera samples and light points, of the pictures of `marginal_costs`."""
 
-ROUNDS = 3
-"""Renders of each picture; the fastest counts, as nothing can make a picture faster than it is."""
+RENDERS_EACH = 3
+"""Renders of each picture; the fastest counts, since interference only adds time."""
 
 STRENGTHS = {
     "specular": "highlights",
@@ -32,8 +32,8 @@ STRENGTHS = {
 }
 """Fields of a material that can be switched off, and what they are called."""
 
-PLAIN = (0.5, 0.5, 0.5)
-"""The colour that takes the place of a texture."""
+PLAIN_COLOR = (0.5, 0.5, 0.5)
+"""Colour that replaces a texture."""
 
 
 def fixed_quality(
@@ -124,7 +124,9 @@ def variants(document: Scene) -> Iterator[Variant]:
     for part, effect in STRENGTHS.items():
         off = {part: None if part.endswith("_map") else 0.0}
         yield from _without_part(document, effect, part, off)
-    yield from _without_part(document, "texture", "color_texture", {"color_texture": None, "color": PLAIN})
+    yield from _without_part(
+        document, "texture", "color_texture", {"color_texture": None, "color": PLAIN_COLOR}
+    )
     if document.camera.lens_radius:
         camera = document.camera.model_copy(update={"lens_radius": 0.0})
         yield Variant("lens", ("/camera/lens_radius",), document.model_copy(update={"camera": camera}))
@@ -178,7 +180,7 @@ def marginal_costs(scene: LoadedScene) -> tuple[float, list[Marginal]]:
     plans = [_small(scene, document) for document in (scene.document, *(part.document for part in parts))]
     seconds = np.full(len(plans), np.inf)
     images = []
-    for _ in range(ROUNDS):
+    for _ in range(RENDERS_EACH):
         results = [render(plan) for plan in plans]
         seconds = np.minimum(seconds, [result.report["cpu_seconds"] for result in results])
         images = [clipped(result.image) for result in results]

@@ -129,7 +129,7 @@ def build_pinhole(camera: language.Camera) -> Pinhole:
 LENS_DIMENSIONS = 1 << 40
 """Stream of the places on the lens, beyond the numbers of all lights."""
 
-ROUNDING = 2.0**-40
+BLUR_MARGIN = 2.0**-40
 """Relative margin of the blur, thousands of roundings wide."""
 
 
@@ -181,7 +181,7 @@ class ThinLens(Pinhole):
         Convex in the depth, so that it holds between corners if it holds at them.
         """
         depth = forward / self.focus
-        rounding = ROUNDING * (1 + np.abs(depth)) * self.radius + 4 * EPS * magnitude(self.position).item()
+        rounding = BLUR_MARGIN * (1 + np.abs(depth)) * self.radius + 4 * EPS * magnitude(self.position).item()
         return self.radius * np.abs(1 - depth) + rounding
 
 

@@ -16,7 +16,7 @@ from renderer.plan.geometry import SceneGeometry, build_geometry
 from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.scenes import LoadedScene, QualitySource, Source, load_request
-from renderer.waves import COUNTED_AS, KINDS, camera_wave, joined
+from renderer.waves import BOUNCES, COUNTED_AS, camera_wave, joined
 from schemas.api.layers import checked_layers
 from schemas.quality import Quality, TargetQuality
 
@@ -114,8 +114,8 @@ def _bounces(plan: RenderPlan) -> Counter[str]:
     means = Counter[str](mirror=0, transmission=0)
     while scattered := successors(plan, intersect(plan, wave.rays, lights=False), wave):
         leaving = joined(scattered)
-        counts = np.bincount(leaving.kinds, stands_for[leaving.parents], len(KINDS)) / FOLLOWED_SIDE**2
-        for kind, count in zip(KINDS, counts.tolist(), strict=True):
+        counts = np.bincount(leaving.kinds, stands_for[leaving.parents], len(BOUNCES)) / FOLLOWED_SIDE**2
+        for kind, count in zip(BOUNCES, counts.tolist(), strict=True):
             means[COUNTED_AS[kind]] += count
         # The heavier a ray, the more it still sends on, but not in proportion.
         likely = np.sqrt(leaving.weights)

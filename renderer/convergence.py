@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from renderer.math.arrays import Floats
-from renderer.math.intervals import NORMAL, Interval, student
+from renderer.math.intervals import INTERVAL_DEVIATIONS, Interval, student
 
 MIN_FIT_POINTS = 3
 """Points that a fit needs: a line goes through any two, and nothing would show how good it is."""
@@ -176,7 +176,9 @@ def _deviations(errors: Floats, highs: npt.ArrayLike | None) -> Floats:
     if highs is None:
         return np.zeros(errors.size)
     with np.errstate(all="ignore"):
-        deviations: Floats = ((np.asarray(highs, dtype=np.float64) / errors) ** 2 - 1) / (2 * NORMAL)
+        deviations: Floats = ((np.asarray(highs, dtype=np.float64) / errors) ** 2 - 1) / (
+            2 * INTERVAL_DEVIATIONS
+        )
     return deviations
 
 
@@ -192,7 +194,7 @@ def _line(x: Floats, y: Floats, weights: Floats, deviation: float) -> PowerLaw:
     freedom = x.size - 2
     scatter = np.sqrt((weights * (up - order * across) ** 2).sum() / freedom)
     latest = int(np.argmax(x))
-    margin = float(max(NORMAL * deviation, student(freedom) * scatter))
+    margin = float(max(INTERVAL_DEVIATIONS * deviation, student(freedom) * scatter))
     half = margin / float(np.sqrt(squares))
     return PowerLaw(
         order=Interval(order, order - half, order + half),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.film import Film
-from renderer.integrator import WORK, OutOfTimeError, camera_rays, centre_points, radiance
+from renderer.integrator import WORK_COUNTERS, OutOfTimeError, camera_rays, centre_points, radiance
 from renderer.layers import Layers, Spread, record
 from renderer.plan.plan import RenderPlan
 from renderer.tiling import BLOCK_RAYS, Block, blocks
@@ -26,8 +26,8 @@ through eight balls of glass take 6 ms each, those beside them a thousandth: non
 FEWEST_RAYS = 64
 """Rays that are followed to their end in any case; of fewer, calls are most of the price."""
 
-KINDS = ("camera", "shadow", "mirror", "transmission", *WORK)
-"""Counts, in the order in which an unfinished tile keeps them."""
+COUNTERS = ("camera", "shadow", "mirror", "transmission", *WORK_COUNTERS)
+"""Counters in the order in which an unfinished tile stores them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +99,7 @@ class TileRendering:
         self._film = Film(tile, pass_)
         self._layers = plan.layers_in(pass_)
         self._spreads = {layer.name: Spread(tile, pass_) for layer in self._layers if layer.sampled}
-        self._counts = Counter(dict.fromkeys(KINDS, 0))
+        self._counts = Counter(dict.fromkeys(COUNTERS, 0))
         # Blocks that are in the film, and the radiance of the first rays of the next one.
         self._finished, self._open = 0, np.empty((3, 0))
         if kept is not None:
@@ -159,7 +159,7 @@ class TileRendering:
             "portion": np.array(self._portion),
             "open": self._open,
             "mean": self._film.mean,
-            "counts": np.array([self._counts[kind] for kind in KINDS]),
+            "counts": np.array([self._counts[kind] for kind in COUNTERS]),
             **{f"spread {name}": spread.record for name, spread in self._spreads.items()},
         }
 
@@ -167,7 +167,7 @@ class TileRendering:
         self._finished, self._portion = int(kept["finished"]), int(kept["portion"])
         self._open = kept["open"]
         self._film.mean[:] = kept["mean"]
-        self._counts = Counter(dict(zip(KINDS, kept["counts"].tolist(), strict=True)))
+        self._counts = Counter(dict(zip(COUNTERS, kept["counts"].tolist(), strict=True)))
         for name, spread in self._spreads.items():
             spread.record[:] = kept[f"spread {name}"]
 
@@ -176,5 +176,5 @@ class TileRendering:
         counts = self._counts.copy()
         records = record(self._layers, self._tile, partial(centre_points, self._plan, counts))
         records |= {name: spread.record for name, spread in self._spreads.items()}
-        work = {name: counts.pop(name) for name in WORK}
+        work = {name: counts.pop(name) for name in WORK_COUNTERS}
         return TileResult(self._film.image(), dict(counts), work, time.process_time() - self._begun, records)

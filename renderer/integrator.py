@@ -19,13 +19,13 @@ from renderer.plan.plan import RenderPlan
 from renderer.samplers import PATTERNS
 from renderer.tiling import Block
 from renderer.waves import WaitingWaves, Wave, camera_wave, ordered
-from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
+from renderer.workspace import FEWEST_POINTS, PAIRS_AT_ONCE, Workspace
 from schemas.tiles import Pass, Tile
 
 Light = Callable[[Points, Workspace], int]
 """One light's work on a chunk of points; gives the number of shadow rays."""
 
-WORK = ("shading_points", "texture_lookups")
+WORK_COUNTERS = ("shading_points", "texture_lookups")
 """Counters beside those of rays."""
 
 _local = threading.local()
@@ -174,8 +174,8 @@ def intersect(plan: RenderPlan, rays: Rays, *, lights: bool = True) -> Points:
 
 
 def shade(plan: RenderPlan, points: Points, lights: Sequence[Light]) -> int:
-    """Let lights work on points, in chunks that make about `PAIRS` pairs; gives the number of shadow rays."""
-    rays, step = 0, max(FEWEST_POINTS, PAIRS // plan.light_points)
+    """Add the light of points in chunks of about `PAIRS_AT_ONCE` pairs; return the number of shadow rays."""
+    rays, step = 0, max(FEWEST_POINTS, PAIRS_AT_ONCE // plan.light_points)
     for start in range(0, points.count, step):
         chunk = points.between(start, min(start + step, points.count))
         for light in lights:

@@ -167,7 +167,7 @@ class Points:
         Surface coordinates of the hit, two or three, as the shape defines them.
     shapes, primitives, materials : (M,) int64
     positions : (3, M) float64
-        On the surface, rebuilt from its coordinates; error at most `numerics.SURFACE` times `sizes`.
+        On the surface, rebuilt from its coordinates; error at most `numerics.PLANE_ERROR` times `sizes`.
     normals : (3, M) float64
         Geometric unit normals on the side the ray came from.
     shading_normals : (3, M) float64

@@ -140,7 +140,7 @@ LAYERS = {layer.name: layer for layer in TABLE}
 """Every layer by its name. The ground of `samples` is filled in when a plan is made."""
 
 
-CENTRES = Pass(index=0, stride=1, first=0, last=1)
+CENTRE_PASS = Pass(index=0, stride=1, first=0, last=1)
 """One ray a pixel."""
 
 
@@ -157,7 +157,7 @@ def record(layers: Sequence[Layer], tile: Tile, points_in: Callable[[Block], Poi
     """
     sheets = {layer.name: layer.blank(tile.height, tile.width) for layer in layers if not layer.sampled}
     wanted = [(sheets[layer.name], layer.values) for layer in layers if layer.values is not None]
-    for block in blocks(tile, CENTRES) if wanted else ():
+    for block in blocks(tile, CENTRE_PASS) if wanted else ():
         points = points_in(block)
         columns, rows = block.columns[points.rays] - tile.x0, block.rows[points.rays] - tile.y0
         for sheet, values in wanted:

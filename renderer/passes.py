@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from renderer.film import Image, non_finite
-from renderer.integrator import WORK
+from renderer.integrator import WORK_COUNTERS
 from renderer.plan.plan import RenderPlan
 
 Transport = Callable[[list[Any]], Iterator[tuple[Any, Any]]]
@@ -45,7 +45,7 @@ class Tally:
     begun : float
         By the clock of `time.monotonic`, seconds.
     rays, work : Counter
-        By kind; work as in `integrator.WORK`.
+        By kind; work as in `integrator.WORK_COUNTERS`.
     cpu_seconds : float
         Of all processes.
     passes : list of dict
@@ -54,7 +54,7 @@ class Tally:
 
     begun: float = field(default_factory=time.monotonic)
     rays: Counter[str] = field(default_factory=Counter)
-    work: Counter[str] = field(default_factory=lambda: Counter(dict.fromkeys(WORK, 0)))
+    work: Counter[str] = field(default_factory=lambda: Counter(dict.fromkeys(WORK_COUNTERS, 0)))
     cpu_seconds: float = 0.0
     passes: list[dict[str, Any]] = field(default_factory=list)
 

@@ -21,7 +21,7 @@ the path decides instead::
 4. *Beyond the bound* the computed sign holds.
 
 Rays that begin in the open, as those of cameras and of `trace`, have no previous origin: a surface that
-their origin touches is not hit. The bounds are roundings (`numerics.SURFACE`, `numerics.gamma`) of the
+their origin touches is not hit. The bounds are roundings (`numerics.PLANE_ERROR`, `numerics.gamma`) of the
 magnitudes that formed point and surface, never a length. Rules 1 to 4 are `settled`, for rays and for
 segments to a light alike; `OriginSurfaces` carries what they need from hit to hit.
 """

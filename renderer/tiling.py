@@ -18,7 +18,7 @@ BLOCK_RAYS = 8192
 """Rays worked on at once: their arrays stay in the second-level cache, and calls cost little in
 comparison."""
 
-TILE = 128
+TILE_SIDE = 128
 """Side of a tile, pixels, unless requested otherwise."""
 
 
@@ -63,7 +63,7 @@ def tiles(picture: Picture, pass_: Pass, tile_size: int | None = None) -> list[T
     """
     if pass_.stride > 1:
         return [Tile(index=0, x0=0, y0=0, x1=picture.width, y1=picture.height)]
-    size = tile_size or TILE
+    size = tile_size or TILE_SIDE
     corners = [(x, y) for y in range(0, picture.height, size) for x in range(0, picture.width, size)]
     return [
         Tile(index=i, x0=x, y0=y, x1=min(x + size, picture.width), y1=min(y + size, picture.height))

@@ -16,7 +16,7 @@ from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Lighting
 from renderer.tiling import BLOCK_RAYS
 from renderer.workspace import Workspace
-from schemas.quantities import FARTHEST, LONGEST, SHORTEST
+from schemas.quantities import LONGEST, MAX_ORIGIN, SHORTEST
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,7 +82,7 @@ def trace(plan: RenderPlan, origins: ArrayLike, directions: ArrayLike) -> Hits:
             f"origins have {start.shape[1]} rows and directions {along.shape[1]}; the numbers must be equal."
         )
     usable = np.flatnonzero(finite(start) & finite(along) & (along != 0).any(axis=0))
-    _refuse_beyond("origins", start, usable, (0.0, FARTHEST), "Start the ray nearer to the scene.")
+    _refuse_beyond("origins", start, usable, (0.0, MAX_ORIGIN), "Start the ray nearer to the scene.")
     _refuse_beyond("directions", along, usable, (SHORTEST, LONGEST), "Multiply it by any number.")
     hits = _misses(start.shape[1], len(plan.document.lights))
     lights, plan = compile_visibility(plan), with_coordinates(plan)

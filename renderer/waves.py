@@ -16,11 +16,11 @@ from renderer.math.arrays import Floats, Integers, Masks, lengths, taken
 from renderer.math.streams import bits, branch, keys, uniforms
 from renderer.self_intersection import OriginSurfaces
 
-CAMERA = -1
+CAMERA_RAY = -1
 """Kind of a ray that has not bounced."""
 
-KINDS = ("mirror", "reflection", "refraction")
-"""Ways in which a path continues; the place of each names its random numbers."""
+BOUNCES = ("mirror", "reflection", "refraction")
+"""Ways in which a path continues; their indices select the random numbers."""
 
 COUNTED_AS = {"mirror": "mirror", "reflection": "transmission", "refraction": "transmission"}
 """The kind of ray that the report counts each as."""
@@ -56,7 +56,7 @@ class Wave:
     parents : (N,) int64
         Index of the ray of the wave before that hit the point that each leaves.
     kinds : (N,) int64
-        Place of the last bounce's kind in `KINDS`; `CAMERA` before the first.
+        Place of the last bounce's kind in `BOUNCES`; `CAMERA_RAY` before the first.
     depth : int
         Bounces so far.
     """
@@ -75,7 +75,9 @@ class Wave:
 
     def count(self, counts: Counter[str]) -> None:
         """Add rays that have bounced to those of the report."""
-        for kind, count in zip(KINDS, np.bincount(self.kinds, minlength=len(KINDS)).tolist(), strict=True):
+        for kind, count in zip(
+            BOUNCES, np.bincount(self.kinds, minlength=len(BOUNCES)).tolist(), strict=True
+        ):
             counts[COUNTED_AS[kind]] += count
 
     def part(self, index: Integers) -> "Wave":
@@ -97,7 +99,7 @@ class Wave:
 def camera_wave(rays: Rays) -> Wave:
     """Rays from the camera."""
     targets = np.arange(rays.t.size)
-    return Wave(rays, np.ones(rays.t.size), targets, targets, np.full(rays.t.size, CAMERA), 0)
+    return Wave(rays, np.ones(rays.t.size), targets, targets, np.full(rays.t.size, CAMERA_RAY), 0)
 
 
 class WaitingWaves:
@@ -214,7 +216,7 @@ def leaving(
     outside : (M,) bool
         Whether the new rays go to the outward side.
     kind : str
-        One of `KINDS`.
+        One of `BOUNCES`.
     faintest : float
         Paths up to this weight end; 0 for those alone that add nothing.
     """
@@ -229,7 +231,7 @@ def leaving(
         outside=outside[bright],
         sizes=points.sizes[start],
         previous_origins=_previous_origins(points, start, outside[bright]),
-        paths=branch(points.paths[start], KINDS.index(kind)),
+        paths=branch(points.paths[start], BOUNCES.index(kind)),
         path_lengths=points.path_lengths[start] + points.t[start] * lengths(points.directions[:, start]),
     )
     rays = Rays(
@@ -240,7 +242,7 @@ def leaving(
         origin_surfaces=surfaces,
     )
     parents = points.rays[start]
-    kinds = np.full(start.size, KINDS.index(kind))
+    kinds = np.full(start.size, BOUNCES.index(kind))
     return (Wave(rays, weights[bright], wave.targets[parents], parents, kinds, wave.depth + 1),)
 
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from renderer.math.arrays import Masks, Pairs
 
-PAIRS = 262144
-"""Pairs of point and light point worked on at once: 1 MiB an array, the quickest size for 64 and for 256
+PAIRS_AT_ONCE = 262144
+"""Pairs of point and light point processed at once: 1 MiB per array, the fastest size with 64 and with 256
 light points on a core with 2 MiB of second-level cache."""
 
 FEWEST_POINTS = 64

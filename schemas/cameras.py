@@ -10,8 +10,8 @@ from pydantic_core import PydanticCustomError
 from schemas.base import Closed
 from schemas.limits import refuse_above
 from schemas.quantities import (
-    LARGEST,
-    SMALLEST,
+    MAX_COORDINATE,
+    MIN_SIZE,
     Count,
     Direction,
     Index,
@@ -23,7 +23,7 @@ from schemas.quantities import (
 
 FieldOfView = Annotated[float, Field(strict=True, gt=0, lt=180, allow_inf_nan=False)]
 
-LensRadius = Annotated[float, Field(strict=True, ge=0, le=LARGEST, allow_inf_nan=False)]
+LensRadius = Annotated[float, Field(strict=True, ge=0, le=MAX_COORDINATE, allow_inf_nan=False)]
 
 
 class Camera(Closed):
@@ -98,7 +98,7 @@ class Camera(Closed):
         known = info.data
         near = {"position", "look_at"} <= known.keys() and length(
             difference(known["look_at"], known["position"])
-        ) < SMALLEST
+        ) < MIN_SIZE
         if focus_distance is None and near and known.get("lens_radius"):
             raise PydanticCustomError(
                 "no_focus",

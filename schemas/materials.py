@@ -8,17 +8,17 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from schemas.base import Closed, chosen_by, tag
-from schemas.quantities import BRIGHTEST, LARGEST, SMALLEST, WHOLE, Color, Intensity, Name
+from schemas.quantities import MAX_COORDINATE, MAX_INTENSITY, MIN_SIZE, WHOLE, Color, Intensity, Name
 
-Shininess = Annotated[float, Field(strict=True, ge=0, le=LARGEST, allow_inf_nan=False)]
+Shininess = Annotated[float, Field(strict=True, ge=0, le=MAX_COORDINATE, allow_inf_nan=False)]
 
 Share = Annotated[float, Field(strict=True, ge=0, le=1, allow_inf_nan=False)]
 
-RefractiveIndex = Annotated[float, Field(strict=True, ge=SMALLEST, le=BRIGHTEST, allow_inf_nan=False)]
+RefractiveIndex = Annotated[float, Field(strict=True, ge=MIN_SIZE, le=MAX_INTENSITY, allow_inf_nan=False)]
 
 Depth = Annotated[int, Field(strict=True, ge=1, le=64), WHOLE]
 
-Height = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+Height = Annotated[float, Field(strict=True, ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
 
 
 class Surface(Closed):

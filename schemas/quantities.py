@@ -16,8 +16,8 @@ from pydantic_core import PydanticCustomError
 
 Vector = tuple[float, float, float]
 
-PARALLEL = 1e-9
-"""Two vectors whose angle has a smaller sine than this are taken as parallel. Dimensionless."""
+PARALLEL_SINE = 1e-9
+"""Vectors are parallel if the sine of their angle is at most this. Dimensionless."""
 
 
 def scaled(a: Vector) -> Vector:
@@ -73,24 +73,24 @@ def cosine_between(a: Vector, b: Vector) -> float:
 
 
 def parallel(a: Vector, b: Vector) -> bool:
-    """Whether two vectors span no area, up to `PARALLEL`."""
-    return sine_between(a, b) <= PARALLEL
+    """Whether two vectors span no area, up to `PARALLEL_SINE`."""
+    return sine_between(a, b) <= PARALLEL_SINE
 
 
-LARGEST = 1e15
-"""Bound of every coordinate and size, scene units."""
+MAX_COORDINATE = 1e15
+"""Largest coordinate and size, scene units."""
 
-SMALLEST = 1e-100
+MIN_SIZE = 1e-100
 """Smallest size, radius and edge, scene units."""
 
-BRIGHTEST = 1e30
-"""Bound of every colour and coefficient."""
+MAX_INTENSITY = 1e30
+"""Largest colour component and coefficient."""
 
-FARTHEST = 1e30
-"""Bound of the coordinates of a ray's origin, scene units: doubles beyond are as far apart as shapes."""
+MAX_ORIGIN = 1e30
+"""Largest coordinate of a ray's origin, scene units: doubles beyond it are as far apart as shapes."""
 
 SHORTEST, LONGEST = 1e-200, 1e200
-"""Bounds of the largest component of a ray's direction: counted in it, t is neither 0 nor infinite."""
+"""Bounds of the largest component of a ray's direction: in units of it, t is neither 0 nor infinite."""
 
 
 def whole(number: object) -> object:
@@ -115,7 +115,7 @@ def _not_zero(vector: Vector) -> Vector:
 
 
 def _long_enough(vector: Vector) -> Vector:
-    if length(vector) < SMALLEST:
+    if length(vector) < MIN_SIZE:
         raise PydanticCustomError(
             "no_length",
             "This vector is zero or shorter than 1e-100. Make it longer, or scale the whole scene up.",
@@ -124,7 +124,7 @@ def _long_enough(vector: Vector) -> Vector:
 
 
 def _not_flat(factor: float) -> float:
-    if abs(factor) < SMALLEST:
+    if abs(factor) < MIN_SIZE:
         raise PydanticCustomError(
             "out_of_range",
             "A factor between -1e-100 and 1e-100 leaves nothing to see. Use a larger one; a negative one "
@@ -146,20 +146,20 @@ def _countable(vector: Vector) -> Vector:
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """Any finite number."""
 
-Coordinate = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
-Size = Annotated[float, Field(strict=True, ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(strict=True, ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
+Size = Annotated[float, Field(strict=True, ge=MIN_SIZE, le=MAX_COORDINATE, allow_inf_nan=False)]
 Factor = Annotated[
     Coordinate,
     AfterValidator(_not_flat),
-    Field(json_schema_extra={"not": {"exclusiveMinimum": -SMALLEST, "exclusiveMaximum": SMALLEST}}),
+    Field(json_schema_extra={"not": {"exclusiveMinimum": -MIN_SIZE, "exclusiveMaximum": MIN_SIZE}}),
 ]
 """Scale factors of lengths; negative ones mirror."""
-Intensity = Annotated[float, Field(strict=True, ge=0, le=BRIGHTEST, allow_inf_nan=False)]
+Intensity = Annotated[float, Field(strict=True, ge=0, le=MAX_INTENSITY, allow_inf_nan=False)]
 
 Point = tuple[Coordinate, Coordinate, Coordinate]
 Direction = Annotated[Point, AfterValidator(_not_zero)]
 Edge = Annotated[Point, AfterValidator(_long_enough)]
-_Start = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False)]
+_Start = Annotated[float, Field(strict=True, ge=-MAX_ORIGIN, le=MAX_ORIGIN, allow_inf_nan=False)]
 RayOrigin = tuple[_Start, _Start, _Start]
 RayDirection = Annotated[tuple[Number, Number, Number], AfterValidator(_not_zero), AfterValidator(_countable)]
 TextureCoordinate = tuple[Coordinate, Coordinate]

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from schemas.base import Closed, chosen_by, tag
-from schemas.quantities import LARGEST, Asset, Color
+from schemas.quantities import MAX_COORDINATE, Asset, Color
 
-Repeat = Annotated[float, Field(strict=True, gt=0, le=LARGEST, allow_inf_nan=False)]
+Repeat = Annotated[float, Field(strict=True, gt=0, le=MAX_COORDINATE, allow_inf_nan=False)]
 
 
 class ImageTexture(Closed):

@@ -30,7 +30,7 @@ PICTURES: Mapping[str, Draw] = {
 """Files of a difference, by name without their ending."""
 
 
-USUAL = Policy()
+DEFAULT_POLICY = Policy()
 
 
 def assert_render_close(
@@ -39,8 +39,8 @@ def assert_render_close(
     *,
     encoding: Encoding | None = None,
     reference_encoding: Encoding | None = None,
-    tolerance: float = USUAL.tolerance,
-    max_bias: float = USUAL.most_bias,
+    tolerance: float = DEFAULT_POLICY.tolerance,
+    max_bias: float = DEFAULT_POLICY.most_bias,
     folder: str | os.PathLike[str] | None = None,
 ) -> Comparison:
     """Assert that two pictures show the same but for noise, as ``penumbra compare`` does.
@@ -99,8 +99,8 @@ def compared(
     *,
     encoding: Encoding | None = None,
     reference_encoding: Encoding | None = None,
-    tolerance: float = USUAL.tolerance,
-    max_bias: float = USUAL.most_bias,
+    tolerance: float = DEFAULT_POLICY.tolerance,
+    max_bias: float = DEFAULT_POLICY.most_bias,
 ) -> Comparison:
     """Compare two pictures of any form; parameters and errors are those of `assert_render_close`."""
     pictures = _read(actual, "actual", encoding), _read(reference, "reference", reference_encoding)

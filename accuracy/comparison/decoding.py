@@ -31,8 +31,8 @@ Size = tuple[int, int]
 HEADER_BYTES = 1 << 14
 """Bytes at the beginning of an NPY file, more than its header may have: NumPy reads 10,000 at most."""
 
-OPAQUE = "Its alpha is 1 everywhere and was left out."
-GREY = "It is grey: red, green and blue were taken as equal."
+OPAQUE_NOTE = "Its alpha is 1 everywhere and was left out."
+GREY_NOTE = "It is grey: red, green and blue were taken as equal."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +103,7 @@ def size_of(content: Content) -> Size | None:
         if content.startswith(NPY):
             shape = _header_of_npy(content)[0]
             return (shape[1], shape[0]) if len(shape) > 1 else None
-    except (*DAMAGE, ImageFileError):
+    except (*DAMAGE_ERRORS, ImageFileError):
         return None
     return None
 
@@ -124,7 +124,7 @@ def array_of(content: Content) -> NDArray[Any]:
     Raises
     ------
     ValueError
-        Or another of `DAMAGE`: the file is damaged, or holds objects.
+        Or another of `DAMAGE_ERRORS`: the file is damaged, or holds objects.
     """
     shape, by_columns, kind, start = _header_of_npy(content)
     if kind.hasobject:
@@ -165,7 +165,7 @@ def _deep(pixels: DeepPixels, name: str) -> Raw:
     return _whole(pixels.codes, name, "srgb")
 
 
-DAMAGE = (ValueError, EOFError, OSError, TypeError, KeyError, SyntaxError, RecursionError, TokenError)
+DAMAGE_ERRORS = (ValueError, EOFError, OSError, TypeError, KeyError, SyntaxError, RecursionError, TokenError)
 """Exceptions of NumPy for invalid files."""
 
 
@@ -173,7 +173,7 @@ def _npy(content: Content, name: str) -> Raw:
     try:
         array = array_of(content)
     # The header is read as Python is.
-    except (*DAMAGE, MemoryError) as error:
+    except (*DAMAGE_ERRORS, MemoryError) as error:
         raise NotComparableError(f"{name} is a damaged NPY file, or holds objects.") from error
     if array.dtype in (np.uint8, np.uint16):
         return _whole(array, name, None)
@@ -197,9 +197,9 @@ def _exr(content: Content, name: str) -> Raw:
     if found.alpha is not None:
         if not (found.alpha == 1.0).all():
             raise NotComparableError(_transparent(name))
-        notes = (*notes, OPAQUE)
+        notes = (*notes, OPAQUE_NOTE)
     if found.grey:
-        notes = (*notes, GREY)
+        notes = (*notes, GREY_NOTE)
     return Raw(found.image, 32, "linear", notes, found.layers)
 
 
@@ -220,9 +220,9 @@ def _three(array: NDArray[Any], opaque: float, name: str) -> tuple[NDArray[Any],
     if array.shape[2] in (2, 4):
         if not (array[:, :, -1] == opaque).all():
             raise NotComparableError(_transparent(name))
-        array, notes = array[:, :, :-1], (OPAQUE,)
+        array, notes = array[:, :, :-1], (OPAQUE_NOTE,)
     if array.shape[2] == 1:
-        array, notes = np.broadcast_to(array, (*array.shape[:2], 3)), (*notes, GREY)
+        array, notes = np.broadcast_to(array, (*array.shape[:2], 3)), (*notes, GREY_NOTE)
     return array, notes
 
 

@@ -33,8 +33,8 @@ MIN_GAIN_ERRORS = 4.0
 ROW_STEP = 4
 """Step between the rows that are compared first."""
 
-INNER = slice(1, -1)
-FIRST_ROWS = slice(1, -1, ROW_STEP), INNER
+INNER_ROWS = slice(1, -1)
+FIRST_ROWS = slice(1, -1, ROW_STEP), INNER_ROWS
 """These rows of a band that has one above and one below, without its first and last column."""
 
 MAX_CAUSES = 3
@@ -172,7 +172,7 @@ class _Trial:
     def _glance(self, mistake: Mistake, rows: slice, image: Floats) -> Floats:
         if mistake.turns:
             turned = self._image.pixels.turned(mistake.undo)
-            return turned.part(slice(rows.start + 1, rows.stop - 1, ROW_STEP), INNER).linear
+            return turned.part(slice(rows.start + 1, rows.stop - 1, ROW_STEP), INNER_ROWS).linear
         return mistake.undo(image)[FIRST_ROWS] if mistake.moves else mistake.undo(image[FIRST_ROWS])
 
     def of(self, mistake: Mistake) -> Cause | None:

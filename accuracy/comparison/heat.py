@@ -18,27 +18,27 @@ WHITE_DIFFERENCE = 0.25
 """Difference of a channel, in values as seen from 0 to 1, that is shown white: no scale of one's own for each
 picture, so that two maps can be compared."""
 
-STOPS = np.array([[0, 0, 0], [90, 0, 120], [220, 40, 40], [255, 190, 20], [255, 255, 255]], np.float64)
+COLOR_STOPS = np.array([[0, 0, 0], [90, 0, 120], [220, 40, 40], [255, 190, 20], [255, 255, 255]], np.float64)
 """Colours from no difference to `WHITE_DIFFERENCE`, perceptually even: black, violet, red, yellow, white."""
 
 GAP_PIXELS = 4
 """Grey pixels between pictures that stand side by side."""
 
-GREY = 128
+GAP_CODE = 128
 
 
 def heat_map(image: Picture, reference: Picture) -> Codes:
     """The largest difference of the channels as seen, (H, W, 3) codes."""
     apart = np.abs(image.pixels.seen - reference.pixels.seen).max(axis=2)
-    place = np.minimum(apart / WHITE_DIFFERENCE, 1.0) * (len(STOPS) - 1)
-    levels = np.arange(len(STOPS))
-    channels = [np.interp(place, levels, STOPS[:, channel]) for channel in range(3)]
+    place = np.minimum(apart / WHITE_DIFFERENCE, 1.0) * (len(COLOR_STOPS) - 1)
+    levels = np.arange(len(COLOR_STOPS))
+    channels = [np.interp(place, levels, COLOR_STOPS[:, channel]) for channel in range(3)]
     return np.rint(np.stack(channels, axis=-1)).astype(np.uint8)
 
 
 def side_by_side(image: Picture, reference: Picture) -> Codes:
     """Picture, reference and heat map from left to right, (H, 3 W + 8, 3) codes."""
-    gap = np.full((image.height, GAP_PIXELS, 3), GREY, np.uint8)
+    gap = np.full((image.height, GAP_PIXELS, 3), GAP_CODE, np.uint8)
     return np.concatenate(
         (seen(image), gap, seen(reference), gap, heat_map(image, reference)), axis=1, dtype=np.uint8
     )

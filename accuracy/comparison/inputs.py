@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accuracy.comparison.decoding import (
-    DAMAGE,
+    DAMAGE_ERRORS,
     HEADER_BYTES,
     Content,
     NotComparableError,
@@ -35,8 +35,8 @@ PACKED, IMAGE = ".npz", "image"
 PIXEL_BYTES = 32
 """Most bytes of a pixel in an array of such a file: four numbers of 64 bits."""
 
-PIECE = 1 << 20
-"""Bytes that are unpacked at once."""
+BYTES_AT_ONCE = 1 << 20
+"""Bytes decompressed at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,7 +166,7 @@ def unpacked(archive: BinaryIO, name: str) -> tuple[Content, dict[str, NDArray[A
         layers = {layer: array_of(part) for layer, part in parts.items() if layer != IMAGE}
     except NotComparableError:
         raise
-    except (*DAMAGE, BadZipFile, NotImplementedError, RuntimeError, zlib.error) as error:
+    except (*DAMAGE_ERRORS, BadZipFile, NotImplementedError, RuntimeError, zlib.error) as error:
         raise NotComparableError(f"{name} is a damaged NPZ file.") from error
     if IMAGE not in parts:
         raise NotComparableError(f"{name} has no array '{IMAGE}'. Save the picture under this name.")
@@ -177,7 +177,7 @@ def _read_in_pieces(archive: ZipFile, file: ZipInfo) -> bytearray:
     """A file of an archive: `ZipFile.read` would have all of it twice."""
     content = bytearray()
     with archive.open(file) as packed:
-        for piece in iter(partial(packed.read, PIECE), b""):
+        for piece in iter(partial(packed.read, BYTES_AT_ONCE), b""):
             content += piece
     return content
 

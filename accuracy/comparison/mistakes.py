@@ -227,13 +227,13 @@ def _smoothed(right: int, down: int) -> Undo:
     return lambda picture: picture / 2 + (moved(picture, right, down) + moved(picture, -right, -down)) / 4
 
 
-ASIDE = {-1: "left", 1: "right", 0: ""}
-ALONG = {-1: "up", 1: "down", 0: ""}
+HORIZONTAL = {-1: "left", 1: "right", 0: ""}
+VERTICAL = {-1: "up", 1: "down", 0: ""}
 OFFSETS = tuple((x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if (x, y) != (0, 0))
 
 
 def _shift(x: int, y: int, step: str, undo: Undo, control: Undo | None) -> Mistake:
-    where = " and ".join(filter(None, (ASIDE[x], ALONG[y])))
+    where = " and ".join(filter(None, (HORIZONTAL[x], VERTICAL[y])))
     return Mistake(
         f"{'half' if control else 'one'}_pixel_{where.replace(' and ', '_')}",
         f"The picture lies {step} too far {where}. The centre of pixel i is at i + 0.5; a picture of "

@@ -20,7 +20,7 @@ DIFFERENCE_SHARE = 0.75
 MAX_REGIONS = 5
 """Regions reported, at most."""
 
-GROUND = "background"
+BACKGROUND = "background"
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +88,7 @@ def named(shape: int | None, names: Sequence[str]) -> str | None:
     """A shape of a region in words."""
     if shape is None:
         return None
-    return GROUND if shape == MISS else names[shape]
+    return BACKGROUND if shape == MISS else names[shape]
 
 
 def _chosen(errors: Floats) -> Masks:

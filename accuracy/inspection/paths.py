@@ -13,7 +13,7 @@ from renderer.plan.building import compile_visibility, with_coordinates
 from renderer.plan.plan import RenderPlan
 from renderer.plan.stages import Lighting
 from renderer.tiling import Block
-from renderer.waves import KINDS, Wave, camera_wave
+from renderer.waves import BOUNCES, Wave, camera_wave
 from schemas.api.inspections import InspectedLight
 from schemas.tiles import Pass
 
@@ -30,7 +30,7 @@ class Leg:
     Attributes
     ----------
     kind : str
-        `camera`, or one of `waves.KINDS`.
+        `camera`, or one of `waves.BOUNCES`.
     wave : Wave
         Of this one ray.
     points : Points
@@ -75,7 +75,7 @@ def walk(plan: RenderPlan, x: int, y: int) -> tuple[Leg, bool]:
 
 def _scattered(plan: RenderPlan, leg: Leg) -> list[tuple[str, Wave]]:
     waves = successors(plan, leg.points, leg.wave)
-    return [(KINDS[wave.kinds[i]], wave.part(np.array([i]))) for wave in waves for i in range(wave.size)]
+    return [(BOUNCES[wave.kinds[i]], wave.part(np.array([i]))) for wave in waves for i in range(wave.size)]
 
 
 def _followed(plan: RenderPlan, lights: tuple[Lighting, ...], kind: str, wave: Wave) -> Leg:

@@ -5,7 +5,7 @@ from time import monotonic, thread_time
 from accuracy.quotes.choices import Adaptive, Fixed, closest, soonest
 from accuracy.quotes.pilots import Pilot
 from accuracy.quotes.prices import price
-from accuracy.quotes.settings import ERRORS
+from accuracy.quotes.settings import LADDER_ERRORS
 from renderer.compiling import compile_scene
 from renderer.scenes import LoadedScene
 from schemas.api.plans import EffectShare, Offer, Quote
@@ -100,7 +100,7 @@ def _offers(pilot: Pilot, fixed: list[Fixed], adaptive: Adaptive) -> tuple[Offer
     for each in fixed:
         own = {pilot.asked} if pilot.target is None and each is fixed[0] else set()
         offers += [each.priced(count) for count in sorted({*each.ladder.counts} | own)]
-    errors = {*ERRORS, *adaptive.tried} if adaptive.tried else ()
+    errors = {*LADDER_ERRORS, *adaptive.tried} if adaptive.tried else ()
     return (*offers, *map(adaptive.priced, sorted(errors, reverse=True)))
 
 

@@ -6,7 +6,7 @@ from accuracy.quotes.accuracies import MEASURED_SAMPLES, Accuracy, Sampled, Unkn
 from accuracy.quotes.choices import Adaptive, Fixed
 from accuracy.quotes.deadlines import Deadline
 from accuracy.quotes.rehearsals import Rehearsal, rehearse
-from accuracy.quotes.settings import ERRORS, Ladder, own_ladder, planned, sobol_ladder, target
+from accuracy.quotes.settings import LADDER_ERRORS, Ladder, own_ladder, planned, sobol_ladder, target
 from accuracy.quotes.timings import Stopwatch, effect_shares
 from accuracy.variations import Variant
 from renderer.plan.plan import RenderPlan
@@ -73,7 +73,7 @@ class Pilot:
             self._time(self.plan, deadline.part(REQUESTED_TIME_SHARE))
         if deadline.left > 0:
             self._try_fixed(deadline)
-        for each in (ERRORS[0], ERRORS[-1]):
+        for each in (LADDER_ERRORS[0], LADDER_ERRORS[-1]):
             self._rehearse(each, deadline)
 
     def _try_fixed(self, deadline: Deadline) -> None:

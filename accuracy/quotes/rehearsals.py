@@ -17,11 +17,11 @@ from renderer.adaptive.estimate import State
 from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 
-UNSURE = {State.SAMPLE: 0.25, State.PROBES: 0.45}
-"""Standard deviations of the logarithm of the CPU time that is predicted in a state of the picture, of the
-pictures that `forecast.USUAL` comes from."""
+STATE_DEVIATIONS = {State.SAMPLE: 0.25, State.PROBES: 0.45}
+"""Standard deviation of the logarithm of the predicted CPU time in each state, over the pictures from which
+`forecast.USUAL` was measured."""
 
-UNSURE_AT_FIRST = 0.85
+FIRST_DEVIATION = 0.85
 """The same in all states before: nothing says yet how many samples there will be."""
 
 SECONDS_PER_PIXEL = 7e-8
@@ -47,13 +47,13 @@ class Rehearsal:
 def rehearse(plan: RenderPlan, deadline: Deadline) -> Rehearsal:
     """Render a picture of target quality to its end, or as far as there is time, if it can begin at all."""
     if SECONDS_PER_PIXEL * plan.width * plan.height > deadline.left:
-        return Rehearsal(factor(UNSURE_AT_FIRST).scaled(price(plan, 1).cpu_seconds))
+        return Rehearsal(factor(FIRST_DEVIATION).scaled(price(plan, 1).cpu_seconds))
     begun, driver, more = time.thread_time(), Driver.begin(plan), True
     while more:
         ahead, before = driver.forecast(), time.thread_time() - begun
         if not _run_pass(driver, deadline):
             spent = time.thread_time() - begun
-            unsure = hypot(UNSURE.get(driver.estimate.state, UNSURE_AT_FIRST), TIMING_DEVIATION)
+            unsure = hypot(STATE_DEVIATIONS.get(driver.estimate.state, FIRST_DEVIATION), TIMING_DEVIATION)
             guess = factor(unsure).scaled(max(before + ahead.next + ahead.later, spent))
             return Rehearsal(Interval(guess.estimate, max(guess.low, spent), guess.high))
         more = driver.end_pass(last=False)

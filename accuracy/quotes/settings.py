@@ -17,10 +17,10 @@ from schemas.quality import (
     TargetQuality,
 )
 
-COUNTS = (1, 4, 16, 64, 256)
-"""Camera samples of the rungs of a ladder: square numbers, as some patterns need them."""
+LADDER_SAMPLES = (1, 4, 16, 64, 256)
+"""Camera samples of a ladder of qualities: square numbers, which some patterns need."""
 
-ERRORS = (4 / 255, 2 / 255, 1 / 255)
+LADDER_ERRORS = (4 / 255, 2 / 255, 1 / 255)
 """Target errors that are always priced."""
 
 MIN_ERROR = 1e-6
@@ -42,7 +42,7 @@ class Ladder:
     @property
     def counts(self) -> tuple[int, ...]:
         """Counts on offer."""
-        return (1,) if self.pattern == "center" else COUNTS
+        return (1,) if self.pattern == "center" else LADDER_SAMPLES
 
     @property
     def allowed(self) -> Sequence[int]:

@@ -20,8 +20,8 @@ from renderer.scenes import LoadedScene
 from renderer.tiling import block_side, passes
 from schemas.tiles import Pass, Tile
 
-FIRST = Pass(index=1, stride=1, first=0, last=1)
-"""The pass of every plan that takes one sample in every pixel."""
+FIRST_PASS = Pass(index=1, stride=1, first=0, last=1)
+"""The pass with one sample per pixel, which every plan has."""
 
 MAX_BLOCK_SECONDS = 0.03
 """CPU seconds of a small block from which on none is larger, so that more fit: on `glass` at 112 x 112 pixels
@@ -66,7 +66,7 @@ class Stopwatch:
 
     def _units(self) -> Iterator[partial[None]]:
         plan = self.plan
-        most = pilot_pixels.SMALL_BLOCK_SIDE if self._probe() > MAX_BLOCK_SECONDS else block_side(FIRST)
+        most = pilot_pixels.SMALL_BLOCK_SIDE if self._probe() > MAX_BLOCK_SECONDS else block_side(FIRST_PASS)
         timed = [(pass_, min(block_side(pass_), most)) for pass_ in plan.passes[1:]]
         for turn in range(max((most // side) ** 2 for _, side in timed)):
             for cell in pilot_pixels.cells(plan.width, plan.height, most, plan.seed):
@@ -80,7 +80,7 @@ class Stopwatch:
         plan, side = self.plan, pilot_pixels.SMALL_BLOCK_SIDE
         x, y = max(plan.width - side, 0) // 2, max(plan.height - side, 0) // 2
         tile = Tile(0, x, y, min(x + side, plan.width), min(y + side, plan.height))
-        return min(render_tile(plan, tile, FIRST).cpu_seconds for _ in range(2))
+        return min(render_tile(plan, tile, FIRST_PASS).cpu_seconds for _ in range(2))
 
     def _time(self, tile: Tile, pass_: Pass) -> None:
         rays = tile.width * tile.height * (pass_.last - pass_.first)
@@ -141,4 +141,4 @@ def effect_shares(
 
 
 def _fastest(plan: RenderPlan, tile: Tile) -> float:
-    return min(render_tile(plan, tile, FIRST).cpu_seconds for _ in range(EFFECT_RENDERS))
+    return min(render_tile(plan, tile, FIRST_PASS).cpu_seconds for _ in range(EFFECT_RENDERS))

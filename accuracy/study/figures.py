@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 COLORS = dict(zip(METHODS, (BLUE, CYAN, RED, YELLOW, GREEN, PURPLE), strict=True))
 
 GREY = "#aaaaaa"
-SIZE = (9.4, 4.6)
+FIGURE_INCHES = (9.4, 4.6)
 """Inches."""
 
 TICKS = (1, 2, 5)
@@ -134,7 +134,7 @@ def _svg(fill: Callable[[Axes], None], name: str, across: str, document: Mapping
         axes.grid(visible=True, which="both", alpha=0.2)
         axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
-    return _inline(drawn(fill_figure, SIZE, salt=name).decode())
+    return _inline(drawn(fill_figure, FIGURE_INCHES, salt=name).decode())
 
 
 def _inline(text: str) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from accuracy.study.settings import BEST, Scale, Setting, fixed, swept
+from accuracy.study.settings import REFERENCE_PATTERN, Scale, Setting, fixed, swept
 from accuracy.study.tasks import Subject, Task
 from accuracy.variations import few_samples, resized, variants
 from renderer.compiling import compile_scene
@@ -29,9 +29,9 @@ PRICED_LIGHT_POINTS = 64
 MAX_REPEATED_SECONDS = 1.0
 """Expected CPU seconds above which a setting is rendered once. Its interval then comes from its pixels."""
 
-DOUBLED = (("sobol", 16, min), ("uniform", 4, max))
-"""Methods, camera samples and which number of light points is also rendered in double precision: one picture
-whose time goes into rays, and one whose time goes into pairs of points and light points."""
+DOUBLE_PRECISION_RUNS = (("sobol", 16, min), ("uniform", 4, max))
+"""Method, camera samples and least or most light points of the runs in double precision: the time of the one
+goes into rays, that of the other into pairs of points and light points."""
 
 EFFECT_SAMPLES = 16
 """Most camera samples, and most light points, of the pictures without an effect."""
@@ -64,7 +64,7 @@ class Program:
     @cached_property
     def area_lights(self) -> bool:
         """Whether the number of light points makes a difference."""
-        return compile_scene(self.subject.scene, fixed(BEST, 1, 4).quality).light_points > 1
+        return compile_scene(self.subject.scene, fixed(REFERENCE_PATTERN, 1, 4).quality).light_points > 1
 
     @cached_property
     def settings(self) -> tuple[Setting, ...]:
@@ -73,7 +73,7 @@ class Program:
 
     def references(self, samples: int) -> tuple[Task, Task]:
         """Both halves of a reference with these camera samples each."""
-        quality = fixed(BEST, samples, REFERENCE_POINTS).quality
+        quality = fixed(REFERENCE_PATTERN, samples, REFERENCE_POINTS).quality
         first, second = (
             self._task("reference", f"reference {number}", quality, seed, kept=True)
             for number, seed in enumerate(REFERENCE_SEEDS, start=1)
@@ -121,7 +121,9 @@ class Program:
     def _prices(self) -> tuple[float, float]:
         """Of one camera sample with one light point, and with `PRICED_LIGHT_POINTS`."""
         one, many = (
-            compile_scene(self.subject.scene, fixed(BEST, 1, points).quality).describe().cost.cpu_seconds
+            compile_scene(self.subject.scene, fixed(REFERENCE_PATTERN, 1, points).quality)
+            .describe()
+            .cost.cpu_seconds
             for points in (1, PRICED_LIGHT_POINTS)
         )
         return one, many
@@ -145,13 +147,13 @@ class Program:
 
     @cached_property
     def _doubled(self) -> list[Setting]:
-        """The settings that `DOUBLED` names."""
+        """The settings that `DOUBLE_PRECISION_RUNS` names."""
         return [
             choice(
                 (known for known in self.settings if known.method == method and known.samples == samples),
                 key=lambda known: known.points,
             )
-            for method, samples, choice in DOUBLED
+            for method, samples, choice in DOUBLE_PRECISION_RUNS
         ]
 
     def _doubles(self, singles: list[Task], judges: tuple[Task, Task]) -> list[Task]:
@@ -188,7 +190,9 @@ class Program:
     @cached_property
     def _small(self) -> Setting:
         """The best pattern's first setting with 4 camera samples."""
-        return next(known for known in self.settings if known.method == BEST and known.samples == 4)
+        return next(
+            known for known in self.settings if known.method == REFERENCE_PATTERN and known.samples == 4
+        )
 
 
 def _own_quality(subject: Subject) -> FixedQuality:

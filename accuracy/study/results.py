@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from accuracy.statistics import clipped, half_width, median
 from accuracy.study import curves
 from accuracy.study.reference import Reference
-from accuracy.study.settings import BEST, METHODS, Setting
-from renderer.math.intervals import NORMAL, Interval
+from accuracy.study.settings import METHODS, REFERENCE_PATTERN, Setting
+from renderer.math.intervals import INTERVAL_DEVIATIONS, Interval
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -29,7 +29,7 @@ MIN_RUNS = 3
 SAME_TIME_RATIO = 1.2
 """Times a time that counts as the same: settings have seconds where they have them."""
 
-FILTERED = (
+FILTERED_NOTE = (
     "A texture of this scene is filtered by the number of samples: with few samples it is blurred, and that "
     "counts as error here."
 )
@@ -66,7 +66,9 @@ def document(
         "machine": machine,
         "runs": {"planned": len(tasks) + len(references), "done": len(done) + len(references)},
         "reference": {
-            "setting": f"two halves of {Setting(BEST, references[0].quality).name} with different seeds",
+            "setting": (
+                f"two halves of {Setting(REFERENCE_PATTERN, references[0].quality).name} with different seeds"
+            ),
             "rmse_255": 255 * math.sqrt(reference.own_mse),
             "cpu_seconds": sum(journal[task.key]["cpu_seconds"] for task in references),
         },
@@ -89,9 +91,9 @@ def error_of(runs: Sequence[Mapping[str, Any]]) -> Interval:
     values = [run["mse"] for run in runs]
     middle = statistics.fmean(values)
     if len(runs) < MIN_RUNS:
-        half = NORMAL * math.sqrt(sum(run["by_pixels"] ** 2 for run in runs)) / len(runs)
+        half = INTERVAL_DEVIATIONS * math.sqrt(sum(run["by_pixels"] ** 2 for run in runs)) / len(runs)
     else:
-        half = math.hypot(half_width(values), NORMAL * runs[0]["by_reference"])
+        half = math.hypot(half_width(values), INTERVAL_DEVIATIONS * runs[0]["by_reference"])
     return Interval(middle, middle - half, middle + half)
 
 
@@ -201,7 +203,7 @@ def _equal_error(rows: Sequence[curves.Row]) -> list[dict[str, Any]]:
 def _notes(program: Program) -> list[str]:
     textures = program.scene.document.textures.values()
     if any(getattr(texture, "filter", None) in {"mipmap", "box"} for texture in textures):
-        return [FILTERED]
+        return [FILTERED_NOTE]
     return []
 
 

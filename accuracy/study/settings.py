@@ -25,7 +25,7 @@ PATTERNS = {
 """Patterns of camera samples, each with the pattern of light points that goes with it. `center` is `uniform`
 with one sample."""
 
-REGULAR = ("uniform", "rotated")
+REGULAR_PATTERNS = ("uniform", "rotated")
 """Patterns whose light points are the same for every camera sample: more camera samples do not make up for
 few light points, so both have to grow."""
 
@@ -34,8 +34,8 @@ TARGET = "target"
 
 METHODS = (*PATTERNS, TARGET)
 
-BEST = "sobol"
-"""The pattern of references, and of all that is compared at one setting."""
+REFERENCE_PATTERN = "sobol"
+"""Pattern of references, and of everything that is compared at one setting."""
 
 FEW_POINTS = ((1, 1), (1, 4), (1, 16), (1, 64), (4, 1), (4, 4), (4, 16), (4, 64), (16, 4), (16, 16), (64, 4))
 MANY_POINTS = (*FEW_POINTS, (16, 64), (64, 16))
@@ -143,7 +143,7 @@ def targeted(error_255: float) -> Setting:
 def swept(scale: Scale, *, area_lights: bool) -> Iterator[Setting]:
     """All settings of a study; without area lights the number of light points is always 1."""
     for pattern in PATTERNS:
-        counts = scale.regular if pattern in REGULAR else scale.random
+        counts = scale.regular if pattern in REGULAR_PATTERNS else scale.random
         kept = counts if area_lights else tuple(dict.fromkeys((samples, 1) for samples, _ in counts))
         yield from (fixed(pattern, samples, points) for samples, points in kept)
     yield from map(targeted, scale.errors_255)

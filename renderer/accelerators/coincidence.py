@@ -11,15 +11,15 @@ from renderer.accelerators.intersection import TreeIntersector
 from renderer.accelerators.trees import in_tree, tree_of
 from renderer.interaction import RayStage
 from renderer.math.arrays import Floats, Integers, taken, unit
-from renderer.math.numerics import SURFACE
+from renderer.math.numerics import PLANE_ERROR
 from renderer.shapes.family import Family
 from renderer.shapes.overlaps import Earlier, Overlaps
 
-PORTION = 1 << 14
-"""Primitives whose boxes are compared with a tree together, and pairs that are tested together."""
+PRIMITIVES_AT_ONCE = 1 << 14
+"""Primitives compared with a tree at once, and pairs tested at once."""
 
 MAX_VISITS = 1 << 20
-"""Most visits of boxes at once, 50 MB: where more overlap, primitives go in smaller portions."""
+"""Box visits at once, 50 MB; where more boxes overlap, the portions of primitives are smaller."""
 
 MOST_VISITS = 1 << 24
 """Visits after which no more pairs of two families are looked for, some two seconds. Only where thousands of
@@ -78,7 +78,9 @@ def _distinct(family: Family) -> Integers:
     _, first, groups = np.unique((bits * weights).sum(axis=0), return_index=True, return_inverse=True)
     owners = first[groups.reshape(-1)]
     copies = np.flatnonzero(owners != np.arange(owners.size))
-    portions = (copies[start : start + PORTION] for start in range(0, copies.size, PORTION))
+    portions = (
+        copies[start : start + PRIMITIVES_AT_ONCE] for start in range(0, copies.size, PRIMITIVES_AT_ONCE)
+    )
     if all(family.coincide(part, family, owners[part]).all() for part in portions):
         return np.sort(first)
     # Other primitives in the same box: none are taken for equal.
@@ -142,8 +144,8 @@ def _pairs(families: Sequence[Family], begins: Integers) -> Iterator[Found]:
 def coinciding(some: Family, others: Family) -> Iterator[Found]:
     """Pairs of primitives of different shapes whose surfaces share an area, each once."""
     for own, near in _near(some, others):
-        for start in range(0, own.size, PORTION):
-            part = slice(start, start + PORTION)
+        for start in range(0, own.size, PRIMITIVES_AT_ONCE):
+            part = slice(start, start + PRIMITIVES_AT_ONCE)
             together = some.coincide(own[part], others, near[part])
             yield own[part][together], near[part][together]
 
@@ -153,12 +155,12 @@ def _near(some: Family, others: Family) -> Iterator[Found]:
     low, high = _boxes(others)
     tree = tree_of(others) if in_tree(others) else bvh.build(low, high)
     least, greatest = _boxes(some)
-    room = SURFACE * (2 * some.sizes + others.reaches().max())
+    room = PLANE_ERROR * (2 * some.sizes + others.reaches().max())
     least, greatest = least - room, greatest + room
     # Within a family each pair is met once: by the one that is earlier in the scene.
     after = some.numbers if some is others else np.full(some.numbers.size, -1)
-    starts = np.arange(0, some.numbers.size, PORTION)
-    waiting = [np.arange(start, min(start + PORTION, some.numbers.size)) for start in starts[::-1]]
+    starts = np.arange(0, some.numbers.size, PRIMITIVES_AT_ONCE)
+    waiting = [np.arange(start, min(start + PRIMITIVES_AT_ONCE, some.numbers.size)) for start in starts[::-1]]
     spent = 0
     while waiting and spent < MOST_VISITS:
         own = waiting.pop()

@@ -19,11 +19,11 @@ from renderer.math.arrays import Integers, taken
 from renderer.shapes import woop
 from renderer.shapes.triangles import Triangles
 
-PORTION = 4096
-"""Rays that traverse the tree together: their boxes and triangles stay in cache."""
+RAYS_AT_ONCE = 4096
+"""Rays that traverse the tree at once: their boxes and triangles stay in cache."""
 
-LEVELS = 2
-"""Levels that rays traverse before they continue from the nearest node alone, where most of them stop."""
+SHARED_LEVELS = 2
+"""Levels that rays traverse breadth first; below, each follows its nearest node, where most rays end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,13 +46,13 @@ class TreeIntersector:
         Nodes that begin at the distance of a hit are still visited: of equal hits, the first triangle counts.
         """
         levels = self.tree.levels
-        for start in range(0, rays.t.size, PORTION):
-            chosen = np.arange(start, min(start + PORTION, rays.t.size))
-            visits = self._traverse(rays, chosen, levels[:LEVELS], from_root(np.arange(chosen.size)))
+        for start in range(0, rays.t.size, RAYS_AT_ONCE):
+            chosen = np.arange(start, min(start + RAYS_AT_ONCE, rays.t.size))
+            visits = self._traverse(rays, chosen, levels[:SHARED_LEVELS], from_root(np.arange(chosen.size)))
             nearest = visits.nearest()
             for now in (nearest, ~nearest):
                 ahead = now & (visits.entries <= rays.t[chosen[visits.rays]] * BOX_DISTANCE_BOUND)
-                leaves = self._traverse(rays, chosen, levels[LEVELS:], visits.chosen(ahead))
+                leaves = self._traverse(rays, chosen, levels[SHARED_LEVELS:], visits.chosen(ahead))
                 self._intersect_leaves(rays, chosen, leaves)
 
     def _traverse(self, rays: Rays, chosen: Integers, levels: tuple[Level, ...], start: Visits) -> Visits:

@@ -18,8 +18,8 @@ from renderer.math.arrays import Floats, Integers, dot, taken
 from renderer.shapes.family import Intersector, Outline
 from renderer.shapes.triangles import Triangles
 
-PORTION = 16384
-"""Rays whose candidates are found together."""
+RAYS_AT_ONCE = 16384
+"""Rays whose candidates are found at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,8 +56,8 @@ class Raster:
         """Offer camera rays their nearest hits."""
         if self.others is not None:
             self.others.run(rays)
-        for start in range(0, rays.t.size, PORTION):
-            chosen = np.arange(start, min(start + PORTION, rays.t.size))
+        for start in range(0, rays.t.size, RAYS_AT_ONCE):
+            chosen = np.arange(start, min(start + RAYS_AT_ONCE, rays.t.size))
             owners, items = self._candidates(rays, chosen)
             if owners.size:
                 offer_hits(self.family, rays, chosen[owners], self.ahead.numbers[items])

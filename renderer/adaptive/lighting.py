@@ -13,7 +13,7 @@ from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, lengths
 from renderer.plan.stages import Lighting
-from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
+from renderer.workspace import FEWEST_POINTS, PAIRS_AT_ONCE, Workspace
 
 SIDES = (2, 4, 8, 16)
 """Cells along each side of the grids on a fully visible light."""
@@ -86,7 +86,7 @@ class PilotLighting:
         sides = self.sides(view, lit)
         for number, lighting in enumerate(self.whole):
             lighting.run(points, workspace, view.chosen[lit[sides == number]])
-        step = max(FEWEST_POINTS, PAIRS // self.partial.emitter.count)
+        step = max(FEWEST_POINTS, PAIRS_AT_ONCE // self.partial.emitter.count)
         for start in range(0, penumbra.size, step):
             rays += self.partial.run(points, workspace, view.chosen[penumbra[start : start + step]])
         return rays

@@ -15,7 +15,7 @@ from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView, Weights
 from renderer.math.arrays import Floats, Integers, lengths, put, taken
 from renderer.plan.stages import Lighting
-from renderer.workspace import FEWEST_POINTS, PAIRS, Workspace
+from renderer.workspace import FEWEST_POINTS, PAIRS_AT_ONCE, Workspace
 
 GAUSS_LEGENDRE = {
     side: (np.array(places) / 2, np.array(shares) / 2)
@@ -97,7 +97,7 @@ class Quadrature:
         lit, part = (view.chosen[index] for index in partition_of(view))
         shares = np.zeros((nodes.count, points.count))
         shares[:, lit] = nodes.shares()
-        step = max(FEWEST_POINTS, PAIRS // self.partial.emitter.count)
+        step = max(FEWEST_POINTS, PAIRS_AT_ONCE // self.partial.emitter.count)
         for start in range(0, part.size, step):
             some = part[start : start + step]
             view = self.partial.view(points, workspace, some)

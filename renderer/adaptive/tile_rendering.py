@@ -18,7 +18,7 @@ from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.time_limits import TimeLimit, portions
 from renderer.film import BRIGHTEST
 from renderer.halves import HALVES, places
-from renderer.integrator import WORK, FirstHits, radiance, render_layers
+from renderer.integrator import WORK_COUNTERS, FirstHits, radiance, render_layers
 from renderer.math import morton
 from renderer.math.arrays import Floats, Integers, Masks, add, taken
 from renderer.math.numerics import halving_sum
@@ -37,7 +37,7 @@ def render_request(plan: TargetPlan, request: TileRequest) -> Samples:
         return samples
     begun = time.process_time()
     records, counts = render_layers(plan, request.tile)
-    work = {name: samples.work[name] + counts.pop(name, 0) for name in WORK}
+    work = {name: samples.work[name] + counts.pop(name, 0) for name in WORK_COUNTERS}
     seconds = time.process_time() - begun
     return replace(samples, counts=samples.counts | counts, work=work, layers=records, layer_seconds=seconds)
 
@@ -59,7 +59,9 @@ def render_samples(plan: TargetPlan, request: TileRequest) -> Samples:
         If the request's limit is reached; the tile is lost.
     """
     begun = time.process_time()
-    counts: Counter[str] = Counter(camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK, 0))
+    counts: Counter[str] = Counter(
+        camera=0, shadow=0, mirror=0, transmission=0, **dict.fromkeys(WORK_COUNTERS, 0)
+    )
     pilots, labels, seen = _pilot_samples(plan, request, counts)
     covers = _covers(plan, request, counts)
     if request.around is not None:
@@ -67,7 +69,7 @@ def render_samples(plan: TargetPlan, request: TileRequest) -> Samples:
         around = request.around.with_others(rows, columns, covers[1])
         request = replace(request, around=around)
     samples = _samples(plan, request, counts)
-    work = {name: counts.pop(name) for name in WORK}
+    work = {name: counts.pop(name) for name in WORK_COUNTERS}
     seconds = time.process_time() - begun
     colors, shading_errors = seen.colors.astype(np.float32), seen.shading_error.astype(np.float32)
     return Samples(pilots, labels, colors, shading_errors, *covers, *samples, dict(counts), work, seconds)

@@ -23,7 +23,7 @@ FORMATS_OF_PILLOW = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
 FORMATS = (*FORMATS_OF_PILLOW, "PFM", "HDR", "EXR")
 """Picture formats that are read."""
 
-DAMAGE = (OSError, SyntaxError, ValueError, EOFError, LookupError, TypeError, struct.error)
+DAMAGE_ERRORS = (OSError, SyntaxError, ValueError, EOFError, LookupError, TypeError, struct.error)
 """Exceptions of Pillow for invalid content, depending on the format."""
 
 Values = NDArray[np.float32]
@@ -73,7 +73,7 @@ def image_size(content: bytes, max_pixels: int | None = None) -> tuple[int, int]
 def upright_size(image: Image.Image) -> tuple[int, int]:
     """Width and height of a picture that Pillow has opened, turned as its EXIF orientation says."""
     width, height = image.size
-    return (height, width) if _orientation(image) in TURNED else (width, height)
+    return (height, width) if _orientation(image) in SWAPPING_ORIENTATIONS else (width, height)
 
 
 def media_type_beside_pillow(content: bytes) -> str | None:
@@ -107,7 +107,7 @@ def read_image(content: bytes, max_pixels: int | None = None) -> DecodedImage:
             return _decoded(image, content)
     except AssetError:
         raise
-    except DAMAGE as error:
+    except DAMAGE_ERRORS as error:
         raise AssetError(DAMAGED) from error
     finally:
         image.close()
@@ -186,10 +186,10 @@ def _in_bands(image: Image.Image) -> DecodedImage:
     return DecodedImage(values, notes=(ALPHA,) if clear else ())
 
 
-TURNED = (5, 6, 7, 8)
+SWAPPING_ORIENTATIONS = (5, 6, 7, 8)
 """EXIF orientations that swap width and height."""
 
-_TURNS: dict[int, Callable[[Values], Values]] = {
+_ORIENTATIONS: dict[int, Callable[[Values], Values]] = {
     2: lambda values: values[:, ::-1],
     3: lambda values: values[::-1, ::-1],
     4: lambda values: values[::-1],
@@ -209,13 +209,13 @@ def _orientation(image: Image.Image) -> int:
             warnings.simplefilter("ignore")
             exif.load(image.info.get("exif", b""))
             orientation = exif.get(ExifTags.Base.Orientation, 1)
-    except DAMAGE:
+    except DAMAGE_ERRORS:
         return 1
-    return orientation if orientation in _TURNS else 1
+    return orientation if orientation in _ORIENTATIONS else 1
 
 
 def _turned(values: Values, orientation: int) -> Values:
-    turn = _TURNS.get(orientation)
+    turn = _ORIENTATIONS.get(orientation)
     return values if turn is None else np.ascontiguousarray(turn(values))
 
 
@@ -226,7 +226,7 @@ def _opened(content: bytes, most: int) -> Image.Image:
             image = _open(content)
     except Image.DecompressionBombError as error:
         raise AssetError(too_many_pixels(most)) from error
-    except DAMAGE as error:
+    except DAMAGE_ERRORS as error:
         raise AssetError(_no_picture(content)) from error
     width, height = image.size
     if width * height > most:

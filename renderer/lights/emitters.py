@@ -13,7 +13,7 @@ import numpy as np
 import schemas.lights as language
 from renderer.lights.samples import Grid, LightPoints, Scatter
 from renderer.math.arrays import Floats, Integers, column, cross, dot, lengths, magnitude, unit
-from renderer.math.numerics import SURFACE
+from renderer.math.numerics import PLANE_ERROR
 from renderer.math.streams import Keys, keys
 from renderer.samplers import FIXED, PATTERNS, strata
 from renderer.shapes.frames import frame_of_normals
@@ -191,7 +191,7 @@ def _emitter(
         normal=normal,
         color=column(light.color),
         # Edges that are perpendicular but for rounding may take the shorter formulas of a grid.
-        orthogonal=abs(dot(second, across).item()) <= SURFACE * lengths(second).item(),
+        orthogonal=abs(dot(second, across).item()) <= PLANE_ERROR * lengths(second).item(),
         least_cosine=None if getattr(light, "two_sided", True) else 0.0,
         count=sampling.samples,
         pattern=sampling.pattern,

@@ -14,7 +14,7 @@ import numpy as np
 
 from renderer.lights.view import LightView, Weights
 from renderer.math.arrays import Floats
-from renderer.math.numerics import SURFACE
+from renderer.math.numerics import PLANE_ERROR
 from schemas.lights import Light
 
 
@@ -38,7 +38,7 @@ class Falloff:
         nothing.
         """
         scale = view.scale()
-        touching = SURFACE * (view.of_points(view.points.sizes) + view.emitter.size) * scale
+        touching = PLANE_ERROR * (view.of_points(view.points.sizes) + view.emitter.size) * scale
         ratios = view.pairs("falloff")
         np.copyto(ratios, view.inverse_distances())
         close = ratios >= (1 / touching).astype(ratios.dtype)

@@ -23,8 +23,8 @@ MIN_POWER = 2.0**-40
 """Powers of cosines below this show in no picture. Zeros and results near the smallest number take
 `np.power` off its vector path, which is several times as fast."""
 
-TINY = float(np.finfo(np.float32).tiny)
-"""In place of the exponent 0, which then gives 1 for every cosine but 0."""
+LEAST_EXPONENT = float(np.finfo(np.float32).tiny)
+"""Replaces an exponent of 0, so that every cosine but 0 gives 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,8 +8,8 @@ from statistics import NormalDist
 INTERVAL_CONFIDENCE = 0.95
 """Probability that an interval contains the true value."""
 
-NORMAL = NormalDist().inv_cdf((1 + INTERVAL_CONFIDENCE) / 2)
-"""Standard deviations from the middle of such an interval to its ends."""
+INTERVAL_DEVIATIONS = NormalDist().inv_cdf((1 + INTERVAL_CONFIDENCE) / 2)
+"""Half width of such an interval, standard deviations."""
 
 
 @dataclass(frozen=True, slots=True)

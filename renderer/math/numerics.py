@@ -16,8 +16,8 @@ def gamma(n: int) -> float:
     return n * EPS / 2 / (1 - n * EPS / 2)
 
 
-SURFACE = gamma(24)
-"""A computed point lies within SURFACE * (sizes of its shape and of the other) of its shape's plane.
+PLANE_ERROR = gamma(24)
+"""A computed point lies within PLANE_ERROR * (sizes of its shape and of the other) of its shape's plane.
 
 Twelve roundings form the point from corner, edges and coordinates; its distance from another
 shape's plane takes as many again.

@@ -14,7 +14,7 @@ from renderer.math.arrays import Floats, Integers
 from renderer.meshes.gltf import FAN, STRIP, TRIANGLE_MODES, Json, damage_reported
 from renderer.meshes.gltf_containers import DAMAGED, split_glb
 from renderer.meshes.triangulation import CORNERS
-from schemas.quantities import LARGEST
+from schemas.quantities import MAX_COORDINATE
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """Types of numbers, as NumPy writes them."""
@@ -214,10 +214,10 @@ def seen_from_outside(triangles: Integers, turn: Floats) -> Integers:
 
 
 def _refuse_out_of_range(name: str, things: str, numbers: Floats) -> None:
-    fine = np.abs(numbers) <= LARGEST
+    fine = np.abs(numbers) <= MAX_COORDINATE
     if not fine.all():
         row = int(np.argmin(fine.all(axis=1)))
         raise AssetError(
-            f"{name} has {things} that are not finite, or larger than {LARGEST:g}, first at its vertex "
-            f"{row}, counted from 0. Save the mesh again."
+            f"{name} has {things} that are not finite, or larger than {MAX_COORDINATE:g}, first at its "
+            f"vertex {row}, counted from 0. Save the mesh again."
         )

@@ -14,7 +14,7 @@ from renderer.assets import AssetError
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.meshes.triangulation import CORNERS, triangulate
 from renderer.meshes.wavefront import name_in, statements
-from schemas.quantities import LARGEST
+from schemas.quantities import MAX_COORDINATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -187,7 +187,7 @@ class _Coordinates:
         except ValueError:
             numbers = np.array([np.nan])
         # Python reads 1_0 as 10.
-        if not (np.abs(numbers) <= LARGEST).all() or b"_" in b"".join(self.words):
+        if not (np.abs(numbers) <= MAX_COORDINATE).all() or b"_" in b"".join(self.words):
             place = next(place for place, word in enumerate(self.words) if not _is_number(word))
             line = self.lines[(sum(map(len, self.numbers)) + place) // self.count]
             raise self._no_numbers(line, _shown(self.words[place]))
@@ -196,7 +196,8 @@ class _Coordinates:
 
     def _no_numbers(self, line: int, given: str) -> ObjError:
         detail = (
-            f"'{self.keyword}' needs {self.count} numbers, none larger than {LARGEST:g}, but has {given}."
+            f"'{self.keyword}' needs {self.count} numbers, none larger than {MAX_COORDINATE:g}, "
+            f"but has {given}."
         )
         return ObjError(self.name, line, f"{detail} {_AGAIN}")
 
@@ -296,7 +297,7 @@ def _whole_numbers(text: bytes) -> Integers:
 
 def _is_number(word: bytes) -> bool:
     try:
-        return abs(float(word)) <= LARGEST and b"_" not in word
+        return abs(float(word)) <= MAX_COORDINATE and b"_" not in word
     except ValueError:
         return False
 

@@ -8,7 +8,7 @@ from renderer.math.arrays import Floats, Integers
 from renderer.meshes.ply_header import header_of
 from renderer.meshes.ply_rows import Body, Lists, Rows
 from renderer.meshes.triangulation import CORNERS, triangulate
-from schemas.quantities import LARGEST
+from schemas.quantities import MAX_COORDINATE
 
 _AXES = ("x", "y", "z")
 _PAIRS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
@@ -76,7 +76,7 @@ def _texture(body: Body, rows: Rows) -> Floats | None:
 def _columns(body: Body, rows: Rows, names: tuple[str, ...]) -> Floats:
     """Some columns of the vertices, (V, N)."""
     columns = np.stack([rows.numbers[name] for name in names], axis=1).astype(np.float64)
-    _refuse_out_of_range(body, "vertex", rows, np.abs(columns) <= LARGEST, columns)
+    _refuse_out_of_range(body, "vertex", rows, np.abs(columns) <= MAX_COORDINATE, columns)
     return columns
 
 
@@ -87,8 +87,8 @@ def _refuse_out_of_range(
         row, column = (int(place) for place in np.argwhere(~fine)[0])
         raise AssetError(
             f"{body.named(thing, row, rows.places[row])} of the mesh has the number "
-            f"{numbers[row, column]:g}, which is not finite, or larger than {LARGEST:g}. Correct it, or save "
-            "the mesh again."
+            f"{numbers[row, column]:g}, which is not finite, or larger than {MAX_COORDINATE:g}. Correct it, "
+            "or save the mesh again."
         )
 
 
@@ -145,7 +145,7 @@ def _of_corners(body: Body, rows: Rows, sizes: Integers, lists: Lists) -> Floats
         )
     values = lists.values.reshape(-1, 2).astype(np.float64)
     row_of = np.repeat(np.arange(len(sizes)), lists.sizes // 2)
-    fine = np.abs(values) <= LARGEST
+    fine = np.abs(values) <= MAX_COORDINATE
     if not fine.all():
         place, column = (int(each) for each in np.argwhere(~fine)[0])
         row = int(row_of[place])

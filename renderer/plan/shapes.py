@@ -17,11 +17,11 @@ from renderer.shapes import Family
 from renderer.shapes.family import Intersector, Location, Outline
 from renderer.shapes.triangles import Triangles
 
-PLACES = (np.arange(4) + 0.5) / 2 - 1
-"""Across and along the picture: sixteen places in all, in units of its half sides."""
+PROBE_OFFSETS = (np.arange(4) + 0.5) / 2 - 1
+"""Offsets of probe rays in each axis, in units of half the picture's side: sixteen probes in all."""
 
-MOST_PLACED = 4096
-"""Shapes of a family that are looked for at each of them: a few hundredths of a second."""
+MOST_PROBED = 4096
+"""Shapes of a family that are probed: a few hundredths of a second."""
 
 FEW_COVERING = 8.0
 """Triangles whose bounds a camera ray passes: twice those of a closed mesh behind another one."""
@@ -47,11 +47,11 @@ def crowd(family: Family, camera: Pinhole) -> float:
     """
     _, shapes, counts = np.unique(family.numbers, return_inverse=True, return_counts=True)
     alone = np.flatnonzero(counts[shapes] == 1)
-    placed = alone[:: 1 + alone.size // MOST_PLACED]
+    placed = alone[:: 1 + alone.size // MOST_PROBED]
     if alone.size <= FEW_COVERING:
         return 0.0
     outline = Outline.of(family.corners()[:, :, placed], camera)
-    x, y = PLACES * camera.half_width, PLACES * camera.half_height
+    x, y = PROBE_OFFSETS * camera.half_width, PROBE_OFFSETS * camera.half_height
     found = [outline.inside(np.array([a, a, b, b])).mean() for a in x for b in y]
     return float(np.mean(found)) * alone.size
 

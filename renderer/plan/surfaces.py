@@ -15,8 +15,8 @@ from renderer.textures.heights import LOOKUPS_A_SLOPE
 from schemas.pointers import escaped
 from schemas.scene import used_textures
 
-FILTERING = ("mipmap", "box")
-"""Filters that take a mean over a footprint."""
+AVERAGING_FILTERS = ("mipmap", "box")
+"""Filters that average over a footprint."""
 
 
 def surfaces(request: Request) -> tuple[list[PointStage], bool]:
@@ -51,7 +51,9 @@ def _colors(request: Request) -> Colors:
 def _footprints(request: Request) -> list[Footprints]:
     """Textures that filter ask for footprints, if some shown material looks them up at points."""
     used = [*_textures_of(request, "color_texture"), *_textures_of(request, "normal_map")]
-    asking = {name for name in used if getattr(request.document.textures[name], "filter", None) in FILTERING}
+    asking = {
+        name for name in used if getattr(request.document.textures[name], "filter", None) in AVERAGING_FILTERS
+    }
     if not asking:
         return []
     samples = request.sampling.antialiasing.samples

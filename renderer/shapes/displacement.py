@@ -29,10 +29,10 @@ EDGE_PIXELS = 2.0
 MAX_TRIANGLES = 400_000
 """Triangles of all displaced shapes of a scene together, at most; each has the same part of them."""
 
-PORTION = 1 << 14
-"""Triangles of small fine meshes that are made together: their arrays stay in cache."""
+TRIANGLES_AT_ONCE = 1 << 14
+"""Triangles of small displaced meshes that are built at once: their arrays stay in cache."""
 
-ROUND = (language.Ellipsoid, language.Sphere)
+ROUND_SHAPES = (language.Ellipsoid, language.Sphere)
 
 
 class Heights(Protocol):
@@ -91,7 +91,7 @@ class Patch:
 def build(parts: Sequence[Displaced], camera: Pinhole, assets: AssetSource) -> Triangles:
     """The family of all displaced shapes, in the order of the scene, fine enough for the camera."""
     relief, most = _Relief.of(parts), MAX_TRIANGLES // len(parts)
-    bent = {part.number: part.shape for part in parts if isinstance(part.shape, ROUND)}
+    bent = {part.number: part.shape for part in parts if isinstance(part.shape, ROUND_SHAPES)}
     flat = {part.number: part.shape for part in parts if part.number not in bent}
     families: list[Triangles] = []
     if flat:
@@ -177,7 +177,7 @@ def _turned(own: Floats, moved: Floats) -> Floats:
 def _portions(shapes: Integers, each: int) -> list[Integers]:
     """Places (T,) among sorted shapes by turns, no shape in two, where each place makes so many triangles."""
     begins = np.searchsorted(shapes, shapes)
-    return np.split(np.arange(shapes.size), np.flatnonzero(np.diff(begins * each // PORTION)) + 1)
+    return np.split(np.arange(shapes.size), np.flatnonzero(np.diff(begins * each // TRIANGLES_AT_ONCE)) + 1)
 
 
 def _patches(coarse: Coarse, cuts: Integers) -> Iterator[Patch]:

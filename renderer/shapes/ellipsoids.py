@@ -23,9 +23,9 @@ from renderer.math.arrays import (
     taken,
     unit,
 )
-from renderer.math.numerics import SURFACE, gamma
+from renderer.math.numerics import PLANE_ERROR, gamma
 from renderer.self_intersection import OriginSurfaces, previous_sides, settled
-from renderer.shapes.family import HULL_MARGIN, WHOLE, Family, box
+from renderer.shapes.family import HULL_MARGIN, SINGLE_PRIMITIVE, Family, box
 
 SURELY_OUTSIDE = 4.0
 """Squared distance from the unit sphere's centre beyond which no rounding hides that a start is outside."""
@@ -67,7 +67,7 @@ class Ellipsoids(Family):
     def signatures(self, origin: Floats, direction: Floats, reach: float) -> tuple[Floats, Floats]:
         """By the centre, which has three roundings along each axis."""
         del reach
-        return dot(self.centers - origin, direction), 8 * SURFACE * (self.sizes + magnitude(origin))
+        return dot(self.centers - origin, direction), 8 * PLANE_ERROR * (self.sizes + magnitude(origin))
 
     def coincide(self, own: Integers, other: Family, others: Integers) -> Masks:
         """Whether two are one ellipsoid: in the frame of the first, the axes of the second turn its sphere.
@@ -80,10 +80,10 @@ class Ellipsoids(Family):
         offset = centers - taken(self.centers, own)
         reach = np.abs(centers) + np.abs(taken(self.centers, own))
         turned = np.stack([[dot(axis, row) for row in inverse] for axis in axes])
-        bound = SURFACE * np.stack([[dot(np.abs(axis), np.abs(row)) for row in inverse] for axis in axes])
+        bound = PLANE_ERROR * np.stack([[dot(np.abs(axis), np.abs(row)) for row in inverse] for axis in axes])
         together = np.ones(own.size, dtype=bool)
         for i, row in enumerate(inverse):
-            together &= np.abs(dot(offset, row)) <= SURFACE * dot(reach, np.abs(row))
+            together &= np.abs(dot(offset, row)) <= PLANE_ERROR * dot(reach, np.abs(row))
             for j in range(i, 3):
                 error = dot(turned[i], turned[j]) - (i == j)
                 size, other_size = np.abs(turned[i]), np.abs(turned[j])
@@ -159,7 +159,7 @@ class Ellipsoids(Family):
         passed = np.where(entering, -half_chord, half_chord)[ahead]
         x, y, z = taken(lines.across, ahead) + passed * taken(lines.direction, ahead)
         t = t[ahead] / lines.length[ahead]
-        rays.offer(found[ahead], t, (x, y, z), self.numbers[shape : shape + 1], WHOLE)
+        rays.offer(found[ahead], t, (x, y, z), self.numbers[shape : shape + 1], SINGLE_PRIMITIVE)
 
     def _departed(
         self, shape: int, start: OriginSurfaces, found: Integers, power: Floats

@@ -14,7 +14,7 @@ HULL_MARGIN = 2.0**-40
 """Relative margin of conservative tests: thousands of roundings wide, and far below a pixel."""
 
 
-WHOLE = np.zeros(1, dtype=np.int64)
+SINGLE_PRIMITIVE = np.zeros(1, dtype=np.int64)
 """Primitive number of shapes that have only one."""
 
 
@@ -233,9 +233,9 @@ class Intersector:
             self.family.intersect(shape, rays)
 
 
-GROUPS = {"coordinates": 2, "frames": 4, "derivatives": 6}
-"""Rows of what points have only where a stage reads it, by the names of their fields, and of the methods that
-form it; the first serves the others."""
+OPTIONAL_ROWS = {"coordinates": 2, "frames": 4, "derivatives": 6}
+"""Rows of the point fields that are computed only for a stage that reads them, by field; each has a method of
+this name, and the first is input of the others."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -248,7 +248,7 @@ class Location:
     local : (families, shapes of the scene) int64
         Place within the family of the first primitive of each shape of the scene, -1 for shapes of others.
     reads : frozenset of str
-        Names of `GROUPS` that stages read.
+        Names of `OPTIONAL_ROWS` that stages read.
     """
 
     families: tuple[Family, ...]
@@ -257,9 +257,9 @@ class Location:
 
     def run(self, points: Points) -> None:
         """Fill in the points."""
-        groups = [name for name in GROUPS if name in self.reads]
+        groups = [name for name in OPTIONAL_ROWS if name in self.reads]
         for name in groups:
-            setattr(points, name, np.empty((GROUPS[name], points.count)))
+            setattr(points, name, np.empty((OPTIONAL_ROWS[name], points.count)))
         for family, local in zip(self.families, taken(self.local, points.shapes), strict=True):
             chosen = np.flatnonzero(local >= 0)
             if chosen.size:

@@ -27,9 +27,8 @@ from renderer.shapes.triangles import Triangles, needs_exact_area, unit_normals
 from schemas.limits import how_to_raise
 from schemas.reading.advice import on_one_line
 
-PORTION = 1 << 14
-"""Triangles of small meshes that are placed together: many NumPy calls for each, or arrays beyond the cache,
-would take longer."""
+TRIANGLES_AT_ONCE = 1 << 14
+"""Triangles of small meshes that are transformed at once: few NumPy calls, and arrays that stay in cache."""
 
 Written = language.Mesh | language.MeshFile
 
@@ -236,7 +235,7 @@ def _portions(meshes: Iterator[Mesh]) -> Iterator[list[Mesh]]:
     for mesh in meshes:
         waiting.append(mesh)
         count += mesh[1].shape[1]
-        if count >= PORTION:
+        if count >= TRIANGLES_AT_ONCE:
             yield waiting
             waiting, count = [], 0
     if waiting:

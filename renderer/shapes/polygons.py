@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.math.arrays import Floats, Integers, Masks, cross, dot, lengths, taken
-from renderer.math.numerics import SURFACE
+from renderer.math.numerics import PLANE_ERROR
 from renderer.shapes.family import Family
 
 
@@ -76,7 +76,7 @@ class FlatFamily(Family):
         distance = np.max([lengths(corner) for corner in corners], axis=0)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             tilt = np.nan_to_num(distance / (lengths(cross(b - a, c - a)) / longest), nan=np.inf)
-            room = 64 * SURFACE * (reach + self.sizes) * (1 + tilt)
+            room = 64 * PLANE_ERROR * (reach + self.sizes) * (1 + tilt)
         foot = dot(self.normals, a) * dot(self.normals, direction)
         return foot, np.where(self.without_area(), np.nan, room)
 
@@ -89,7 +89,7 @@ class FlatFamily(Family):
         assert isinstance(other, FlatFamily), "only what lies on a plane is compared with flat shapes"
         together = np.flatnonzero(_in_plane(self, own, other, others) | _in_plane(other, others, self, own))
         some, rest = self.part(own[together]), other.part(others[together])
-        a, b, room = some.occluders(), rest.occluders(), SURFACE * (some.sizes + rest.sizes)
+        a, b, room = some.occluders(), rest.occluders(), PLANE_ERROR * (some.sizes + rest.sizes)
         result = np.zeros(own.size, dtype=bool)
         result[together] = ~(_beside(a, b, room) | _beside(b, a, room))
         return result
@@ -117,7 +117,7 @@ def _in_plane(a: FlatFamily, own: Integers, b: FlatFamily, others: Integers) -> 
     sizes, other_sizes = a.sizes[own], b.sizes[others]
     least = np.minimum(sizes, other_sizes)
     reach = np.maximum(_reaches(corners, sizes), least)
-    room = SURFACE * (reach + np.maximum(_reaches(other_corners, other_sizes), least))
+    room = PLANE_ERROR * (reach + np.maximum(_reaches(other_corners, other_sizes), least))
     heights = np.stack([dot(normal, corner - corners[0]) for corner in other_corners])
     return np.asarray((np.abs(heights) <= room).all(axis=0))
 

@@ -20,9 +20,9 @@ from renderer.math.arrays import (
     taken,
     unit,
 )
-from renderer.math.numerics import SURFACE, gamma
+from renderer.math.numerics import PLANE_ERROR, gamma
 from renderer.self_intersection import previous_sides, settled
-from renderer.shapes.family import WHOLE
+from renderer.shapes.family import SINGLE_PRIMITIVE
 from renderer.shapes.polygons import FlatFamily, Polygons
 
 
@@ -101,7 +101,7 @@ class Rectangles(FlatFamily):
         rounding = gamma(8) * dot(np.abs(from_anchor), _absolute_cross(first, second))
         if rays.origin_surfaces is not None:
             start = rays.origin_surfaces
-            bound = rounding + SURFACE * (start.sizes + self.sizes[shape]) * magnitude(product)
+            bound = rounding + PLANE_ERROR * (start.sizes + self.sizes[shape]) * magnitude(product)
             previous = -side * dot(start.previous_origins - anchor, product)
             own = start.shapes == self.numbers[shape]
             depth = settled(depth, bound, previous_sides(previous, bound), own)
@@ -117,7 +117,7 @@ class Rectangles(FlatFamily):
             span = span[found]
             depths = np.broadcast_to(depth, hit.shape)[found]
             u, v = (np.clip(part[found] / span, 0.0, 1.0) for part in (u, v))
-            rays.offer(found, depths / span, (u, v), self.numbers[shape : shape + 1], WHOLE)
+            rays.offer(found, depths / span, (u, v), self.numbers[shape : shape + 1], SINGLE_PRIMITIVE)
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions from the surface coordinates: they stay on the plane however long the ray was."""

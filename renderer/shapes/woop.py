@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.math.arrays import Floats, Integers, Masks, cross, dot, magnitude, taken
-from renderer.math.numerics import SURFACE, gamma
+from renderer.math.numerics import PLANE_ERROR, gamma
 from renderer.self_intersection import OriginSurfaces, previous_sides, settled
 
 
@@ -174,7 +174,7 @@ def _hits_along(
         found = pairs.found()
         a, b, c = (weight[found] for weight in pairs.weights)
     else:
-        found = pairs.within(2 * SURFACE * start.sizes[chosen])
+        found = pairs.within(2 * PLANE_ERROR * start.sizes[chosen])
         a, b, c = _of_one_sign([weight[found] for weight in pairs.weights])
     sheared = [np.stack((x[found], y[found])) for x, y in zip(pairs.x, pairs.y, strict=True)]
     depths = [np.broadcast_to(depth, chosen.shape)[found] for depth in pairs.depths]
@@ -210,7 +210,7 @@ def _settled(
     slope = dot(product, _at(directions, pairs))
     safe = np.where(slope == 0, 1.0, slope)
     previous = dot(product, first - _at(start.previous_origins, pairs)) / safe
-    bounds = bounds + SURFACE * start.sizes[pairs] * magnitude(product) / np.abs(safe)
+    bounds = bounds + PLANE_ERROR * start.sizes[pairs] * magnitude(product) / np.abs(safe)
     return settled(distances, bounds, previous_sides(previous, bounds), start.own[pairs] | (slope == 0))
 
 

@@ -22,7 +22,7 @@ from renderer.visibility.culling import SHAFT_MARGIN
 HALF_EDGE = 0.5 + SHAFT_MARGIN
 """Half of the light's edge: pair work in float32 may move an occluder's edge by some 2**-21 of it."""
 
-ROUNDING = 2.0**-19
+FRAME_ERROR = 2.0**-19
 """Bound on the error of U and of W / 2, in shares of the largest coordinates of triangles and of the point.
 
 Eight roundings to float32, of 2**-24 each, of sums of two products; and as much again.
@@ -31,7 +31,7 @@ Eight roundings to float32, of 2**-24 each, of sums of two products; and as much
 FLOAT64_ROUNDING = 2.0**26 * gamma(32)
 """Times the sizes: a coordinate that float64 has to form from them is not known better than that.
 
-2**26 because `ROUNDING` takes it for a rounding to float32, and is then at least 2**7 times as large.
+2**26 because `FRAME_ERROR` takes it for a rounding to float32, and is then at least 2**7 times as large.
 """
 
 
@@ -89,7 +89,7 @@ class LightFrame:
             side, depth = np.where(away < 0, -1.0, 1.0), np.abs(away)
             largest = (self.reach + 1) * (reach + 1)
             # Products that float32 cannot hold leave no triangle out.
-            rounding = np.where(largest < 2.0**125, ROUNDING * largest, np.inf)
+            rounding = np.where(largest < 2.0**125, FRAME_ERROR * largest, np.inf)
             rows = (depth, -side * across, -side * along, side * HALF_EDGE, depth * HALF_EDGE, rounding)
             return np.stack([row.astype(np.float32) for row in rows])
 

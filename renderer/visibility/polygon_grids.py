@@ -11,11 +11,11 @@ import numpy as np
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks, Pairs
-from renderer.math.numerics import SURFACE, outward
+from renderer.math.numerics import PLANE_ERROR, outward
 from renderer.shapes.polygons import Polygons
 from renderer.visibility.polygons import PolygonShadows, signed
 
-LARGEST = float(np.finfo(np.float64).max)
+MAX_RATIO = float(np.finfo(np.float64).max)
 """Clamp for infinite edge ratios, which could not be rounded outward."""
 
 
@@ -45,7 +45,7 @@ def shared_light(occluders: Polygons, emitter: Emitter, dtype: np.dtype[np.float
     """Prepare the shared light points of an emitter once."""
     q = emitter.shared_points()
     distance = signed(occluders.normals, occluders.anchors, q, emitter.weight)
-    touching = np.abs(distance) <= SURFACE * (occluders.sizes[:, None] * emitter.weight + emitter.scale)
+    touching = np.abs(distance) <= PLANE_ERROR * (occluders.sizes[:, None] * emitter.weight + emitter.scale)
     distance = np.where(touching, 0.0, distance)
     sides = np.sign(distance).T
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -82,7 +82,9 @@ class GridPolygonShadows(PolygonShadows):
             return
         numbers = self._edge_numbers(view, positions, candidates[rows], distances[rows])
         # 0 / 0 stays NaN: such a point lies on the plane, crosses nothing, and is not compared.
-        alphas = [outward(np.clip(number, -LARGEST, LARGEST, out=number), self.dtype) for number in numbers]
+        alphas = [
+            outward(np.clip(number, -MAX_RATIO, MAX_RATIO, out=number), self.dtype) for number in numbers
+        ]
         for row, shape in enumerate(candidates[rows].tolist()):
             for side, mask in enumerate(crossing):
                 possible = mask[rows[row]]

@@ -11,7 +11,7 @@ import numpy as np
 from renderer.lights.samples import LightPoints, Terms
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks, dot, taken
-from renderer.math.numerics import SURFACE, unit_of
+from renderer.math.numerics import PLANE_ERROR, unit_of
 from renderer.visibility.polygons import PolygonShadows, signed
 
 ROUNDING_ERROR = 2.0**-19
@@ -57,7 +57,7 @@ class ScatterPolygonShadows(PolygonShadows):
     def _beyond(self, distance: Floats, shape: int) -> Integers:
         """Points with some place of the light on the other side of the plane."""
         ends = self.ends[shape]
-        slack = SURFACE * (self.occluders.sizes[shape] + self.emitter.scale)
+        slack = PLANE_ERROR * (self.occluders.sizes[shape] + self.emitter.scale)
         return np.flatnonzero((distance > 0) & (ends.min() < slack) | (distance < 0) & (ends.max() > -slack))
 
     def _mark_one(
@@ -128,7 +128,7 @@ class ScatterPolygonShadows(PolygonShadows):
     def _other_side(self, view: LightView, lights: LightPoints, distance: Floats, shape: int) -> Masks:
         hidden = view.workspace.masks("inside", lights.count, distance.size)
         hidden[...] = True
-        slack = SURFACE * (self.occluders.sizes[shape] + self.emitter.scale)
+        slack = PLANE_ERROR * (self.occluders.sizes[shape] + self.emitter.scale)
         if np.abs(self.ends[shape]).min() <= slack or np.ptp(np.sign(self.ends[shape])) > 0:
             plane = self._on_light(shape, self.occluders.normals, self.occluders.anchors)
             terms = tuple(np.broadcast_to(term, distance.shape) * -np.sign(distance) for term in plane)

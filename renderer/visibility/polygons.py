@@ -15,7 +15,7 @@ from renderer.accelerators.boxes import Boxes
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks, dot
-from renderer.math.numerics import SURFACE
+from renderer.math.numerics import PLANE_ERROR
 from renderer.self_intersection import settled
 from renderer.shapes.polygons import Polygons
 from renderer.visibility.culling import bounds, shaft
@@ -82,8 +82,8 @@ class PolygonShadows(ABC):
         middle = dot(normals, (low + high) / 2 - self.occluders.anchors[:, candidates])
         reach = dot(np.abs(normals), (high - low) / 2)
         sizes = self.occluders.sizes[candidates]
-        margin = 2 * SURFACE * (float(view.points.sizes.max()) + sizes)
-        light = SURFACE * (sizes * self.emitter.weight + self.emitter.scale)
+        margin = 2 * PLANE_ERROR * (float(view.points.sizes.max()) + sizes)
+        light = PLANE_ERROR * (sizes * self.emitter.weight + self.emitter.scale)
         ends = self.ends[candidates]
         above = (middle - reach > margin) & (ends.min(axis=1) > -light)
         below = (middle + reach < -margin) & (ends.max(axis=1) < light)
@@ -112,4 +112,4 @@ class PolygonShadows(ABC):
         sharp the corner.
         """
         sizes = view.of_points(view.points.sizes)
-        return SURFACE * (sizes[None, :] + self.occluders.sizes[candidates][:, None])
+        return PLANE_ERROR * (sizes[None, :] + self.occluders.sizes[candidates][:, None])

@@ -9,12 +9,12 @@ from renderer.accelerators.bvh import Bvh, Visits, visits_of
 from renderer.accelerators.shafts import Shafts
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks
-from renderer.math.numerics import SURFACE, gamma
+from renderer.math.numerics import PLANE_ERROR, gamma
 
-ROUNDING_BOUND = 8 * SURFACE
+ROUNDING_BOUND = 8 * PLANE_ERROR
 """Rounding bound, relative to the sizes: deeper geometry cannot touch a point."""
 
-PAIRS = 16384
+PAIRS_AT_ONCE = 16384
 """Pairs of ray and node whose boxes are intersected at once: their few temporaries stay in cache."""
 
 
@@ -70,7 +70,7 @@ class Traversal:
         """Lengths of rays within the nodes' boxes, (L, P), widened by rounding; negative beside them."""
         sides = tree.levels[self.levels - 1].boxes(self.nodes)
         beside = [[side[axis] - positions[axis][self.owners] for side in sides] for axis in range(3)]
-        lights, step = towards.shape[1], max(1, PAIRS // self.nodes.size)
+        lights, step = towards.shape[1], max(1, PAIRS_AT_ONCE // self.nodes.size)
         parts = [
             self._lengths_to(towards[:, start : start + step], beside, reach)
             for start in range(0, lights, step)

@@ -5,7 +5,7 @@ import numpy as np
 from renderer.lights.emitters import Emitter
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, dot, taken
-from renderer.math.numerics import SURFACE
+from renderer.math.numerics import PLANE_ERROR
 from renderer.self_intersection import settled
 from renderer.shapes.triangles import Triangles
 
@@ -37,7 +37,7 @@ def start_sides(
 
 def rounding_of(family: Triangles, view: LightView, points: Integers, triangles: Integers) -> Floats:
     """Bound on the rounding error of points (P,) relative to triangles (P,), scene units."""
-    return SURFACE * (view.of_points(view.points.sizes)[points] + family.sizes[triangles])
+    return PLANE_ERROR * (view.of_points(view.points.sizes)[points] + family.sizes[triangles])
 
 
 def end_sides(
@@ -47,5 +47,5 @@ def end_sides(
     normals, anchors = (taken(values, triangles) for values in (family.normals, family.vertices[0]))
     light_points = directions + emitter.weight * positions
     distances = dot(normals, light_points - emitter.weight * anchors)
-    rounding = SURFACE * (family.sizes[triangles] * emitter.weight + emitter.scale)
+    rounding = PLANE_ERROR * (family.sizes[triangles] * emitter.weight + emitter.scale)
     return np.where(np.abs(distances) <= rounding, 0.0, np.sign(distances))

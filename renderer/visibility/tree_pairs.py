@@ -15,13 +15,13 @@ from renderer.lights.emitters import Emitter
 from renderer.lights.samples import Terms
 from renderer.lights.view import LightView
 from renderer.math.arrays import Floats, Integers, Masks, Pairs, cross, dot, magnitude, taken
-from renderer.math.numerics import SURFACE, unit_of
+from renderer.math.numerics import PLANE_ERROR, unit_of
 from renderer.shapes.triangles import Triangles
 from renderer.visibility.polygon_scatter import highest, lowest
 from renderer.visibility.sides import rounding_of, start_sides
 
-PAIRS = 16384
-"""Pairs of point and triangle worked on at once: their some forty temporaries stay in cache."""
+PAIRS_AT_ONCE = 16384
+"""Pairs of point and triangle tested at once: their forty or so temporaries stay in cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +42,8 @@ class PairShadows:
 
     def mark(self, view: LightView, positions: Floats, points: Integers, triangles: Integers) -> None:
         """Mark what the pairs (P,), sorted by point, block."""
-        for start in range(0, points.size, PAIRS):
-            part = slice(start, start + PAIRS)
+        for start in range(0, points.size, PAIRS_AT_ONCE):
+            part = slice(start, start + PAIRS_AT_ONCE)
             self._mark_part(view, positions, points[part], triangles[part])
 
     def _mark_part(self, view: LightView, positions: Floats, points: Integers, triangles: Integers) -> None:
@@ -64,7 +64,7 @@ class PairShadows:
         constant, by_u, by_v = self._plane(triangles)
         reach = (np.abs(by_u) + np.abs(by_v)) / 2
         other = np.where(sides > 0, reach - constant, reach + constant)
-        slack = SURFACE * (self.family.sizes[triangles] + self.emitter.scale)
+        slack = PLANE_ERROR * (self.family.sizes[triangles] + self.emitter.scale)
         return np.flatnonzero((sides != 0) & (other > slack))
 
     def _plane(self, triangles: Integers) -> Terms:
@@ -115,7 +115,7 @@ class PairShadows:
         constant, by_u, by_v = self._plane(triangles)
         sizes, scale = self.family.sizes[triangles], self.emitter.scale
         unit = unit_of(sizes * self.emitter.weight + scale)
-        other, slack = -sides * unit, SURFACE * (sizes + scale) * unit
+        other, slack = -sides * unit, PLANE_ERROR * (sizes + scale) * unit
         beyond = (constant * other - slack, by_u * other, by_v * other)
         if lowest(beyond).min() <= 0:
             lights.affine(beyond, values, workspace)

@@ -17,8 +17,8 @@ from renderer.shapes.triangles import Triangles
 from renderer.visibility.shafts import Traversal
 from renderer.visibility.sides import end_sides, rounding_of, start_sides
 
-RAYS = 8192
-"""Rays that traverse the tree together."""
+RAYS_AT_ONCE = 8192
+"""Rays that traverse the tree at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class RayShadows:
         """Send rays from the nodes that the shafts of their points have hit after so many levels."""
         owners, nodes = shafts.rays, shafts.nodes
         points, first = np.unique(owners, return_index=True)
-        step = max(1, RAYS // view.light_points.count)
+        step = max(1, RAYS_AT_ONCE // view.light_points.count)
         ends = np.append(first, owners.size)
         for low in range(0, points.size, step):
             high = min(low + step, points.size)

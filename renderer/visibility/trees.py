@@ -23,9 +23,8 @@ from renderer.visibility.shafts import shafts_of
 from renderer.visibility.tree_pairs import PairShadows
 from renderer.visibility.tree_rays import RayShadows
 
-POINTS = 8192
-"""Points that traverse the tree together: with half and with twice as many, shadows of study/shell take
-longer."""
+POINTS_AT_ONCE = 8192
+"""Points that traverse the tree at once; half and twice as many are slower on study/shell."""
 
 SHAFT_LEVELS = 3
 """Levels that all points traverse with the shaft to the whole light."""
@@ -36,8 +35,8 @@ FEW_NODES = (8, 96)
 FEW_TRIANGLES = 256
 """Most triangles that are compared with all light points at once."""
 
-LEAVES = 4096
-"""Visits of leaves whose triangles are culled together: the some twenty temporaries stay in cache."""
+LEAVES_AT_ONCE = 4096
+"""Leaf visits whose triangles are culled at once: their twenty or so temporaries stay in cache."""
 
 
 @dataclass(slots=True)
@@ -72,8 +71,8 @@ class TreeShadows:
         shafts = shafts_of(view, float(self.family.sizes.max()))
         pyramids = None if self.frame is None else self.frame.pyramids(view)
         open_ = view.open_points()
-        for start in range(0, open_.size, POINTS):
-            self._run(view, shafts, pyramids, open_[start : start + POINTS])
+        for start in range(0, open_.size, POINTS_AT_ONCE):
+            self._run(view, shafts, pyramids, open_[start : start + POINTS_AT_ONCE])
 
     def _run(self, view: LightView, shafts: Shafts, pyramids: Pairs | None, index: Integers) -> None:
         levels = self.tree.levels
@@ -110,8 +109,8 @@ class TreeShadows:
 
     def _triangles(self, pyramids: Pairs | None, visits: Visits) -> tuple[Integers, Integers]:
         """Pairs of point and triangle of the leaves, sorted by point, but for triangles beside the light."""
-        starts = range(0, max(1, visits.rays.size), LEAVES)
-        blocks = [slice(start, start + LEAVES) for start in starts]
+        starts = range(0, max(1, visits.rays.size), LEAVES_AT_ONCE)
+        blocks = [slice(start, start + LEAVES_AT_ONCE) for start in starts]
         parts = [self._triangles_of(pyramids, visits.rays[block], visits.nodes[block]) for block in blocks]
         points, triangles = zip(*parts, strict=True)
         return np.concatenate(points), np.concatenate(triangles)

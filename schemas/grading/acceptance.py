@@ -16,8 +16,8 @@ Threshold = Annotated[float, Field(strict=True, ge=0, le=1e9, allow_inf_nan=Fals
 SampleCount = Annotated[int, Field(strict=True, ge=1, le=1_000_000), WHOLE]
 MetricName = Literal["mse", "rmse", "psnr", "relmse", "ssim", "max_abs", "frac_over", "bias_blocks", "flip"]
 
-RISING = frozenset({"psnr", "ssim"})
-"""Metrics of which more is better."""
+HIGHER_IS_BETTER = frozenset({"psnr", "ssim"})
+"""Metrics that grow as pictures get closer."""
 
 _PLACES = ("left_up", "left", "left_down", "up", "down", "right_up", "right", "right_down")
 
@@ -159,7 +159,7 @@ class Metric(Scale):
     @property
     def rising(self) -> bool:
         """Whether more is better."""
-        return self.metric in RISING
+        return self.metric in HIGHER_IS_BETTER
 
 
 class Error(Scale):

@@ -15,7 +15,7 @@ from pydantic_core import ErrorDetails
 from schemas.base import FORMS, deciding_fields, fields_of, form_with, member, model_at, untagged
 from schemas.errors import BUILT_IN, MAX_LISTED
 from schemas.pointers import Parts, existing, value_at
-from schemas.quantities import SMALLEST
+from schemas.quantities import MIN_SIZE
 from schemas.reading.findings import Finding
 from schemas.reading.merging import FOLLOWS_FROM, Merged, merge
 
@@ -27,7 +27,7 @@ _TEXT = ("not_text", "This must be text in double quotes.")
 _TRUTH = ("not_a_boolean", "This must be true or false, without quotes.")
 
 # Users who give a size of 0 expect "more than 0"; the true bound is that below which squares vanish.
-_MORE_THAN_0 = ("out_of_range", f"This must be more than 0: {SMALLEST:g} or more.")
+_MORE_THAN_0 = ("out_of_range", f"This must be more than 0: {MIN_SIZE:g} or more.")
 _EMPTY = ("wrong_length", "This text must not be empty.")
 
 SENTENCES: dict[str, tuple[str, str]] = {
@@ -78,7 +78,7 @@ def say(kind: str, message: str, context: Mapping[str, Any]) -> tuple[str, str]:
     context
         Values for the sentence: bounds and names, never what the user wrote.
     """
-    if context.get("ge") == SMALLEST:
+    if context.get("ge") == MIN_SIZE:
         return _MORE_THAN_0
     if context.get("min_length") == 1 and kind == "string_too_short":
         return _EMPTY

@@ -24,7 +24,7 @@ _GOOD = re.compile(r"[A-Za-z0-9._-]{1,64}")
 """Request ids that are safe in a log and in a header."""
 BY_PROXY = "penumbra.by_proxy"
 """Name in the scope of a request of whether it came by a trusted proxy."""
-TURN = "penumbra.turn"
+TURN_KEY = "penumbra.turn"
 AT_ONCE = 8
 """Requests of one client that are handled at once. There are 40 threads, and Python runs one at a time."""
 _ABSOLUTE = re.compile(rb"https?://([^/]*)(.*)", re.IGNORECASE)
@@ -122,7 +122,7 @@ class Turns:
                 await turn.aclose()
                 await send(message)
 
-            await self.app({**scope, TURN: turn}, receive, started)
+            await self.app({**scope, TURN_KEY: turn}, receive, started)
 
 
 def _client(scope: Scope) -> str:
@@ -133,8 +133,8 @@ def _client(scope: Scope) -> str:
 
 async def end_turn(scope: Scope) -> None:
     """Let another request of the client be handled: this one waits, for its body or for an answer."""
-    if TURN in scope:
-        await scope[TURN].aclose()
+    if TURN_KEY in scope:
+        await scope[TURN_KEY].aclose()
 
 
 class OriginForm:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _ADDRESS = re.compile(r"(?:\[(?P<v6>[^\]]+)\]|(?P<host>[^:\[\]]+))(?::(?P<port>\d{1,5}))?")
 LARGEST_PORT = 65535
 DEFAULT_PORT = 14158
-TIMEOUT = 5.0
+TIMEOUT_SECONDS = 5.0
 """Seconds for tev to accept a connection or a packet. It runs on this machine, or close to it."""
 
 _CREATE_IMAGE = 4
@@ -123,7 +123,7 @@ def mirror(client: Client, job_id: str, address: str | None) -> Iterator[Mirror 
 def _connected(address: str) -> socket.socket | None:
     place = parsed(address)
     try:
-        return socket.create_connection(place, timeout=TIMEOUT)
+        return socket.create_connection(place, timeout=TIMEOUT_SECONDS)
     except OSError as error:
         output.say(
             f"tev cannot be reached at {address} ({_reason(error)}). Start it there with IPC enabled. "

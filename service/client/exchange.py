@@ -28,7 +28,7 @@ from service.client.errors import (
     refusal,
 )
 
-NOWHERE = {"line": None, "column": None}
+NO_POSITION = {"line": None, "column": None}
 SHORTEST_PAUSE = 0.1
 """Fewest seconds between two requests, even if the server allows less."""
 
@@ -119,7 +119,7 @@ def refused(answer: httpx2.Response) -> ClientError:
             f"{answer.url} answered {answer.status_code} with a broken problem document. Is it the right one?"
         )
     # The body was made here: its lines and columns mean nothing to the user.
-    errors = tuple(problem.model_copy(update=NOWHERE) for problem in document.errors)
+    errors = tuple(problem.model_copy(update=NO_POSITION) for problem in document.errors)
     return refusal(
         answer.status_code, document.model_copy(update={"errors": errors}), retry_after=retry_after
     )

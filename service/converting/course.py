@@ -23,7 +23,7 @@ from schemas.shapes import Scale
 from service.converting.errors import ConversionError
 from service.converting.obj import bent_faces, note_left_out
 from service.converting.reading import Foreign, read_known
-from service.converting.task import UNUSABLE, Notes, Task, check_mesh
+from service.converting.task import UNUSABLE_FILE_ERRORS, Notes, Task, check_mesh
 
 
 class CourseCamera(Foreign):
@@ -262,7 +262,7 @@ def _shapes(task: Task, course: CourseDocument, text: str) -> list[dict[str, Any
             )
         try:
             shapes.append(_shape(task, written, pointer))
-        except UNUSABLE as error:
+        except UNUSABLE_FILE_ERRORS as error:
             place = f"{pointer}/obj_file_path"
             problems.append(Problem(pointer=place, detail=str(error), code="unusable_file"))
     if problems:

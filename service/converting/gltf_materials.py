@@ -7,7 +7,7 @@ from typing import Any
 from renderer.images.reading import image_size
 from service.converting.gltf_document import Material, TextureUse, pick
 from service.converting.gltf_geometry import Buffers
-from service.converting.task import UNUSABLE, named_texture
+from service.converting.task import UNUSABLE_FILE_ERRORS, named_texture
 
 DIELECTRIC_REFLECTANCE = 0.04
 """Share that a surface of refractive index 1.5 reflects straight back: the specular colour that glTF gives
@@ -132,7 +132,7 @@ class GltfMaterials:
                 stem, ending, content = self.buffers.picture(image, number)
                 image_size(content)
                 self.assets[number] = self.buffers.task.placed.make(stem, ending, content)
-            except (*UNUSABLE, ValueError) as error:
+            except (*UNUSABLE_FILE_ERRORS, ValueError) as error:
                 self.notes.leave_out(f"/images/{number}", f"The picture is left out. {error}")
                 self.assets[number] = None
         return self.assets[number]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path, PurePath
 from typing import Any
 
-from schemas.quantities import BRIGHTEST, LARGEST
+from schemas.quantities import MAX_COORDINATE, MAX_INTENSITY
 from service.converting.errors import FileAwayError
 from service.converting.mtl import Map, MtlMaterial, number_in, without_comment
 from service.converting.surroundings import DEFAULT_GREY
-from service.converting.task import UNUSABLE, Task, named_texture, picture_file
+from service.converting.task import UNUSABLE_FILE_ERRORS, Task, named_texture, picture_file
 
 MAX_SHININESS = 1e15
 """Largest shininess of a scene."""
@@ -27,7 +27,9 @@ LINEAR_LIGHT = (".exr", ".hdr", ".rgbe", ".pfm")
 COLOR_MAP = ("map_kd",)
 BUMP_MAPS = ("map_bump", "bump")
 NORMAL_MAPS = ("norm", "map_kn")
-_TAKEN = frozenset({"kd", "ks", "ns", "kr", "ni", "d", "tr", "illum", *COLOR_MAP, *BUMP_MAPS, *NORMAL_MAPS})
+_CONVERTED = frozenset(
+    {"kd", "ks", "ns", "kr", "ni", "d", "tr", "illum", *COLOR_MAP, *BUMP_MAPS, *NORMAL_MAPS}
+)
 
 
 _REASONS = {
@@ -142,7 +144,7 @@ class MtlConverter:
         named = written.map(keyword)
         given = named.options.get("-bm", ("1",)) if named else ("1",)
         strength = number_in(given[0]) if given else None
-        if strength is None or not abs(strength * self.diagonal) <= LARGEST:
+        if strength is None or not abs(strength * self.diagonal) <= MAX_COORDINATE:
             self._assume(written, keyword, "What follows -bm is not a number that can be used: 1 is used.")
             return 1.0
         return strength
@@ -184,7 +186,7 @@ class MtlConverter:
     def _picture(self, written: MtlMaterial, keyword: str, named: Map, encoding: str) -> str | None:
         try:
             asset = self._asset(named.name)
-        except UNUSABLE as error:
+        except UNUSABLE_FILE_ERRORS as error:
             self._leave_out(written, keyword, str(error))
             return None
         for option in sorted(named.options.keys() - {"-bm", "-clamp"}):
@@ -208,7 +210,7 @@ class MtlConverter:
 
     def _others(self, written: MtlMaterial) -> None:
         for keyword, statement in written.statements.items():
-            if keyword not in _TAKEN and not all(number_in(word) == 0 for word in statement.text.split()):
+            if keyword not in _CONVERTED and not all(number_in(word) == 0 for word in statement.text.split()):
                 self._leave_out(
                     written, keyword, _REASONS.get(keyword, f"'{keyword}' has no counterpart here.")
                 )
@@ -235,4 +237,4 @@ def _first(written: MtlMaterial, keywords: tuple[str, ...]) -> str:
 
 
 def _is_usable(number: float) -> bool:
-    return 0 <= number <= BRIGHTEST
+    return 0 <= number <= MAX_INTENSITY

@@ -13,7 +13,7 @@ from renderer.math.arrays import Floats
 from renderer.meshes.files import read_mesh
 from renderer.meshes.ply_header import header_of
 from service.converting.errors import wrong_at
-from service.converting.task import UNUSABLE, One, Task, picture_file
+from service.converting.task import UNUSABLE_FILE_ERRORS, One, Task, picture_file
 
 DEFAULT_GREY = 0.75
 """Colour of faces without a material, and of materials without a colour."""
@@ -21,8 +21,8 @@ FIELD_OF_VIEW = 40.0
 PICTURE_SIZE = 512
 SPHERE_MARGIN = 1.05
 """The mesh's sphere is taken so much larger: a border around it, and room for the rounding below."""
-DIGITS = 3
-"""Decimals, in units of the power of ten above the radius, of the numbers that people read in the scene."""
+SCENE_DIGITS = 3
+"""Decimals of the numbers that are written to the scene, relative to the power of ten above its radius."""
 FROM_VIEWER = (1.0, 1.0, 2.0)
 """The camera stands in front, to the right and above: three sides of a box are seen."""
 FROM_LIGHT = (-1.0, 3.0, 2.0)
@@ -67,7 +67,7 @@ def default_light(middle: Floats, radius: float) -> dict[str, Any]:
 
 
 def _rounded(numbers: Floats, radius: float) -> list[float]:
-    decimals = DIGITS - math.floor(math.log10(radius))
+    decimals = SCENE_DIGITS - math.floor(math.log10(radius))
     return [round(float(number), decimals) for number in numbers]
 
 
@@ -160,6 +160,6 @@ def _picture_of(task: Task, pictures: Sequence[str], *, is_textured: bool) -> st
         else:
             try:
                 used = picture_file(task, task.folder, name)
-            except UNUSABLE as error:
+            except UNUSABLE_FILE_ERRORS as error:
                 task.notes.leave_out(place, f"The picture is left out. {error}")
     return used

@@ -170,7 +170,7 @@ def picture_file(task: Task, folder: Path, name: str) -> str:
     return task.placed.keep(path, content)
 
 
-UNUSABLE = (FileAwayError, AssetError)
+UNUSABLE_FILE_ERRORS = (FileAwayError, AssetError)
 """Errors about a file that cannot be used; their messages give the cure."""
 
 

@@ -23,7 +23,7 @@ from service.lifecycle.damage import UNREADABLE, DamagedRenderError
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
 from service.storage.tiles import StoredTile, pass_prefix
 from service.workers.planning import Outline
-from service.workers.tasks import WHOLE, AdvanceDone, AdvanceTask, pass_of
+from service.workers.tasks import WHOLE_PICTURE, AdvanceDone, AdvanceTask, pass_of
 
 Step = tuple[Pass, Tile]
 
@@ -173,7 +173,7 @@ def recorded(session: Session, render: RenderRow) -> list[StoredTile]:
 
 def _finished(session: Session, render: RenderRow, pass_index: int) -> list[StoredTile]:
     place = TileRow.render == render.number, TileRow.pass_index == pass_index
-    query = select(TileRow).where(*place, TileRow.tile != WHOLE, TileRow.state == DONE)
+    query = select(TileRow).where(*place, TileRow.tile != WHOLE_PICTURE, TileRow.state == DONE)
     passes = rows.passes_of(render)
     return [rows.stored(step, passes) for step in session.scalars(query.order_by(TileRow.tile))]
 
@@ -199,7 +199,7 @@ def undo_merge(session: Session, render: RenderRow) -> None:
     if not render.merges:
         return
     index = len(render.merges)
-    merged = and_(TileRow.pass_index == index - 1, TileRow.tile == WHOLE)
+    merged = and_(TileRow.pass_index == index - 1, TileRow.tile == WHOLE_PICTURE)
     place = TileRow.render == render.number, or_(TileRow.pass_index == index, merged)
     for step in session.scalars(select(TileRow).where(*place)).all():
         render.total_steps -= 1
@@ -223,7 +223,7 @@ def _enter_whole(session: Session, render: RenderRow, task: AdvanceTask, done: A
     render.done_steps += 1
     render.total_steps += 1
     render.cpu_seconds += done.cpu_seconds
-    picture = rows.new_step(render.number, task.pass_, Tile(WHOLE, 0, 0, render.width, render.height))
+    picture = rows.new_step(render.number, task.pass_, Tile(WHOLE_PICTURE, 0, 0, render.width, render.height))
     session.add(
         TileRow(
             **picture, state=DONE, attempt=task.attempt, seq=render.last_seq, cpu_seconds=done.cpu_seconds

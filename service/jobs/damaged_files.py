@@ -20,7 +20,7 @@ from service.jobs.bands import Finished
 from service.jobs.context import Service
 from service.lifecycle import rows
 from service.storage.checking import checked
-from service.storage.checksums import LOSSES, is_lost
+from service.storage.checksums import LOSS_ERRORS, is_lost
 from service.storage.database.models import RenderRow
 from service.storage.objects import Stored
 from service.storage.tiles import TileStore, damaged_steps
@@ -69,7 +69,7 @@ def is_encoding(file: str) -> bool:
 def _read(service: Service, render: RenderRow, file: str, stored: Stored, begin: int, end: int) -> bytes:
     try:
         return stored.read(begin, end)
-    except LOSSES as error:
+    except LOSS_ERRORS as error:
         raise lost(service, render, file) from error
 
 

@@ -25,7 +25,7 @@ from service.jobs.limits import COUNTED, check_queue
 from service.jobs.submission import Prepared, SubmittedJob, is_recent, replayed
 from service.lifecycle import clock, fairness, progress, rows, sharing
 from service.settings import Settings
-from service.storage.database.models import JOINED, Base, IdempotencyRow, JobRow, RenderRow, ShareRow
+from service.storage.database.models import SHAREABLE, Base, IdempotencyRow, JobRow, RenderRow, ShareRow
 
 # Another request may enter the same key, or the same render, at the same time: each spoils one try.
 MAX_TRIES = 3
@@ -33,7 +33,7 @@ MAX_TRIES = 3
 # Built once: making a statement takes longer than executing it.
 # The condition stands here as in the index of renders that may be joined, so that SQLite uses it.
 _IS_SAME = and_(
-    RenderRow.spec_sha256 == bindparam("sha256"), RenderRow.version == bindparam("version"), text(JOINED)
+    RenderRow.spec_sha256 == bindparam("sha256"), RenderRow.version == bindparam("version"), text(SHAREABLE)
 )
 _TILES, _REQUESTS, _LABELS, _KEYS = (
     insert(Base.metadata.tables[name]) for name in ("tiles", "requests", "labels", "idempotency_keys")

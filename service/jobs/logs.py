@@ -14,7 +14,7 @@ from service.jobs.context import Service
 from service.lifecycle.documents import passes_of, work_of
 from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.workers.heartbeats import SLICE_SECONDS
-from service.workers.tasks import WHOLE
+from service.workers.tasks import WHOLE_PICTURE
 
 MOST_STEPS = 50
 """Most repeated steps that are listed, as many as problems of a request."""
@@ -42,7 +42,7 @@ def _repeated(session: Session, render: RenderRow | None) -> list[TileRow]:
     query = select(TileRow).where(TileRow.render == render.number)
     if render.target_error is not None:
         # Merging numbers its attempts on from pass to pass.
-        query = query.where(TileRow.tile != WHOLE)
+        query = query.where(TileRow.tile != WHOLE_PICTURE)
     unusual = query.where(or_(TileRow.attempt > 1, TileRow.deaths > 0))
     return list(session.scalars(unusual.order_by(TileRow.pass_index, TileRow.tile)))
 

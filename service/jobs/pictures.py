@@ -42,13 +42,13 @@ from service.jobs.context import Service
 from service.jobs.lifecycle import find
 from service.lifecycle import progress, rows, totals
 from service.lifecycle.documents import work_of
-from service.storage.checksums import LOSSES, Checksum, checksum_of_file
+from service.storage.checksums import LOSS_ERRORS, Checksum, checksum_of_file
 from service.storage.database.models import JobRow, RenderRow
 from service.storage.folder import stored_file, translate_errors
 from service.storage.objects import Stored
 from service.storage.tiles import Pixels, StoredTile, TileStore
 from service.workers import layers
-from service.workers.tasks import WHOLE
+from service.workers.tasks import WHOLE_PICTURE
 
 Part = TypeVar("Part")
 Kind = Literal["png", "npy", "exr"]
@@ -136,7 +136,7 @@ def picture(service: Service, job_id: str, requested: ImageRequest) -> Picture:
         finished = finished_of(session, _find(session, job_id, requested))
     try:
         return _encoded(service, finished, requested)
-    except LOSSES as error:
+    except LOSS_ERRORS as error:
         damaged_files.note_loss(service, finished, error)
         raise FileNotFoundError from error
 
@@ -306,7 +306,7 @@ def _layer_share(finished: Finished, name: str) -> float:
 
 def visible_events(events: Sequence[TileEvent]) -> list[TileEvent]:
     """Leave out the events of tiles over which a later one of the whole picture is painted."""
-    whole = [place for place, event in enumerate(events) if event.tile == WHOLE]
+    whole = [place for place, event in enumerate(events) if event.tile == WHOLE_PICTURE]
     return list(events[whole[-1] :] if whole else events)
 
 

@@ -76,7 +76,9 @@ SWEEP_SECONDS = 60.0
 """Interval between sweeps, seconds."""
 MOST_DELETED = 0.1
 """Share of all jobs and assets that may go after a jump of the clock: all look old to one that is wrong."""
-CURE = "Set the clock right. If it is right, run 'penumbra prune': it deletes what is old, and sweeps go on."
+CLOCK_CURE = (
+    "Set the clock right. If it is right, run 'penumbra prune': it deletes what is old, and sweeps go on."
+)
 REMOVED_AT_ONCE = 100
 """Jobs and assets removed in one transaction, so that others need not wait long."""
 MOST_PREDICTED = 10_000
@@ -161,7 +163,7 @@ class RetentionThread:
         with self._database.reading() as session:
             holds_back = bool(ahead) and deletes_too_much(session, self.rules)
         if holds_back and not self._is_holding_back:
-            log.error("clock jumped; nothing deleted by age", ahead=str(ahead), cure=CURE)
+            log.error("clock jumped; nothing deleted by age", ahead=str(ahead), cure=CLOCK_CURE)
         self._is_holding_back = holds_back
         if holds_back:
             return self._pruned(replace(self.rules, keep_seconds=None, keep_asset_seconds=None))

@@ -33,8 +33,8 @@ _OWNED = (
     .distinct()
     .subquery()
 )
-HELD = select(_OWNED.c.owner, func.sum(_OWNED.c.stored_bytes)).group_by(_OWNED.c.owner)
-IDLE = (
+HELD_BYTES = select(_OWNED.c.owner, func.sum(_OWNED.c.stored_bytes)).group_by(_OWNED.c.owner)
+IDLE_ASSETS = (
     select(_OWNED.c.number, _OWNED.c.stored_bytes)
     .where(_OWNED.c.owner == bindparam("owner"), _OWNED.c.idle_since.is_not(None))
     .order_by(_OWNED.c.idle_since, _OWNED.c.number)
@@ -92,7 +92,7 @@ def held_bytes(session: Session, rules: Rules) -> Counter[str]:
     limit = rules.max_stored_bytes
     if limit is None or totals.read(session, totals.STORED_BYTES) <= limit:
         return Counter()
-    return Counter({owner: int(count or 0) for owner, count in session.execute(HELD)})
+    return Counter({owner: int(count or 0) for owner, count in session.execute(HELD_BYTES)})
 
 
 class Sweep:
@@ -149,7 +149,7 @@ class Sweep:
             [(owner, _)] = held.most_common(1)
             if owner not in idle:
                 names = {"owner": owner, "most": self._most}
-                idle[owner] = iter(self._session.execute(IDLE, names).all())
+                idle[owner] = iter(self._session.execute(IDLE_ASSETS, names).all())
             number, size = next(idle[owner], (None, 0))
             if number is None:
                 del held[owner]

@@ -14,16 +14,16 @@ from service.lifecycle import clock, damage, totals
 from service.storage.database.connection import Database
 from service.storage.database.models import AssetRow, JobRow
 
-CORRECTION = timedelta(hours=1)
-"""A clock that is set right moves by less."""
-DOWNTIME = timedelta(days=1)
-"""A service may be off for so long that its clock is believed when it starts again."""
+MOST_CORRECTION = timedelta(hours=1)
+"""Corrections of a clock are smaller."""
+MOST_DOWNTIME = timedelta(days=1)
+"""After a longer downtime the clock is not trusted at the start."""
 # Linux counts the time that a machine sleeps on this clock alone.
-STEADY = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
+STEADY_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
 
 def _steady() -> float:
-    return time.clock_gettime(STEADY)
+    return time.clock_gettime(STEADY_CLOCK)
 
 
 class SweepClock:
@@ -52,7 +52,7 @@ class SweepClock:
         if seen and not swept:
             with self._database.writing() as session:
                 totals.put(session, totals.SWEPT_AT, seen)
-        before = datetime.fromtimestamp(seen, UTC) + DOWNTIME if seen else self._wall()
+        before = datetime.fromtimestamp(seen, UTC) + MOST_DOWNTIME if seen else self._wall()
         self._trusted = before, self._steady()
 
     def jump(self) -> timedelta:
@@ -62,7 +62,7 @@ class SweepClock:
         """
         before, then = self._trusted
         ahead = self._wall() - before - timedelta(seconds=self._steady() - then)
-        return ahead if ahead > CORRECTION else timedelta()
+        return ahead if ahead > MOST_CORRECTION else timedelta()
 
     def trust(self) -> None:
         """Take the time of the wall clock for right."""

@@ -25,7 +25,7 @@ from service.jobs.lifecycle import find, shown
 from service.jobs.pictures import finished_of, target_pixels, unnamed, visible_events, wanted
 from service.lifecycle import damage, rows
 from service.lifecycle.documents import failure_of, progress_of
-from service.storage.checksums import LOSSES
+from service.storage.checksums import LOSS_ERRORS
 from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.storage.objects import Stored
 from service.storage.tiles import Pixels, StoredTile, TileStore
@@ -127,7 +127,7 @@ def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> Sto
             news = _news(session, find(session, job_id), after, service.settings.max_events)
         try:
             return unnamed(service.settings.data, partial(_write, service, news, encoding))
-        except LOSSES as error:
+        except LOSS_ERRORS as error:
             loss = error
             _note_loss(service, job_id, news, error)
     raise loss

@@ -62,7 +62,8 @@ def bytes_of(session: Session, owner: str, *, apart_from: str) -> int:
 
 
 # Least seconds between two recorded requests for an asset.
-NOTED = timedelta(minutes=1)
+NOTE_INTERVAL = timedelta(minutes=1)
+"""The last use of an asset is recorded at most so often."""
 
 # As in the index of such assets, so that SQLite uses it.
 _UNUSED = text("renders = 0")
@@ -105,7 +106,7 @@ def known_hashes(session: Session, hashes: set[str]) -> set[str]:
 
 def is_due(row: AssetRow) -> bool:
     """Whether another request for an asset is to be recorded."""
-    return row.used_at < datetime.now(UTC) - NOTED
+    return row.used_at < datetime.now(UTC) - NOTE_INTERVAL
 
 
 def note(session: Session, sha256: str) -> None:

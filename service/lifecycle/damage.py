@@ -24,8 +24,8 @@ UNREADABLE = (ArithmeticError, AssertionError, AttributeError, LookupError, Type
 """Exceptions of rows with a value of another kind than their column's, or JSON of another form."""
 
 MESSAGE = str(DamagedJobError())
-NEVER = datetime.fromtimestamp(0, UTC)
-"""The time of what cannot be read."""
+UNKNOWN_TIME = datetime.fromtimestamp(0, UTC)
+"""Stands for a time that cannot be read."""
 
 log = structlog.get_logger()
 
@@ -127,7 +127,7 @@ def describe(session: Session, number: int, error: Exception, links_of: Callable
         quality={},
         progress=Progress(done=0, total=1, share=0.0),
         last_seq=0,
-        created_at=_read(session, number, JobRow.created_at) or NEVER,
+        created_at=_read(session, number, JobRow.created_at) or UNKNOWN_TIME,
         started_at=_read(session, number, JobRow.started_at),
         finished_at=_read(session, number, JobRow.finished_at),
         cost=JobCost(predicted_cpu_seconds=0.0, cpu_seconds=0.0, rays={}),

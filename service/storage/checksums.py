@@ -22,7 +22,7 @@ MAX_READS = 2
 UNREADABLE = (ValueError, EOFError, LookupError, NotImplementedError, RuntimeError, zipfile.BadZipFile)
 """Exceptions of readers of .npy and .npz files that are not as they were written."""
 
-LOSSES = (FileNotFoundError, StoreDamagedError)
+LOSS_ERRORS = (FileNotFoundError, StoreDamagedError)
 """Exceptions of a file that is damaged or missing."""
 
 Content = TypeVar("Content")
@@ -101,6 +101,6 @@ def is_lost(read: Callable[[], object]) -> bool:
     """Whether what this reads is damaged or missing; other errors are raised."""
     try:
         read()
-    except LOSSES:
+    except LOSS_ERRORS:
         return True
     return False

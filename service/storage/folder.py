@@ -25,8 +25,8 @@ from service.storage.objects import Found, Objects, Stored
 NO_ROOM = "The disk is full. Try again when there is room."
 NOT_WRITABLE = "The data folder cannot be written now. Try again when its operator has fixed it."
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-READ_ONLY = (errno.EROFS, errno.EACCES, errno.EPERM)
+FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+READ_ONLY_ERRNOS = (errno.EROFS, errno.EACCES, errno.EPERM)
 
 
 class Folder:
@@ -208,9 +208,9 @@ def translate_errors() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        if error.errno in FULL:
+        if error.errno in FULL_ERRNOS:
             raise StoreFullError(NO_ROOM) from error
-        if error.errno in READ_ONLY:
+        if error.errno in READ_ONLY_ERRNOS:
             raise StoreReadOnlyError(NOT_WRITABLE) from error
         raise
 

@@ -17,7 +17,7 @@ from service.storage.database.models import LeaderRow, RenderRow
 from service.storage.folder import JOBS
 from service.storage.objects import Objects
 
-MARK = "database-id"
+MARK_FILE = "database-id"
 """File that names the database to which a place belongs."""
 CLAIMED = "?"
 """Precedes the name in the database until the place bears it, too."""
@@ -77,7 +77,7 @@ def check(database: Database, place: Objects) -> None:
         elif _mark(place) != folder:
             raise StoreTakenError(
                 f"{place.place} is not where the pictures of this database are. Is a disk not mounted, or a "
-                f"bucket another one? Name the place in which {MARK} holds {folder}."
+                f"bucket another one? Name the place in which {MARK_FILE} holds {folder}."
             )
 
 
@@ -101,7 +101,7 @@ def _claim(database: Database, place: Objects, claimed: str | None) -> None:
     if claimed is None:
         _record(database, f"{CLAIMED}{name}")
     if mark is None:
-        place.put(MARK, f"{name}\n".encode(), durable=True)
+        place.put(MARK_FILE, f"{name}\n".encode(), durable=True)
     _record(database, name)
 
 
@@ -116,7 +116,7 @@ def _record(database: Database, folder: str) -> None:
 
 
 def _mark(place: Objects) -> str | None:
-    return place.get(MARK).decode().strip() if place.find(MARK) else None
+    return place.get(MARK_FILE).decode().strip() if place.find(MARK_FILE) else None
 
 
 def _check_pictures(database: Database, place: Objects) -> None:

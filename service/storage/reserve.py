@@ -11,7 +11,7 @@ from pathlib import Path
 
 from service.storage.database.connection import Database
 
-NAME = "reserve"
+RESERVE_FILE = "reserve"
 RESERVE_BYTES = 8 << 20
 """Twice what SQLite writes to its log before it begins it anew."""
 BLOCK_BYTES = 1 << 16
@@ -29,7 +29,7 @@ class Reserve:
     """
 
     def __init__(self, folder: Path, database: Database) -> None:
-        self._folder, self._path = folder, folder / NAME
+        self._folder, self._path = folder, folder / RESERVE_FILE
         self._wanted = not database.shared
         self._lock = threading.Lock()
 

@@ -22,7 +22,7 @@ from schemas.tiles import Pass, Tile
 from service.errors import RequestDamagedError, StoreAwayError, StoreDamagedError
 from service.storage.checking import checked
 from service.storage.checksums import (
-    LOSSES,
+    LOSS_ERRORS,
     Checksum,
     Expected,
     checksum_of,
@@ -43,7 +43,7 @@ Step = tuple[int, int]
 """The index of a pass, and the number of a tile."""
 Checksums = Mapping[str, Checksum]
 """Checksums of the files of a job, by their names below its own."""
-UNKNOWN: Checksums = {}
+NO_CHECKSUMS: Checksums = {}
 LAYERS_SUFFIX, SAMPLES_SUFFIX, UNFINISHED_SUFFIX = ".npz", ".samples", ".unfinished"
 """End the names of what belongs to the pixels of a step."""
 TILES, SPEC = "tiles", "spec.json"
@@ -164,7 +164,7 @@ class TileStore:
 
     def get_unfinished(self, job: str, tile: Tile, pass_: Pass) -> Layers | None:
         """Return what ``put_unfinished`` was given; None if it is lost, so that the tile begins anew."""
-        with suppress(*LOSSES):
+        with suppress(*LOSS_ERRORS):
             return next(_get_arrays(self.objects, [_unfinished_name(job, tile, pass_)]))
         return None
 
@@ -214,7 +214,9 @@ class TileStore:
             _write_arrays(draft, state)
             return self._keep(draft, job, name)
 
-    def get_state(self, job: str, pass_index: int, attempt: int, checksums: Checksums = UNKNOWN) -> Layers:
+    def get_state(
+        self, job: str, pass_index: int, attempt: int, checksums: Checksums = NO_CHECKSUMS
+    ) -> Layers:
         """Return the estimate after a pass; raise StoreDamagedError if it is not what was written."""
         name = _pass_name(pass_index, "state", attempt)
         return _arrays(f"{job}/{name}", self.get_file(job, name, checksums.get(name)))
@@ -229,14 +231,14 @@ class TileStore:
             return self._keep(draft, job, name)
 
     def get_map(
-        self, job: str, pass_index: int, attempt: int, kind: PassMap, checksums: Checksums = UNKNOWN
+        self, job: str, pass_index: int, attempt: int, kind: PassMap, checksums: Checksums = NO_CHECKSUMS
     ) -> NDArray[Any]:
         """Return what ``put_map`` was given, read-only."""
         name = _pass_name(pass_index, kind, attempt)
         return self.get_array(job, name, checksums.get(name))
 
     def get_map_rows(
-        self, job: str, pass_index: int, attempt: int, kind: PassMap, checksums: Checksums = UNKNOWN
+        self, job: str, pass_index: int, attempt: int, kind: PassMap, checksums: Checksums = NO_CHECKSUMS
     ) -> StoredRows:
         """Open what ``put_map`` was given, to read some of its rows."""
         name = _pass_name(pass_index, kind, attempt)

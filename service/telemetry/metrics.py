@@ -26,10 +26,10 @@ from service.workers.tasks import Cause, Interrupted, JobTask, Outcome, TaskFail
 
 RECENT_RENDERS = 200
 """Newest pictures of target quality whose error is reported."""
-GONE = "unknown"
-"""The user of jobs that were removed, or followed by many others, before metrics were read."""
+UNKNOWN_USER = "unknown"
+"""Label for jobs that were removed, or followed by many others, before metrics were read."""
 MOST_UNPAID = 10_000
-"""Renders whose user is still to be looked up; without a scraper their number would grow without end."""
+"""Renders whose user is not looked up yet; without a scraper their number would grow without bound."""
 
 
 class Metrics:
@@ -72,7 +72,7 @@ class Metrics:
         with self._lock:
             self._unpaid[task.job] += getattr(outcome, "cpu_seconds", 0.0)
             while len(self._unpaid) > MOST_UNPAID:
-                self.cpu_seconds.labels(GONE).inc(self._unpaid.pop(next(iter(self._unpaid))))
+                self.cpu_seconds.labels(UNKNOWN_USER).inc(self._unpaid.pop(next(iter(self._unpaid))))
 
     def note_calls(self, seconds: Mapping[str, float]) -> None:
         """Count the cost of calls, by user."""
@@ -104,7 +104,7 @@ class Metrics:
         begun = select(JobRow.id, JobRow.owner).where(JobRow.id.in_(unpaid))
         owners = dict(session.execute(begun).all())
         for render, seconds in unpaid.items():
-            self.cpu_seconds.labels(owners.get(render, GONE)).inc(seconds)
+            self.cpu_seconds.labels(owners.get(render, UNKNOWN_USER)).inc(seconds)
 
 
 class _State(Collector):

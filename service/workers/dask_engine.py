@@ -24,7 +24,7 @@ from distributed.client import FutureCancelledError
 from service.errors import UnusableWorkerError
 from service.settings import Settings
 from service.supervision import SupervisedThread
-from service.workers.dask_worker import BEGUN, NAME, SlotPlugin, execute, stop
+from service.workers.dask_worker import BEGUN_TOPIC, PLUGIN_NAME, SlotPlugin, execute, stop
 from service.workers.states import WorkerState
 from service.workers.tasks import Interrupted, Outcome, Report, Task, WorkerDied
 from service.workers.worker import WorkerSetup
@@ -146,7 +146,7 @@ class DaskEngine:
         """Take tasks until the connection is lost."""
         connection = client.scheduler_comm
         try:
-            client.subscribe_topic(BEGUN, self._note_begun)
+            client.subscribe_topic(BEGUN_TOPIC, self._note_begun)
             await _prepare(client, SlotPlugin(self._setup))
             self._client = client
             # A client that has connected again has another scheduler, which knows nothing of the slots.
@@ -220,7 +220,7 @@ def _state(address: str, flight: _Flight | None) -> WorkerState:
 async def _prepare(client: Client, plugin: SlotPlugin) -> None:
     """Give every worker a slot, those included that come later."""
     try:
-        await client.register_plugin(plugin, name=NAME)
+        await client.register_plugin(plugin, name=PLUGIN_NAME)
     except UnusableWorkerError as error:
         # It leaves by itself; the others are good.
         log.error("worker unusable", reason=str(error))  # noqa: TRY400  (the reason is enough)

@@ -16,12 +16,12 @@ from service.workers.slots import SlotEngine
 from service.workers.tasks import Interrupted, Outcome, Task, after
 from service.workers.worker import WorkerSetup
 
-NAME = "penumbra"
-BEGUN = "penumbra-begun"
+PLUGIN_NAME = "penumbra"
+BEGUN_TOPIC = "penumbra-begun"
 """The topic under which a worker reports that a task has begun."""
 
-# What Dask calls the states of a task that a worker has no more to do with.
-GONE = {"released", "forgotten", "memory", "error"}
+# States of a task, as Dask names them, after which a worker forgets it.
+ENDED_STATES = {"released", "forgotten", "memory", "error"}
 # How often `stop` looks for the running task, seconds.
 LOOK_SECONDS = 0.05
 
@@ -35,7 +35,7 @@ class SlotPlugin(WorkerPlugin):
         Settings of the slot's process.
     """
 
-    name = NAME
+    name = PLUGIN_NAME
 
     def __init__(self, setup: WorkerSetup) -> None:
         self._setup = setup
@@ -73,7 +73,7 @@ class SlotPlugin(WorkerPlugin):
 
     def transition(self, key: str, start: str, finish: str, **_: object) -> None:
         """Note when a task comes; stop one that was cancelled, or whose client is gone."""
-        if finish in GONE:
+        if finish in ENDED_STATES:
             self._came.pop(key, None)
         else:
             self._came.setdefault(key, time.monotonic())
@@ -85,8 +85,8 @@ class SlotPlugin(WorkerPlugin):
         slot = self._slot
         assert slot is not None
         self._begin(key)
-        self._worker.log_event(BEGUN, {"key": key, "worker": self._worker.address})
-        # It has waited here behind others.
+        self._worker.log_event(BEGUN_TOPIC, {"key": key, "worker": self._worker.address})
+        # Time limits include the wait behind other tasks of this worker.
         slot.submit(after(task, time.monotonic() - self._came.get(key, time.monotonic())))
         return self._outcome(slot)
 
@@ -141,7 +141,7 @@ class SlotPlugin(WorkerPlugin):
 def execute(key: str, task: Task) -> Outcome:
     """Execute a task in the slot of the Dask worker that calls this."""
     worker: Worker = get_worker()
-    if NAME not in worker.plugins:
+    if PLUGIN_NAME not in worker.plugins:
         # It has joined just now, and gets its slot in a moment.
         time.sleep(LOOK_SECONDS)
         return Interrupted()
@@ -154,6 +154,6 @@ def stop(key: str | None, dask_worker: Worker) -> None:
 
 
 def _slot(worker: Worker) -> SlotPlugin:
-    plugin = worker.plugins[NAME]
+    plugin = worker.plugins[PLUGIN_NAME]
     assert isinstance(plugin, SlotPlugin)
     return plugin

@@ -385,8 +385,8 @@ def cause_of(outcome: Outcome) -> Cause | None:
             raise ValueError(outcome)
 
 
-WHOLE = 0
-"""Number of the tile that is the whole picture."""
+WHOLE_PICTURE = 0
+"""Tile number of the whole picture."""
 
 
 def pass_of(index: int) -> Pass:
@@ -396,4 +396,4 @@ def pass_of(index: int) -> Pass:
 
 def numbered(tiles: Iterable[Tile]) -> list[Tile]:
     """Give the tiles of a pass the numbers that they have here."""
-    return [replace(tile, index=number) for number, tile in enumerate(tiles, WHOLE + 1)]
+    return [replace(tile, index=number) for number, tile in enumerate(tiles, WHOLE_PICTURE + 1)]

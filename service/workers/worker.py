@@ -39,7 +39,7 @@ from service.errors import (
     StoreReadOnlyError,
 )
 from service.storage.assets import AssetStore
-from service.storage.checksums import LOSSES
+from service.storage.checksums import LOSS_ERRORS
 from service.storage.folder import ASSETS, JOBS, place_of
 from service.storage.tiles import Layers, TileStore, damaged_steps
 from service.workers import layers
@@ -84,7 +84,7 @@ from service.workers.tasks import (
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
-KNOWN: dict[type[Exception], str] = {
+FAILURE_CODES: dict[type[Exception], str] = {
     RequestDamagedError: REQUEST_DAMAGED,
     StoreFullError: STORAGE_FULL,
     StoreReadOnlyError: STORAGE_READ_ONLY,
@@ -334,7 +334,7 @@ def _executed(worker: Worker, task: Task) -> Outcome:
     """Execute a task, or find out which of the files that it reads are damaged."""
     try:
         return worker.execute(task)
-    except LOSSES:
+    except LOSS_ERRORS:
         if not isinstance(task, JobTask):
             raise
         return worker.damage(task)
@@ -348,7 +348,7 @@ def _too_large(setup: WorkerSetup) -> str:
 
 
 def _failure(task: Task, error: Exception) -> TaskFailed:
-    for kind, code in KNOWN.items():
+    for kind, code in FAILURE_CODES.items():
         if isinstance(error, kind):
             return TaskFailed(code, str(error))
     import structlog  # noqa: PLC0415 - workers start without it, and few ever log

@@ -16,7 +16,7 @@ from matplotlib import colormaps
 from playwright.sync_api import Browser, Page, expect
 
 from renderer.images import files as image_files
-from renderer.tiling import TILE
+from renderer.tiling import TILE_SIDE
 from schemas.scene import Display
 from service.settings import Settings
 from tests.browser.conftest import Open, Shoot
@@ -52,7 +52,9 @@ VIRIDIS_FIT = 2
 
 
 GRID = {
-    (x, y, x + TILE, y + TILE) for x in range(0, ENDLESS_SIDE, TILE) for y in range(0, ENDLESS_SIDE, TILE)
+    (x, y, x + TILE_SIDE, y + TILE_SIDE)
+    for x in range(0, ENDLESS_SIDE, TILE_SIDE)
+    for y in range(0, ENDLESS_SIDE, TILE_SIDE)
 }
 """The tiles of an endless job."""
 

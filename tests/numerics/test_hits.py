@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from schemas.quantities import FARTHEST, LONGEST, SHORTEST
+from schemas.quantities import LONGEST, MAX_ORIGIN, SHORTEST
 from tests.documents import bulb, ellipsoid, lamp, mesh, rectangle, sphere, sun, triangle
 from tests.numerics import oracle
 from tests.numerics.tracing import QUALITIES, read_shape, traced
@@ -98,7 +98,7 @@ def test_length_of_a_power_of_two_scales_t_and_changes_no_other_bit(quality: Any
 
 
 @pytest.mark.parametrize("length", [SHORTEST, 1.0, LONGEST])
-@pytest.mark.parametrize("distance", [2.0**60, FARTHEST])
+@pytest.mark.parametrize("distance", [2.0**60, MAX_ORIGIN])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_ray_from_as_far_as_is_allowed_hits_its_aim(shape: str, distance: float, length: float) -> None:
     ray = [0.25, 0.125, distance], [0, 0, -length]
@@ -113,7 +113,7 @@ def test_ray_from_as_far_as_is_allowed_hits_its_aim(shape: str, distance: float,
 @pytest.mark.parametrize(
     ("name", "row", "value"),
     [
-        ("origins", 1, [0, -1.01 * FARTHEST, 0]),
+        ("origins", 1, [0, -1.01 * MAX_ORIGIN, 0]),
         ("directions", 0, [0, 0.99 * SHORTEST, 1e-320]),
         ("directions", 2, [0, 0, -1.01 * LONGEST]),
     ],

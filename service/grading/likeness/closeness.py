@@ -4,9 +4,9 @@ A reference of finitely many samples is noisy. The noise of a picture that was r
 depend on it: at every pixel, the probability that the two are within a quarter of the reference's standard
 error is bounded. In a copy of the reference nearly all pixels are that close.
 
-The probability is 0.20 for normal noise. It is highest for samples of 0 or 1 where, in three pixels of four, a
-single one is 1, as at the edge of a shadow: 0.68 with 16 samples, less with more. `MOST_NEAR` is above both, so that Chernoff's
-inequality (1952) bounds the probability of a false alarm.
+The probability is 0.20 for normal noise. It is highest for samples of 0 or 1 where three in four pixels have
+a single 1, as at the edge of a shadow: 0.68 with 16 samples, less with more. `MOST_NEAR` is above both, so
+that Chernoff's inequality (1952) bounds the probability of a false alarm.
 """
 
 import math

@@ -49,8 +49,8 @@ def _one_of(column: str, values: list[str]) -> str:
     return f"{column} IN ({', '.join(repr(value) for value in values)})"
 
 
-JOINED = "state IN ('queued', 'running', 'succeeded') AND NOT cancel_requested"
-"""Condition of renders that jobs may share: one that has failed is tried again."""
+SHAREABLE = "state IN ('queued', 'running', 'succeeded') AND NOT cancel_requested"
+"""Condition of renders that new jobs may share; failed ones are rendered again."""
 
 
 # All that places are counted from, in order: the index is read in place of the rows.
@@ -103,7 +103,7 @@ class RenderRow(Base):
         _partial("ix_renders_unmeasured", "state", "stored_bytes", "number", where=conditions.UNMEASURED),
         _partial("ix_renders_with_error", "number", where=conditions.WITH_ERROR),
         # Of renders that show the same, one alone may be joined.
-        _partial("uq_renders_spec_sha256", "spec_sha256", "version", unique=True, where=JOINED),
+        _partial("uq_renders_spec_sha256", "spec_sha256", "version", unique=True, where=SHAREABLE),
         {"sqlite_autoincrement": True},  # the number of one that is gone is never given again
     )
 

@@ -29,7 +29,7 @@ from renderer.math.arrays import (
 )
 from renderer.plan.effects import MaterialEffect, ShapeEffect
 from renderer.shapes import Family
-from renderer.shapes.family import WHOLE, box
+from renderer.shapes.family import SINGLE_PRIMITIVE, box
 from renderer.shapes.frames import frame_of_normals
 from schemas.base import Closed
 from schemas.materials import Material, Surface
@@ -157,7 +157,7 @@ class Tubes(Family):
             hit = seen[(t[seen] > 0) & (height[seen] >= 0) & (height[seen] <= 1)]
             x, y = (origin[axis] + t * way[axis] for axis in (0, 1))
             angle = np.arctan2(y, x)[hit] / (2 * np.pi) % 1.0
-            rays.offer(hit, t[hit], (angle, height[hit]), self.numbers[shape : shape + 1], WHOLE)
+            rays.offer(hit, t[hit], (angle, height[hit]), self.numbers[shape : shape + 1], SINGLE_PRIMITIVE)
 
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         angle, height = points.hits[:2, chosen] * np.array([[2 * np.pi], [1.0]])

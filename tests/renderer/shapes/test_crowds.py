@@ -85,7 +85,7 @@ def arrays_of(family: Family) -> dict[str, Any]:
 @pytest.mark.parametrize("portion", [1, 1 << 14], ids=["in portions", "together"])
 def test_shapes_of_a_crowd_are_what_they_are_alone(portion: int, monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (meshes, displacement):
-        monkeypatch.setattr(module, "PORTION", portion)
+        monkeypatch.setattr(module, "TRIANGLES_AT_ONCE", portion)
     chosen = np.random.default_rng(3)
     shapes = [shape for _ in range(6) for shape in shapes_of(chosen)]
     together = families_of(shapes)

@@ -19,7 +19,7 @@ from service.storage.bucket import CALL_SECONDS
 from service.storage.database.connection import Database
 from service.storage.database.models import RenderRow
 from service.storage.folder import place_of
-from service.storage.ownership import MARK
+from service.storage.ownership import MARK_FILE
 from service.storage.tiles import Checksums, TileStore
 from tests.s3_server import BUCKET, S3Server
 from tests.service.conftest import Start, typical
@@ -98,7 +98,7 @@ def test_pixels_are_in_the_bucket_alone(
     away: httpx2.Client, in_bucket: RunningServer, rendered: dict[str, str]
 ) -> None:
     job = rendered["away"]
-    assert place_of(STORE).find(MARK)
+    assert place_of(STORE).find(MARK_FILE)
     until(lambda: not any("/tiles/" in name for name in objects(job)))
     assert {f"{job}/1-image.npy", f"{job}/spec.json", f"{job}/1-layer-depth.npy"} <= objects(job)
     assert not [path for path in in_bucket.data.rglob("*") if path.suffix in {".npy", ".json"}]

@@ -57,7 +57,7 @@ def test_place_to_which_pictures_were_copied_is_taken(place: Objects, database: 
     place.begin("jobs/ab")
     place.put("jobs/ab/image.npy", b"")
     ownership.check(database, place)
-    assert place.find(ownership.MARK)
+    assert place.find(ownership.MARK_FILE)
 
 
 @BOTH
@@ -66,7 +66,7 @@ def test_place_claimed_before_a_crash_is_taken(place: Objects, database: Databas
         session.scalars(select(LeaderRow)).one().folder = f"{ownership.CLAIMED}ab"
     for _ in range(2):
         ownership.check(database, place)
-    assert place.get(ownership.MARK) == b"ab\n"
+    assert place.get(ownership.MARK_FILE) == b"ab\n"
     with database.reading() as session:
         assert session.scalars(select(LeaderRow)).one().folder == "ab"
 

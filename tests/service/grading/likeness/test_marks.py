@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from accuracy.comparison.heat import STOPS, WHITE_DIFFERENCE, heat_map
+from accuracy.comparison.heat import COLOR_STOPS, WHITE_DIFFERENCE, heat_map
 from accuracy.comparison.inputs import Picture, picture_of
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from service.grading.likeness.marks import is_marked, marked
@@ -67,7 +67,7 @@ def test_reference_computed_from_maps_of_differences_is_marked(reference: Pictur
     for code in (0, 60, 120, 180):
         flat = np.full(grey.linear.shape, linear_from_srgb(np.array(code / 255)))
         heat = heat_map(Picture.of_values(flat), marked(grey)).sum(axis=2)
-        place = np.interp(heat, STOPS.sum(axis=1), np.linspace(0, 1, len(STOPS)))
+        place = np.interp(heat, COLOR_STOPS.sum(axis=1), np.linspace(0, 1, len(COLOR_STOPS)))
         # What lies below this code is known already.
         found = np.where(np.isnan(found) & (place < 0.98), code + 255 * WHITE_DIFFERENCE * place, found)
     copy = found[:, :, None].repeat(3, axis=2)
