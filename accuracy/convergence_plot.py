@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FIGURE_INCHES = (6.4, 4.2)
-"""Inches."""
+"""Width and height, inches."""
 
 FRAME_FACTOR = 1.3
-"""Between what is shown and the frame, as a factor."""
+"""Factor between the curve and the frame."""
 
 MAX_HALVING_COST = 30
-"""Half the error is not drawn where it takes more than that many times as long: points would be crowded."""
+"""Half the error is not marked if it takes this many times as long: the measured points would be crowded."""
 
 LINE_LETTERS = 60
 """Letters in a line of a sentence on the plot."""
@@ -51,7 +51,7 @@ def draw(
         The target error.
 
     unknown : str, optional
-        Text in place of a curve where no pass has an error.
+        Text in place of the curve if no pass has an error.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def _fill(
 
 
 def _points(panel: Axes, points: Sequence[Mapping[str, Any]]) -> tuple[list[float], list[float]]:
-    """Draw the passes with the intervals of their errors; give what has to be on the axes."""
+    """Draw the passes with the intervals of their errors; return the extent of the axes."""
     times = [entry["cpu_seconds"] for entry in points]
     intervals = [entry["error"] for entry in points]
     errors = [error["estimate"] for error in intervals]
@@ -115,7 +115,7 @@ def _line(panel: Axes, law: PowerLaw, times: Sequence[float]) -> None:
 def _halving(
     panel: Axes, law: PowerLaw, newest: Mapping[str, Any], shown: tuple[list[float], list[float]]
 ) -> None:
-    """Mark where half the error would be reached, if that is not too far, and have it on the axes."""
+    """Mark half the error, if it is not too far away, and extend the axes to it."""
     spent, half = newest["cpu_seconds"], newest["error"]["estimate"] / 2
     cost = law.falling(spent)
     if cost is None or cost.estimate > MAX_HALVING_COST * spent:
@@ -145,7 +145,7 @@ def _short(number: float) -> str:
 
 
 def _axes(panel: Axes, times: Sequence[float], errors: Sequence[float]) -> None:
-    """Leave room around what is shown, and write plain numbers on the axes."""
+    """Leave room around the curve, and write plain numbers on the axes."""
     for axis, limits, values in (
         (panel.xaxis, panel.set_xlim, times),
         (panel.yaxis, panel.set_ylim, errors),

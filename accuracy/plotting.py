@@ -1,4 +1,4 @@
-"""Plots as SVG or PNG, the same bytes for the same figures, and logarithmic axes with plain numbers."""
+"""Reproducible plots as SVG or PNG, and logarithmic axes with plain numbers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _drawing = threading.Lock()
 
 
 def require_matplotlib() -> None:
-    """See whether plots can be drawn.
+    """Check that plots can be drawn.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""The plugin for pytest: a fixture ``assert_render_close`` that knows where a test keeps its files.
+"""The pytest plugin: a fixture ``assert_render_close`` that keeps its pictures with the test's files.
 
-pytest loads it at each start wherever this package is installed. So it loads nothing before a test asks.
+pytest loads it in every environment with this package, so it imports nothing before a test uses it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 OPTION = "--render-differences"
 LONGEST_NAME = 100
-"""Letters of a folder's name, the last ones of the test's: file systems take 255 bytes."""
+"""Letters of a folder's name, the last ones of the test's name: file systems allow 255 bytes."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -59,7 +59,7 @@ def assert_render_close(request: pytest.FixtureRequest) -> Callable[..., Compari
 def _folder(request: pytest.FixtureRequest, number: int) -> Path:
     given: Path | None = request.config.getoption(OPTION)
     if given is None:
-        # Asked for only now: most tests never need a folder.
+        # Created only now: most tests never need a folder.
         place: Path = request.getfixturevalue("tmp_path") / "render-difference"
     else:
         name = re.sub(r"[^\w.-]+", "-", request.node.nodeid)[-LONGEST_NAME:]

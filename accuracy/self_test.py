@@ -1,4 +1,4 @@
-"""A self-test of a second: what arithmetic must do on this platform, and exact answers of the renderer."""
+"""A self-test of one second: properties of the platform's arithmetic, and exact answers of the renderer."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -24,7 +24,7 @@ REPORT = "Install released versions of penumbra-render and NumPy; if it remains,
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """One answer: whether it is right; if not, the cure, and the exception if there was one."""
+    """Result of one test: whether it passed; if not, the cure, and the exception if any."""
 
     name: str
     right: bool
@@ -33,7 +33,7 @@ class Answer:
 
 
 def answers() -> Iterator[Answer]:
-    """Try everything, one after the other; an exception is a wrong answer."""
+    """Run all tests; an exception is a failure."""
     for name, right, cure in _platform():
         yield Answer(name, bool(np.all(right)), cure)
     for name, check in RENDERER.items():
@@ -84,13 +84,13 @@ def _rectangle(corner: Any, *edges: Any) -> Json:
 
 
 def _misses(shape: Json, origin: Any, way: Any, t: float) -> float:
-    """Error of a distance, in shares of it; 0 where both are infinite."""
+    """Relative error of a distance; 0 if both are infinite."""
     found = float(_hits([shape], origin, way).t[0])
     return 0.0 if found == t else abs(found / t - 1)
 
 
 def _visibility(light: Json, *above: Json, at: float = 0.0) -> Floats:
-    """Share of a light seen from places of a floor, `at` units away along x."""
+    """Share of a light that is visible from points of a floor, `at` units away along x."""
     places = np.array([[x + at, 0, z] for x in (-0.9, -0.1, 0.1, 0.9) for z in (-0.7, 0.3)])
     start, grid = [at + 0.3, 0.01, 0.2], {"light": {"pattern": "uniform", "samples": 16}}
     floor = _rectangle([at - 4, 0, -4], [0, 0, 8], [8, 0, 0])
@@ -98,7 +98,7 @@ def _visibility(light: Json, *above: Json, at: float = 0.0) -> Floats:
 
 
 def _highlight(tilt: float) -> float:
-    """Highlight of exponent 1e7, seen at an angle from the mirrored light."""
+    """Highlight of exponent 1e7, at an angle from the mirror direction."""
     eye = {"position": [math.sin(tilt), math.cos(tilt), 0], "up": [0, 0, 1], "width": 1, "height": 1}
     shiny = {"diffuse": 0, "specular": 1, "shininess": 1e7}
     sun = {"type": "directional", "direction": [0, -1, 0], "color": [1, 1, 1]}
@@ -108,7 +108,7 @@ def _highlight(tilt: float) -> float:
 
 
 def _lens() -> Any:
-    """Distances at which rays of one place in a picture pass their place in focus, far from the origin."""
+    """Distances at which the rays of one pixel pass their point in focus, far from the origin."""
     view = {"position": [1e7] * 3, "look_at": [1e7, 1e7, 1e7 - 4], "lens_radius": 0.5}
     lens, samples = _plan(TILE, camera=view).camera, np.arange(64)
     origins, ways = lens.rays(np.full(64, 1.5), np.full(64, 2.5), 0 * samples, samples)

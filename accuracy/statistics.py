@@ -11,12 +11,11 @@ from renderer.math.arrays import Floats
 from renderer.math.intervals import INTERVAL_DEVIATIONS, Interval, student
 
 USUAL_DEGREES = 4
-"""Degrees of freedom that the usual deviation counts for: of two or three samples, the deviation is
-chance."""
+"""Degrees of freedom of the usual deviation: the deviation of two or three samples alone is mostly chance."""
 
 
 def half_width(values: Sequence[float]) -> float:
-    """Half of the interval of the mean of two values or more that are normal and independent.
+    """Half width of the interval of the mean of two or more independent normal values.
 
     Examples
     --------
@@ -27,7 +26,7 @@ def half_width(values: Sequence[float]) -> float:
 
 
 def median(values: Sequence[float]) -> Interval:
-    """The median, and the least and the greatest: how measured seconds are reported."""
+    """The median with the least and the greatest value, as measured seconds are reported."""
     return Interval(statistics.median(values), min(values), max(values))
 
 
@@ -43,18 +42,17 @@ def mean(values: npt.ArrayLike, usual: float, covered: float = 0.0) -> Interval:
     Parameters
     ----------
     values : (n,) array_like
-        Independent samples, or more evenly placed ones.
+        Independent samples, or more evenly distributed ones.
     usual : float
-        Usual standard deviation of such samples, relative to their mean. It counts more than few samples,
-        and less than many.
+        Usual standard deviation of such samples, relative to their mean. It outweighs few samples, but not
+        many.
     covered : float
         Sampled share of the population: at 1 the mean is exact.
 
     Returns
     -------
     Interval
-        By Student's t. It covers the mean as often as it says if the deviation is at most the usual one or
-        there are many samples.
+        By Student's t. Its coverage is right if the deviation is at most the usual one, or with many samples.
     """
     values = np.asarray(values, dtype=np.float64)
     middle = max(float(values.mean()), 0.0)
@@ -81,9 +79,10 @@ def normal_limit(probability: float) -> float:
 
 
 def normal_equivalent(t: Floats, freedom: Floats) -> Floats:
-    """The normal z that is as rare as each t >= 0 (Wallace 1959), within 3 % from 3 degrees of freedom on.
+    """The normal z that is as rare as each t >= 0 (Wallace 1959).
 
-    Large t of few degrees of freedom are not rare; infinite freedom gives back t but for rounding.
+    It is within 3 % for 3 or more degrees of freedom. With few degrees of freedom a large t is not rare; with
+    infinitely many z is t up to rounding.
     """
     bounded = np.minimum(freedom, 1e9)
     shrunk = np.sqrt(bounded * np.log1p(t * t / bounded))

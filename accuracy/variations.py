@@ -30,7 +30,7 @@ STRENGTHS = {
     "mirror": "mirror",
     "transmission": "transmission",
 }
-"""Fields of a material that can be switched off, and what they are called."""
+"""Fields of a material that can be switched off, and their names."""
 
 PLAIN_COLOR = (0.5, 0.5, 0.5)
 """Colour that replaces a texture."""
@@ -156,7 +156,7 @@ class Marginal:
     effect : str
     pointers : tuple of str
     seconds : float
-        CPU seconds of the small picture that go when the effect goes; below 0 where it saves work.
+        CPU seconds of the small picture that leaving out the effect saves; below 0 if the effect saves work.
     share : float
         The same as a share of the small picture with all effects.
     difference : float
@@ -174,7 +174,7 @@ def marginal_costs(scene: LoadedScene) -> tuple[float, list[Marginal]]:
     """CPU seconds of a small picture of the scene, and what each effect adds to it, most costly first.
 
     It is rendered with few samples, whole and without each effect in turns, so that a slow moment of the
-    machine falls on all alike.
+    machine affects all equally.
     """
     parts = list(variants(scene.document))
     plans = [_small(scene, document) for document in (scene.document, *(part.document for part in parts))]

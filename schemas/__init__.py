@@ -18,6 +18,6 @@ HOMES = {
     "quality": ("FixedQuality", "TargetQuality"),
     "scene": ("Scene",),
 }
-"""Modules that are loaded when one of their names is first used: an error's class needs no scene language."""
+"""Modules, each loaded on the first use of one of its names: catching an error loads no models."""
 
 __getattr__, __dir__ = lazy_names(__name__, HOMES)

@@ -12,7 +12,7 @@ from schemas.pointers import Parts
 
 
 class Closed(BaseModel):
-    """Base of everything a user writes: unknown fields are refused, values never change.
+    """Base of user input: immutable, and unknown fields are refused.
 
     Numbers are strict one by one (see `schemas.quantities`), so that arrays may be JSON arrays, Python
     lists or tuples alike.
@@ -28,7 +28,7 @@ class Message(BaseModel):
 
 
 def member(value: object, name: str) -> object:
-    """Give a field of a raw JSON object or of a finished model; None where there is none."""
+    """Give a field of a raw JSON object or of a model; None if it is missing."""
     if isinstance(value, Mapping):
         return value.get(name)
     return getattr(value, name, None)
@@ -45,9 +45,9 @@ def fields_of(model: type[BaseModel]) -> list[str]:
 
 MARK = "\x00"
 MODELS: dict[str, type[Closed]] = {}
-"""Every tag with its class, for suggestions."""
+"""Classes by tag, for suggestions."""
 FORMS: dict[type[BaseModel], tuple[type[Closed], ...]] = {}
-"""Every class with all forms of its type, such as the rectangle by its centre with that by its edges."""
+"""All forms of each class's type: a rectangle has one by its centre, and one by its edges."""
 
 
 def tag(model: type[Closed]) -> Tag:
@@ -58,15 +58,15 @@ def tag(model: type[Closed]) -> Tag:
 
 
 def chosen_by(forms: Mapping[str, tuple[type[Closed], ...]], *, field: str = "type") -> Discriminator:
-    """Choose by `type`, and among several forms of one type by the fields that only one of them requires.
+    """Choose a class by `type`, and among several forms of one type by the fields that only one requires.
 
     Parameters
     ----------
     forms
-        For each value of `type` its classes; the first is taken where no field decides.
+        Classes by value of `type`; the first is the default if no field decides.
     field
-        What is looked at in place of `type`. Where all forms have a default for it, it may be missing: the
-        fields that only one of them requires decide then.
+        Used in place of `type`. It may be missing if all forms have a default for it: then the fields that
+        only one requires decide.
     """
     required = {model: required_fields(model) for models in forms.values() for model in models}
     FORMS.update({model: models for models in forms.values() for model in models})
@@ -110,7 +110,7 @@ def fullness(value: Mapping[str, Any], names: Sequence[str]) -> float:
 
 
 def required_fields(model: type[BaseModel]) -> tuple[str, ...]:
-    """Fields that an object of this class cannot do without."""
+    """Required fields of a class."""
     return tuple(name for name, field in model.model_fields.items() if field.is_required())
 
 
@@ -132,7 +132,7 @@ def form_with(field: str, model: type[BaseModel] | None) -> type[BaseModel] | No
 
 
 def model_at(model: type[BaseModel] | None, location: Sequence[str | int]) -> type[BaseModel] | None:
-    """Find the model that holds the last part of a location with tags; None where no model does."""
+    """Find the model that contains the last part of a location with tags; None if no model does."""
     for part in location[:-1]:
         if isinstance(part, str) and part.startswith(MARK):
             model = MODELS[part]
@@ -150,5 +150,5 @@ def _model_in(annotation: object) -> type[BaseModel] | None:
 
 
 def untagged(location: Iterable[str | int]) -> Parts:
-    """A location as the user's document has it."""
+    """A location without tags, as in the user's document."""
     return tuple(part for part in location if not (isinstance(part, str) and part.startswith(MARK)))

@@ -14,7 +14,7 @@ from pydantic_core.core_schema import ErrorType
 
 
 class Problem(BaseModel):
-    """One thing that is wrong, or probably not meant, with its place and its cure."""
+    """A mistake, or a probable one, with its place and its cure."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -35,17 +35,17 @@ class ProblemDocument(BaseModel):
     title: str = Field(description="The kind of problem in a few words.")
     status: int = Field(ge=400, le=599, description="The HTTP status.")
     detail: str | None = Field(default=None, description="What is wrong and what to do.")
-    instance: str | None = Field(default=None, description="The path that was asked for.")
+    instance: str | None = Field(default=None, description="The requested path.")
     code: str | None = Field(default=None, description="The kind of problem, a word for programs.")
-    errors: tuple[Problem, ...] = Field(default=(), description="All that is wrong, at most 50.")
+    errors: tuple[Problem, ...] = Field(default=(), description="All problems, at most 50.")
     more: int = Field(default=0, ge=0, description="How many further errors are not listed.")
 
 
 BUILT_IN: frozenset[str] = frozenset(get_args(ErrorType))
-"""The error types that pydantic has words for."""
+"""Pydantic's own error types."""
 
 MAX_LISTED = 50
-"""Most problems that are listed; the rest is counted."""
+"""Problems in one answer; further ones are only counted."""
 
 
 class SceneError(ValueError):
@@ -54,7 +54,7 @@ class SceneError(ValueError):
     Parameters
     ----------
     problems
-        All that is wrong, at least one.
+        At least one.
     more
         Number of problems beyond those given.
 

@@ -1,4 +1,4 @@
-"""Names that a package offers, each loaded with its module when it is first used."""
+"""Lazy exports: a package loads the module of a name on its first use."""
 
 from __future__ import annotations
 

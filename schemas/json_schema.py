@@ -46,7 +46,7 @@ _EXAMPLE = {
 
 
 class Generator(GenerateJsonSchema):
-    """Describes what users write, fields in the order in which people read them."""
+    """Describes user input, with fields in reading order."""
 
     def generate(self, schema: Any, mode: JsonSchemaMode = "validation") -> JsonSchemaValue:
         """The schema of a whole document, with its dialect."""
@@ -76,7 +76,7 @@ class Generator(GenerateJsonSchema):
 def scene_json_schema() -> dict[str, Any]:
     """Describe a scene in JSON Schema, draft 2020-12.
 
-    It says all that such a schema can say. What compares fields with each other (names, square sample
-    numbers, parallel vectors) only `schemas.reading` checks.
+    It checks each field. Only `schemas.reading` compares fields with each other: names, square sample
+    numbers, parallel vectors.
     """
     return Scene.model_json_schema(schema_generator=Generator) | {"examples": [_EXAMPLE]}

@@ -1,4 +1,4 @@
-"""A comparison as an assertion: for the tests of those who write renderers."""
+"""An assertion about two pictures, for the tests of renderers."""
 
 import io
 import os
@@ -43,7 +43,7 @@ def assert_render_close(
     max_bias: float = DEFAULT_POLICY.most_bias,
     folder: str | os.PathLike[str] | None = None,
 ) -> Comparison:
-    """Assert that two pictures show the same but for noise, as ``penumbra compare`` does.
+    """Assert that two pictures agree up to noise, as ``penumbra compare`` does.
 
     Parameters
     ----------
@@ -52,12 +52,12 @@ def assert_render_close(
         `renderer.render`. Floating point is linear, and PNG and Pillow are sRGB, unless the encoding is
         stated; whole numbers in an array need it.
     tolerance
-        Mean difference of a block, linear, that is never a reason.
+        Mean difference of a block, linear, that is always tolerated.
     max_bias
         Share of biased blocks that is still noise.
     folder
-        Where pictures of a difference are written: actual, reference, difference, heat. By default a new
-        temporary folder. It is made if it is not there; nothing is written where the pictures agree.
+        For pictures of a difference: actual, reference, difference, heat. It is created if missing; by
+        default it is a new temporary folder. Nothing is written if the pictures agree.
 
     Returns
     -------
@@ -67,8 +67,8 @@ def assert_render_close(
     Raises
     ------
     AssertionError
-        If they differ by more than noise. The message gives the verdict, what decided and by which margin,
-        the mistake that probably explains it, and where they differ.
+        If they differ by more than noise. The message gives the verdict with its reason and margin, the
+        probable mistake, and the regions that differ.
     NotComparableError
         If a picture cannot be read, or the two differ in size.
 
@@ -108,7 +108,7 @@ def compared(
 
 
 def report(found: Comparison, folder: str | os.PathLike[str]) -> str:
-    """Write `PICTURES` of a mismatch to a folder, made if it is not there; give the mismatch in sentences."""
+    """Write `PICTURES` of a mismatch to a folder, created if missing, and return its description."""
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
     for name, draw in PICTURES.items():
@@ -118,7 +118,7 @@ def report(found: Comparison, folder: str | os.PathLike[str]) -> str:
 
 
 def sentences(found: Comparison) -> Iterator[str]:
-    """A mismatch in words: the verdict, why, what was probably done wrong, where, and the numbers."""
+    """Describe a mismatch: verdict, reason, probable mistake, regions and numbers."""
     yield f"{found.image.name} does not show what {found.reference.name} shows: {found.judgement.verdict}."
     yield found.judgement.reason
     if found.judgement.margin is not None:

@@ -1,7 +1,7 @@
-"""Biased blocks: small parts of a picture that are brighter or darker than noise makes them.
+"""Biased blocks: small parts of a picture that are brighter or darker than noise explains.
 
 Noise averages out over a block, a mistake does not. In each block of 8 x 8 pixels the differences of a
-channel are tried against a mean of 0 by the trimmed t of Tukey and McLaughlin (1963): a tenth at each end is
+channel are tested for a mean of 0 by the trimmed t of Tukey and McLaughlin (1963): a tenth at each end is
 left out of the mean and winsorised in the variance, so that a few fireflies do not hide the rest.
 """
 
@@ -24,13 +24,13 @@ TRIMMED_SHARE = 0.1
 """Share of the differences left out at each end."""
 
 BIAS_FALSE_ALARMS = 0.001
-"""Probability with which noise alone makes a block count as biased."""
+"""Probability that noise alone makes a block biased."""
 
 SINGLE_BLOCK_FALSE_ALARMS = 1e-6
-"""Probability with which noise alone puts some block of a picture beyond doubt."""
+"""Probability that noise alone puts some block of a picture beyond doubt."""
 
 SINGLE_BLOCK_TOLERANCES = 5.0
-"""Tolerances by which a block beyond doubt is off: fixed patterns of samples stay below, at edges too."""
+"""Least bias of a block beyond doubt, in tolerances: fixed patterns of samples stay below, even at edges."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +43,7 @@ class Bias:
         |t| over the t that noise exceeds with probability `BIAS_FALSE_ALARMS`, the largest channel's; inf
         where a block without noise differs.
     excess : (rows, columns) float64
-        By how much the trimmed mean is beyond what is allowed, the largest of the channels, linear.
+        Excess of the trimmed mean over the allowed one, of the worst channel, linear.
     pixels : int
         Of a block.
     """
@@ -102,18 +102,17 @@ def gathered(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def bias(difference: Floats, allowed: Floats, most: Floats | None = None) -> Bias:
-    """Try all blocks.
+    """Test all blocks.
 
     Parameters
     ----------
     difference : (H, W, 3)
         Linear.
     allowed : (H, W, 3)
-        A mean no larger than its mean is no bias: in a flat block all pixels are rounded alike, and a fixed
-        pattern of samples is off by the same everywhere.
+        A block is unbiased if its mean is at most that of `allowed`: in a flat block all pixels are rounded
+        alike, and a fixed pattern of samples has the same error everywhere.
     most : (H, W, 3), optional
-        Largest variance that noise may have in each pixel. A block with more counts as one with this much:
-        noise must not hide a mistake.
+        Largest variance of noise in each pixel. More is reduced to it, since noise must not hide a mistake.
     """
     ordered = np.sort(gathered(difference), axis=2)
     pixels = ordered.shape[2]
@@ -144,7 +143,7 @@ def _expected_squares(variances: Floats, cut: int) -> Floats:
 
 
 def limit(pixels: int) -> float:
-    """The |t| of one channel that noise exceeds in one of three with probability `BIAS_FALSE_ALARMS`."""
+    """The |t| that noise exceeds in one of three channels with probability `BIAS_FALSE_ALARMS`."""
     freedom = _freedom(pixels)
     return student(freedom, shared_out(BIAS_FALSE_ALARMS, 3)) if freedom > 0 else math.inf
 

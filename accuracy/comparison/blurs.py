@@ -1,10 +1,10 @@
-"""Detection of blurs: edges softer than the means of samples over each pixel make them.
+"""Detection of blurs: edges softer than averaging over each pixel makes them.
 
-A blur adds a multiple of the Laplacian to a picture: half of its variance, in squared pixels. The difference
-from a reference is multiplied by the Laplacian, pixel by pixel. The sum of the products over its standard
-error exceeds a limit at most as often as a standard normal number does: with the Laplacian of the picture,
-independent noise of its pixels adds only what is below 0, and noise of the reference nothing. Where the noise
-of the reference is known to be small, its own Laplacian serves, which shows more, less what its noise adds.
+A blur adds a multiple of the Laplacian to a picture: half of its variance, in squared pixels. It is estimated
+from the products of Laplacian and difference. Their sum over its standard error exceeds a limit at most as
+often as a standard normal number does: independent noise of the picture makes the products with its own
+Laplacian negative in the mean, and noise of the reference adds nothing. If the noise of the reference is
+known to be small, its Laplacian is used, which detects more, and the part due to its noise is subtracted.
 """
 
 import math
@@ -21,16 +21,16 @@ MIN_GAIN_ERRORS = 5.0
 """Standard errors: one false alarm in 3 million pictures."""
 
 MIN_LAPLACIAN = 0.1
-"""Least multiple of the Laplacian that is called a blur. Filters that renderers use for pixels, such as
-tents 2 pixels wide (0.04) or Gaussians of 0.5 pixels (0.08), stay below; a Gaussian of 0.8 pixels after one
-sample in the middle of each pixel has 0.28, means of 3 x 3 pixels 0.29."""
+"""Least multiple of the Laplacian that counts as a blur. Pixel filters of renderers stay below: a tent 2
+pixels wide has 0.04, a Gaussian of 0.5 pixels 0.08. A Gaussian of 0.8 pixels after one sample in the middle
+of each pixel has 0.28, means of 3 x 3 pixels 0.29."""
 
 LEAST_FILTER = 0.03
-"""Least multiple that is called a filter: means over each pixel's own square have none."""
+"""Least multiple that counts as a filter: means over each pixel's own square have none."""
 
 MAX_NOISE_SHARE = 0.05
-"""Share of the squared difference that the noise of a clean reference may have: with more, it would have to
-be stated exactly."""
+"""Share of the squared difference that noise of a clean reference may cause: more would have to be stated
+exactly."""
 
 CENTRE_WEIGHT = 8 / 3
 """Weight of the central pixel in the Laplacian."""
@@ -49,7 +49,7 @@ class Blur:
     Attributes
     ----------
     width : float
-        Standard deviation of the Gaussian that comes nearest to it, pixels.
+        Standard deviation of the nearest Gaussian, pixels.
     effect : (H, W, 3) float64
         Difference of the blurred reference from the reference, linear.
     """
@@ -61,7 +61,7 @@ class Blur:
 def blur(image: Picture, reference: Picture, least: float = MIN_LAPLACIAN) -> Blur | None:
     """The blur of a picture; None if edges are as sharp as the reference's.
 
-    `least` is the multiple of the Laplacian from which on it counts.
+    `least` is the least multiple of the Laplacian that counts.
     """
     if not _is_softer(image, reference, least):
         return None
@@ -80,14 +80,14 @@ def _is_softer(image: Picture, reference: Picture, least: float) -> bool:
         if clean:
             products -= CENTRE_WEIGHT * other.layers["error"][1:-1, 1:-1].astype(np.float64) ** 2
         squares += float(np.sum(laplacian * laplacian))
-        # The channels of a pixel come from the same samples: they are one witness.
+        # The channels of a pixel come from the same samples: they are one piece of evidence.
         products = products.sum(axis=2)
         total, variance = total + float(products.sum()), variance + float(np.sum(products * products))
     return total > MIN_GAIN_ERRORS * math.sqrt(variance) and total > least * squares
 
 
 def _is_clean(image: Picture, reference: Picture) -> bool:
-    """Whether the noise of the reference is known to be small beside the difference."""
+    """Whether the reference states noise that is small compared with the difference."""
     if not variances.known(reference):
         return False
     both = zip(image.bands(), reference.bands(), strict=True)
@@ -110,7 +110,7 @@ def _laplacian(values: Floats) -> Floats:
 
 
 def smoothed(values: Floats, width: float) -> Floats:
-    """A picture (H, W, 3) after a Gaussian; what lies outside is as its outermost pixels."""
+    """A picture (H, W, 3) after a Gaussian; its outermost pixels continue outside."""
     reach = math.ceil(CUTOFF_DEVIATIONS * width)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
     weights /= weights.sum()

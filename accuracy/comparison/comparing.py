@@ -36,7 +36,7 @@ class Comparison:
         None if it was not requested.
     bias : Bias
     noise : Noise or None
-        None where the policy or the reference does not say how much is allowed.
+        None unless both the policy and the reference bound it.
     judgement : Judgement
     causes : tuple of Cause
     regions : tuple of Region
@@ -60,7 +60,7 @@ class Comparison:
 
     @property
     def passed(self) -> bool:
-        """Whether the pictures show the same but for noise."""
+        """Whether the pictures agree up to noise."""
         return self.judgement.verdict != "mismatch"
 
     def document(self) -> dict[str, Any]:
@@ -110,7 +110,7 @@ def compare(
     names
         Names of the shapes, by index; where they are missing, a shape is named by its index.
     with_flip
-        Whether FLIP is computed too. It takes longer than all the rest together.
+        Whether FLIP is computed too. It takes longer than everything else.
 
     Raises
     ------
@@ -230,7 +230,7 @@ def _judged(
 
 
 class _Difference:
-    """The difference of two pictures, of which rows are computed when they are asked for."""
+    """The difference of two pictures, whose rows are computed on demand."""
 
     def __init__(self, image: Picture, reference: Picture) -> None:
         self._image, self._reference = image.pixels, reference.pixels

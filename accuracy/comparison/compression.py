@@ -1,4 +1,4 @@
-"""JPEG compression of a picture, seen by what compressing it alike once more changes."""
+"""Detection of JPEG compression: compressing a picture once more, in the same way, changes little."""
 
 import io
 
@@ -16,15 +16,15 @@ SETTINGS = tuple((quality, sampling) for quality in (95, 90, 85, 80, 75, 60, 50)
 """Settings that are tried: common defaults, and some below."""
 
 MOST_CHANGE = 0.5
-"""Share of what the picture loses with its blocks moved by 4 pixels, up to which it was compressed before. In
-the ready assignment JPEG leaves 0.4 at most, and pictures stored without loss 0.65 at least."""
+"""Largest change of a compressed picture, relative to compressing it with its blocks moved by 4 pixels. In
+the ready assignment JPEG reaches 0.4, and pictures stored without loss have 0.65 or more."""
 
 TRIED_SIDE = 256
-"""Pixels along the sides of the part that is tried."""
+"""Side of the part that is tested, pixels."""
 
 
 def compression(image: Floats) -> Setting | None:
-    """The setting with which a linear picture (H, W, 3) was stored as JPEG; None where that does not show."""
+    """The JPEG setting with which a linear picture (H, W, 3) was stored; None if it shows no compression."""
     part = image[:TRIED_SIDE, :TRIED_SIDE]
     if min(part.shape[:2]) < 32:
         return None
@@ -41,7 +41,7 @@ def compressed(image: Floats, setting: Setting) -> Floats:
 
 
 def _change(image: Floats, setting: Setting) -> float:
-    """Mean square that JPEG changes in whole blocks, in codes."""
+    """Mean squared change of whole blocks by JPEG, in codes."""
     high, wide = (length // 16 * 16 for length in image.shape[:2])
     whole = np.ascontiguousarray(image[:high, :wide])
     left = _codes(compressed(whole, setting)).astype(np.float64) - _codes(whole)

@@ -1,4 +1,4 @@
-"""Numbers from the bytes of PNG, NPY and EXR files, without a guess about what they mean."""
+"""Decoder of PNG, NPY and EXR files, without an assumption about their encoding."""
 
 import io
 import math
@@ -29,7 +29,7 @@ Size = tuple[int, int]
 """Width and height in pixels."""
 
 HEADER_BYTES = 1 << 14
-"""Bytes at the beginning of an NPY file, more than its header may have: NumPy reads 10,000 at most."""
+"""Bytes read for the header of an NPY file: NumPy's own limit is 10,000."""
 
 OPAQUE_NOTE = "Its alpha is 1 everywhere and was left out."
 GREY_NOTE = "It is grey: red, green and blue were taken as equal."
@@ -46,7 +46,7 @@ class Raw:
     bits : int
         Of a channel, 32 or 64 for floating point.
     usual : {"srgb", "linear"} or None
-        The usual encoding of files of this kind; None where there is none.
+        The usual encoding of such files; None if there is none.
     """
 
     values: NDArray[Any]
@@ -62,8 +62,8 @@ def decode(content: Content, name: str, size: Size | None = None) -> Raw:
     Raises
     ------
     NotComparableError
-        If it is none of these, is damaged or too large, or is not a picture without transparency; before it
-        is decoded, if it has not the `size`.
+        If it is none of these, damaged, too large, or transparent. Another size than `size` is refused
+        before decoding.
     """
     if size is not None:
         refuse_other_size(name, size_of(content), size)
@@ -82,7 +82,7 @@ def refuse_other_size(name: str, size: Size | None, wanted: Size) -> None:
     Raises
     ------
     NotComparableError
-        If the size is known and another one.
+        If the size is known and differs.
     """
     if size in {None, wanted}:
         return
@@ -94,7 +94,7 @@ def refuse_other_size(name: str, size: Size | None, wanted: Size) -> None:
 
 
 def size_of(content: Content) -> Size | None:
-    """Width and height by the header of a file; None where it is damaged, which decoding explains."""
+    """Width and height by the header of a file; None if it is damaged, which decoding explains."""
     try:
         if content.startswith(PNG):
             return _opened(content).size
@@ -124,7 +124,7 @@ def array_of(content: Content) -> NDArray[Any]:
     Raises
     ------
     ValueError
-        Or another of `DAMAGE_ERRORS`: the file is damaged, or holds objects.
+        Or another of `DAMAGE_ERRORS`, if the file is damaged or holds objects.
     """
     shape, by_columns, kind, start = _header_of_npy(content)
     if kind.hasobject:
@@ -172,7 +172,7 @@ DAMAGE_ERRORS = (ValueError, EOFError, OSError, TypeError, KeyError, SyntaxError
 def _npy(content: Content, name: str) -> Raw:
     try:
         array = array_of(content)
-    # The header is read as Python is.
+    # NumPy parses the header as a Python literal.
     except (*DAMAGE_ERRORS, MemoryError) as error:
         raise NotComparableError(f"{name} is a damaged NPY file, or holds objects.") from error
     if array.dtype in (np.uint8, np.uint16):
@@ -210,7 +210,7 @@ def _whole(array: NDArray[Any], name: str, usual: Literal["srgb"] | None) -> Raw
 
 
 def _three(array: NDArray[Any], opaque: float, name: str) -> tuple[NDArray[Any], tuple[str, ...]]:
-    """Three colours of a grey picture, or of one with alpha that hides nothing."""
+    """RGB of a grey picture, or of one with opaque alpha."""
     _bounded(array.shape, name)
     if array.ndim == 2:
         array = array[:, :, None]

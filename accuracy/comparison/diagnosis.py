@@ -1,4 +1,4 @@
-"""Diagnosis: likely mistakes of a picture, each undone alone to see what difference is left."""
+"""Diagnosis of a picture: undoes each likely mistake and measures the remaining difference."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -19,10 +19,10 @@ from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.math.arrays import Floats, Masks
 
 MAX_RMSE_LEFT = 0.5
-"""A mistake is named where undoing it leaves less than this share of the RMSE."""
+"""A mistake is named if undoing it leaves less than this share of the RMSE,"""
 
 MAX_RMSE_OF_CONTROL = 0.75
-"""And of the RMSE that its control leaves."""
+"""and less than this share of the RMSE that its control leaves."""
 
 MIN_GAIN = 0.1
 """Least share of the mean square that undoing removes where noise hides the rest,"""
@@ -38,7 +38,7 @@ FIRST_ROWS = slice(1, -1, ROW_STEP), INNER_ROWS
 """These rows of a band that has one above and one below, without its first and last column."""
 
 MAX_CAUSES = 3
-"""Causes reported. Those after the first are much the same picture undone in another way."""
+"""Causes reported: those after the first are other corrections with a similar result."""
 
 MAX_RMSE_RATIO = 1.25
 """Other causes are reported only if they leave at most this many times the RMSE of the first."""
@@ -79,27 +79,25 @@ AVERAGED_HINT = (
 )
 
 PREDICTED = AVERAGED, FILTERED, LOSSY
-"""Mistakes that change the picture by what they would change in the reference."""
+"""Mistakes that are recognized by their effect on the reference."""
 
 MIN_EDGE_STEP = 0.2
-"""Least step of brightness as seen, 0..1, that is taken for an edge."""
+"""Least step of displayed brightness, 0..1, that counts as an edge."""
 
 MIN_MIXED_DISTANCE = 0.2
-"""A pixel shows both sides if it is farther than this share of the step from either."""
+"""A pixel shows both sides if it differs from each by more than this share of the step."""
 
 MIN_MIXED_SHARE = 0.6
-"""Anti-aliasing is missing where fewer than this share of the reference's pixels that show both sides do.
-
-Without it textures and penumbrae still give some of them; with 4 samples a pixel most are there.
-"""
+"""Anti-aliasing is missing if the picture has less than this share of the reference's pixels that show both
+sides. Without it textures and penumbrae still give some; 4 samples a pixel give most."""
 
 ONE_SIDED = 0.35
-"""Least mean square of their errors, over that of pixels which show one side: a sample in the middle leaves
-0.45 or more, four random ones 0.25. In a 2 x 2 grid, edges along its rows show few pixels of both sides, too,
-but leave at most 0.3."""
+"""Least mean squared error of these pixels, relative to showing one side: one sample in the middle has 0.45
+or more, four random ones 0.25. Edges along the rows of a 2 x 2 grid give few such pixels, too, but at most
+0.3."""
 
 MIN_MIXED_PIXELS = 16
-"""Pixels of the reference that show both sides, below which nothing is said."""
+"""Anti-aliasing is not judged if fewer pixels of the reference show both sides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +108,7 @@ class Cause:
     ----------
     cause, hint : str
     rmse_before, rmse_after : float
-        Linear, all but the outermost pixels: as they are, and with the mistake undone.
+        Linear, without the outermost pixels, before and after the mistake is undone.
     """
 
     cause: str
@@ -125,14 +123,14 @@ def diagnose(image: Picture, reference: Picture, tolerance: float, most_bias: fl
     Parameters
     ----------
     tolerance
-        Mean difference of a block, linear, that rounding explains.
+        Mean difference of a block, linear, that is always tolerated.
     most_bias
         Share of biased blocks with which two pictures still agree.
 
     Returns
     -------
     tuple of Cause
-        Empty where no single mistake explains it, or there is nothing to explain.
+        Empty if no single mistake explains it, or there is nothing to explain.
     """
     if min(image.size) < 3:
         return ()
@@ -147,7 +145,7 @@ def diagnose(image: Picture, reference: Picture, tolerance: float, most_bias: fl
 
 
 class _Trial:
-    """One picture and its reference, with what does not change from mistake to mistake."""
+    """A picture and its reference, with intermediate results that all mistakes share."""
 
     def __init__(self, image: Picture, reference: Picture, tolerance: float, most_bias: float) -> None:
         self._image, self._reference = image, reference
@@ -155,7 +153,7 @@ class _Trial:
         self._before = 0.0
 
     def nearer(self) -> list[Mistake]:
-        """Mistakes without which a part of the rows is no farther from the reference."""
+        """Mistakes whose undoing brings a part of the rows no farther from the reference."""
         tried = list(candidates(self._image, self._reference))
         glances = np.zeros(len(tried) + 1)
         for rows in self._bordered():
@@ -176,7 +174,7 @@ class _Trial:
         return mistake.undo(image)[FIRST_ROWS] if mistake.moves else mistake.undo(image[FIRST_ROWS])
 
     def of(self, mistake: Mistake) -> Cause | None:
-        """The cause that a mistake is, if it is one."""
+        """The cause of the difference, if this mistake explains it."""
         undo, control = self._undone(mistake), mistake.control
         after = self._left(undo)
         if after > (1 - MIN_GAIN) * self._before:
@@ -217,7 +215,7 @@ class _Trial:
 
     @property
     def _values(self) -> int:
-        """Values without those of the outermost pixels, which have no neighbour to be moved in from."""
+        """Values without the outermost pixels, which lack neighbours."""
         return 3 * (self._image.height - 2) * (self._image.width - 2)
 
     def _bordered(self) -> Iterator[slice]:
@@ -246,7 +244,7 @@ class _Trial:
         return math.fsum(_square(difference[1:-1, 1:-1]) for difference in differences) / self._values
 
     def _gains(self, undone: Callable[[slice], Floats], compared: Callable[[slice], Floats]) -> bool:
-        """Whether undoing helps in many blocks beyond doubt, and the pictures then agree."""
+        """Whether undoing helps significantly over many blocks, and the pictures then agree."""
         gained = []
         for rows in self._bordered():
             wanted = self._reference.pixels.part(rows).linear
@@ -265,14 +263,14 @@ class _Trial:
         return Bias.joined([biased for biased, _ in parts]).share <= self._most_bias
 
     def _bias(self, rows: slice, undone: Callable[[slice], Floats]) -> tuple[Bias, float]:
-        """The bias of a band, and the sum of what is allowed in it."""
+        """Bias of a band, and the sum of its allowed differences."""
         image, reference = self._image.pixels.part(rows), self._reference.pixels.part(rows)
         allowed = image.rounding + reference.rounding + self._tolerance
         return bias(undone(rows) - reference.linear, allowed), float(allowed.sum())
 
 
 def predicted(image: Picture, reference: Picture, tolerance: float, most_bias: float) -> tuple[Cause, ...]:
-    """A mistake that explains a picture by what it does to its reference, whose errors are known."""
+    """A mistake whose effect on the reference, whose errors are known, explains the picture."""
     if min(image.size) < 3:
         return ()
 
@@ -310,10 +308,10 @@ def effect_of(cause: str, image: Picture, reference: Picture) -> Floats | None:
 
 
 def _averaged_encoded(reference: Picture) -> Floats:
-    """A reference whose errors are `known` as means of encoded samples show it, linear (H, W, 3).
+    """A reference whose errors are `known`, as if its samples had been encoded first, linear (H, W, 3).
 
-    Samples are taken to have two values with the mean and variance of the pixel. The brighter one is that of
-    the brightest pixel around, as at an edge, or one deviation above the mean, as in a penumbra.
+    A pixel's samples are assumed to have two values, with its mean and variance. The brighter one is that of
+    the brightest neighbour, as at an edge, or one deviation above the mean, as in a penumbra.
     """
     mean, variance = reference.linear, sample_variances(reference)
     bright = np.minimum(np.maximum(neighbourhood(mean)[1], mean + np.sqrt(variance)), 1)
@@ -326,12 +324,12 @@ def _averaged_encoded(reference: Picture) -> Floats:
 
 def _square(difference: Floats) -> float:
     """Sum of squares."""
-    # Without BLAS, whose threads cost more than they bring where half a processor is given.
+    # Without BLAS, whose threads cost more than they save on half a processor.
     return float((difference * difference).sum())
 
 
 def jagged_left_over(image: Picture, reference: Picture) -> float | None:
-    """Mean square that remains if pixels may show what any neighbour of theirs shows; None for soft edges.
+    """Mean square that remains if each pixel may take the value of any neighbour; None for soft edges.
 
     A picture without anti-aliasing is then right everywhere.
     """

@@ -15,8 +15,8 @@ Draw = Callable[[Picture, Picture], Codes]
 """Draws two pictures; the rows of a part are those of the whole."""
 
 WHITE_DIFFERENCE = 0.25
-"""Difference of a channel, in values as seen from 0 to 1, that is shown white: no scale of one's own for each
-picture, so that two maps can be compared."""
+"""Displayed difference of a channel, 0..1, that is white: one scale for all pictures makes maps
+comparable."""
 
 COLOR_STOPS = np.array([[0, 0, 0], [90, 0, 120], [220, 40, 40], [255, 190, 20], [255, 255, 255]], np.float64)
 """Colours from no difference to `WHITE_DIFFERENCE`, perceptually even: black, violet, red, yellow, white."""

@@ -1,4 +1,4 @@
-"""Pictures to be compared, from files, bytes or arrays: what is in them, and how it was read."""
+"""Pictures to compare, from files, bytes or arrays."""
 
 import hashlib
 import os
@@ -50,7 +50,7 @@ class Picture:
     encoding : {"srgb", "linear"}
         Encoding by which the file's numbers were read.
     stated : bool
-        Whether the user stated it; else it is what its format usually means.
+        Whether the user stated it; otherwise it is the usual one of the format.
     bits : int
         Of a channel, 32 or 64 for floating point.
     sha256 : str
@@ -75,7 +75,7 @@ class Picture:
 
     @classmethod
     def of_values(cls, linear: Floats, rounding: Floats | None = None) -> "Picture":
-        """A picture of linear values (H, W, 3) float64 that are in no file."""
+        """A picture of linear values (H, W, 3) float64 without a file."""
         return cls("", Pixels(linear, "linear", rounding), "linear", True, 64, "", 0)
 
     @property
@@ -100,7 +100,7 @@ class Picture:
 
     @property
     def rounding(self) -> Floats:
-        """By how much the file's numbers may have been rounded, linear, (H, W, 3)."""
+        """Bound on the rounding of the file's numbers, linear, (H, W, 3)."""
         return self.pixels.rounding
 
     def with_values(self, linear: Floats, rounding: Floats) -> "Picture":
@@ -108,12 +108,12 @@ class Picture:
         return replace(self, pixels=Pixels(linear, "linear", rounding))
 
     def part(self, *places: slice) -> "Picture":
-        """Some rows and columns, with their layers."""
+        """A part of the picture, with its layers."""
         layers = {name: layer[places] for name, layer in self.layers.items()}
         return replace(self, pixels=self.pixels.part(*places), layers=layers)
 
     def bands(self) -> Iterator["Picture"]:
-        """The picture in bands of rows that have its blocks."""
+        """The picture in bands of rows, without cutting blocks."""
         return (self.part(slice(*rows)) for rows in bands(self.height, self.width))
 
 
@@ -127,7 +127,7 @@ def read_picture(
     Raises
     ------
     NotComparableError
-        If it cannot be read, holds what is not a colour, or has another size.
+        If it cannot be read, has values that are no colours, or has another size.
     MissingExtraError
         If it is an .exr file and the library for it is not installed.
     """
@@ -174,7 +174,7 @@ def unpacked(archive: BinaryIO, name: str) -> tuple[Content, dict[str, NDArray[A
 
 
 def _read_in_pieces(archive: ZipFile, file: ZipInfo) -> bytearray:
-    """A file of an archive: `ZipFile.read` would have all of it twice."""
+    """A file of an archive, in memory once: `ZipFile.read` holds it twice."""
     content = bytearray()
     with archive.open(file) as packed:
         for piece in iter(partial(packed.read, BYTES_AT_ONCE), b""):
@@ -183,7 +183,7 @@ def _read_in_pieces(archive: ZipFile, file: ZipInfo) -> bytearray:
 
 
 def _refuse_large(parts: Iterable[ZipInfo], name: str) -> None:
-    """Refuse arrays for which no picture is small enough, before they are unpacked."""
+    """Refuse arrays too large for any accepted picture, before they are unpacked."""
     most = limits_in_force().max_image_pixels
     if any(part.file_size > PIXEL_BYTES * most + HEADER_BYTES for part in parts):
         raise NotComparableError(

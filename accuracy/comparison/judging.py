@@ -1,4 +1,4 @@
-"""The verdict on two pictures: its tolerances, and the test that decides."""
+"""The verdict on two pictures: tolerances, and the deciding test."""
 
 import math
 from dataclasses import dataclass
@@ -21,17 +21,17 @@ class Policy:
     Attributes
     ----------
     tolerance : float
-        Mean difference of a block, linear, that is never a reason. Fixed patterns leave errors that are no
-        noise, the more the fewer points a light has. With random patterns it may be 0.
+        Mean difference of a block, linear, that is always tolerated. Fixed patterns have errors other than
+        noise, which are larger the fewer points a light has. With random patterns it may be 0.
     most_bias : float
-        Share of biased blocks above which pictures differ, where their noise is not known.
+        Share of biased blocks above which pictures differ if their noise is not known.
     limit : float
         Of the metric `frac_over`, linear.
     single : bool
-        Whether one block that is off by far makes a mismatch, however few others are.
+        Whether a single block that is far off makes a mismatch.
     samples : int or None
-        Fewest random samples in a pixel: where the reference states its noise, more noise than theirs is no
-        noise. None if any amount of noise is.
+        Fewest random samples in a pixel: if the reference states its noise, more than theirs counts as a
+        difference. None accepts any noise.
     """
 
     tolerance: float = 0.01
@@ -56,9 +56,8 @@ class Judgement:
         Distance of the deciding number from its limit, as a share of the limit; below 0 for a mismatch. None
         where no number decided.
     samples_factor : float or None
-        With so many times the samples in both pictures the difference found here would count as real, if it
-        stayed as it is; below 1 for what counts already. None where nothing differs, and where noise or a
-        single block decided.
+        Factor of samples in both pictures with which the same difference would be significant; below 1 if it
+        is now. None if nothing differs, or noise or a single block decided.
     """
 
     verdict: Verdict
@@ -82,7 +81,7 @@ def judge(
     Parameters
     ----------
     equal
-        They differ by no more than rounding.
+        Whether they differ by at most rounding.
     scores
         Of the noise that both pictures state; it decides in place of `bias` where it is known.
     explained
@@ -156,9 +155,9 @@ def _margin(found: float, limit: float) -> float | None:
 
 
 def _factor(bias: Bias, policy: Policy) -> float | None:
-    """Samples over those now with which more than the limit's share of blocks would be biased.
+    """Factor of samples with which more than the limit's share of blocks would be biased.
 
-    None where too few blocks differ by more than the tolerance. The ratio of a real
+    None if too few blocks differ by more than the tolerance. The ratio of a real
     difference to its noise grows with the root of the samples.
     """
     place = min(int(policy.most_bias * bias.ratios.size), bias.ratios.size - 1)

@@ -15,10 +15,11 @@ from renderer.math.arrays import Floats
 from renderer.math.numerics import EPS
 
 RELATIVE_FLOOR = 0.01
-"""Added to the squared reference in `relmse`: black pixels do not decide alone (Rousselle et al. 2011)."""
+"""Added to the squared reference in `relmse`, so that black pixels do not dominate (Rousselle et al.
+2011)."""
 
 ROUNDING_BOUND = 4 * EPS
-"""Values up to 1 that should be equal differ by no more after a subtraction and a division."""
+"""Bound on the rounding of a subtraction and a division of values up to 1."""
 
 SIDE, SIGMA = 11, 1.5
 """The window of the paper: a Gaussian of 11 x 11 pixels with standard deviation 1.5, which adds up to 1."""
@@ -65,7 +66,7 @@ def metrics(image: Floats, reference: Floats, limit: float) -> Metrics:
     Parameters
     ----------
     limit
-        Of `frac_over`. A difference equal to it but for rounding is not over it.
+        Of `frac_over`. A difference equal to it up to rounding is not over it.
 
     Notes
     -----
@@ -139,7 +140,7 @@ class Similarity:
         self._sum, self._windows = 0.0, 0
 
     def add(self, image: Floats, reference: Floats) -> None:
-        """Take the next rows (H, W) of both pictures, values 0..1."""
+        """Add the next rows (H, W) of both pictures, values 0..1."""
         rows: tuple[Floats, ...] = image, reference
         if self._above:
             rows = tuple(np.concatenate(both) for both in zip(self._above, rows, strict=True))

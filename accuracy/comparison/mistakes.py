@@ -1,8 +1,8 @@
-"""Mistakes that people make with pictures, each with a way to undo it.
+"""Common mistakes with pictures, each with its correction.
 
-A picture with the mistake becomes the right one when it is undone, up to noise and rounding. A way that also
-smooths the picture would bring any noisy picture nearer to its reference; beside it stands a control that
-smooths at least as much and undoes nothing.
+Undoing the mistake gives the right picture, up to noise and rounding. A correction that also smooths would
+bring any noisy picture closer to its reference, so it has a control that smooths at least as much and
+corrects nothing.
 """
 
 from collections.abc import Callable, Iterator
@@ -20,7 +20,7 @@ Undo = Callable[[Floats], Floats]
 EXPOSURE, LUMINANCE = "exposure", "tone_mapped_luminance"
 
 LEAST_EXPOSURE = 0.02
-"""Smaller shares of brightness than this are left to noise and rounding."""
+"""Smaller relative changes of brightness may be noise or rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +63,7 @@ def candidates(image: Picture, reference: Picture) -> Iterator[Mistake]:
 
 
 def exposure_of(image: Picture, reference: Picture) -> float | None:
-    """Factor by which a picture is too bright; None where it is not, or where too much is white to tell.
+    """Factor by which a picture is too bright; None if it is not, or if too much of it is white to tell.
 
     The ratio of means: noise would bias a least-squares fit.
     """
@@ -202,14 +202,14 @@ TRANSPOSED = Mistake(
 
 
 def moved(picture: Floats, right: int, down: int) -> Floats:
-    """The picture moved by at most one pixel each way; what is moved in from outside stays as it was."""
+    """The picture moved by at most one pixel each way; pixels without a source keep their values."""
     placed = picture.copy()
     placed[_to(down), _to(right)] = picture[_to(-down), _to(-right)]
     return placed
 
 
 def _to(step: int) -> slice:
-    """Slice of a side that a move by -1, 0 or 1 pixels leads to."""
+    """Target slice of a side for a move by -1, 0 or 1 pixels."""
     return slice(max(step, 0), min(step, 0) or None)
 
 

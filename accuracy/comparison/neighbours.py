@@ -1,4 +1,4 @@
-"""The least and the largest of a pixel and those around it."""
+"""Minimum and maximum over a pixel and its neighbours."""
 
 import numpy as np
 

@@ -1,11 +1,11 @@
-"""Detection of noise that random samples do not make, where the reference states its own noise.
+"""Detection of noise larger than that of random samples, for references that state their noise.
 
-The errors of a reference and its numbers of samples give the variance of one sample in each pixel, and so the
-variance of the mean of any number of them. Each squared difference, over the variance of the fewest samples
-that are allowed, is 1 in the mean. The mean of a block, without the fifth of its pixels that are farthest
-off, is then far below 1: 0.46 for normal noise and 0.55 at most for samples that say yes or no. Spots that
-the mean leaves out, such as salt and pepper, count where a block has two of them. Pixels side by side that
-are off alike are a mistake of another kind.
+The errors and sample counts of a reference give the variance of one sample in each pixel, and so of the mean
+of any number of them. A squared difference, divided by the variance of the fewest samples that are allowed,
+is 1 on average. The mean over a block, without the fifth of its pixels with the largest ones, is far below 1:
+0.46 for normal noise, and at most 0.55 for samples of 0 or 1. Spots that the trimmed mean excludes, such as
+salt and pepper, count if a block has two of them. Adjacent pixels with equal errors are a mistake of another
+kind.
 """
 
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ from accuracy.comparison.inputs import Picture
 from renderer.math.arrays import Floats, Integers, Masks
 
 MIN_GRAIN = 0.5
-"""Least mean square of the differences of neighbours over twice the variance of a block with grain.
-Independent pixels have 1, with a deviation of 0.1; the edge of a shape that lies elsewhere at most 1/3."""
+"""A block has grain if the mean squared difference of neighbours is at least this, relative to twice its
+variance. Independent pixels have 1, with a deviation of 0.1; a displaced edge of a shape has at most 1/3."""
 
 SPOT_DEVIATIONS = 10.0
-"""Deviations of the allowed noise from which on a pixel is a spot. Samples that say yes once in 1700 or less
-make them; the one that four samples make in 400 of such pixels is not enough for a block."""
+"""A pixel that is off by more deviations of the allowed noise is a spot. Samples that are 1 once in 1700 or
+less cause them, but four samples a pixel make only one in 400 pixels, too few for a block."""
 
 MIN_SPOTS = 2
-"""Spots that make a block noisy."""
+"""Number of spots that make a block noisy."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,9 +38,9 @@ class Noise:
         Trimmed mean of the squared differences from the block's own weighted mean, each over the variance
         that is allowed in its pixel; the largest of the channels with grain, 0 where none has.
     spots : (rows, columns) int64
-        Pixels that are off by more than `SPOT_DEVIATIONS` deviations, and have no such pixel beside them.
+        Pixels that are off by more than `SPOT_DEVIATIONS`, without such a neighbour.
     samples : int
-        The fewest random samples that are allowed.
+        Fewest random samples allowed.
     """
 
     ratios: Floats
@@ -49,10 +49,10 @@ class Noise:
 
     @property
     def blocks(self) -> Masks:
-        """Mask of blocks that are noisier than a number of samples makes them.
+        """Mask of blocks that are noisier than the allowed number of samples makes them.
 
-        The mean of normal noise in 64 pixels lies 5 of its deviations below 1, so that one block in 10,000 is
-        called noisier by chance; noise of 2.5 times the variance is found in 7 of 10 blocks.
+        For normal noise the trimmed mean over 64 pixels is 5 of its deviations below 1, so that one block in
+        10,000 counts by chance; 7 in 10 blocks do with 2.5 times the variance.
         """
         return (self.ratios > 1) | (self.spots >= MIN_SPOTS)
 
@@ -78,8 +78,8 @@ def allowed_variances(reference: Picture, samples: int, rounding: Floats, tolera
     rounding : (H, W, 3)
         Bound on the rounding of each value: its variance is that of a uniform distribution.
     tolerance
-        Differences that count nowhere may be of any sign: their square is added. It is above 0, or so is the
-        noise of every pixel.
+        Always tolerated difference, of either sign: its square is added. It or the noise of every pixel is
+        above 0.
     """
     single = sample_variances(reference)
     own = reference.layers["error"].astype(np.float64) ** 2
@@ -87,7 +87,7 @@ def allowed_variances(reference: Picture, samples: int, rounding: Floats, tolera
 
 
 def noise(difference: Floats, allowed: Floats, samples: int) -> Noise:
-    """Try all blocks of a difference (H, W, 3) against the variance that is allowed in each pixel."""
+    """Compare all blocks of a difference (H, W, 3) with the allowed variance of each pixel."""
     return judged(*excesses(difference, allowed), samples)
 
 
@@ -128,7 +128,7 @@ def unlikeness(blocks: Floats, shape: tuple[int, ...]) -> Floats:
 
 
 def _alone(chosen: Masks) -> Masks:
-    """Isolated pixels of a mask (H, W): without another one among the eight neighbours."""
+    """Isolated pixels of a mask (H, W): none of the eight neighbours is set."""
     height, width = chosen.shape
     padded = np.pad(chosen, 1).astype(np.int8)
     around = sum(padded[y : y + height, x : x + width] for y in range(3) for x in range(3))
@@ -136,7 +136,7 @@ def _alone(chosen: Masks) -> Masks:
 
 
 def _means(blocks: Floats, weights: Floats, cut: int) -> Floats:
-    """Trimmed means, (rows, columns, 1, 3): noisy pixels weigh little, or they would move them."""
+    """Trimmed means, (rows, columns, 1, 3), with little weight for noisy pixels."""
     inner = np.argsort(blocks, axis=2)[:, :, cut : blocks.shape[2] - cut]
     kept, weight = (np.take_along_axis(values, inner, axis=2) for values in (blocks, weights))
     return np.asarray((weight * kept).sum(axis=2, keepdims=True) / weight.sum(axis=2, keepdims=True))

@@ -18,7 +18,7 @@ from renderer.math.arrays import Floats
 Encoding = Literal["srgb", "linear"]
 
 FLOAT_ROUNDING = 2.0**-22
-"""Two spacings of float32: by so much a picture may differ between kinds of machines."""
+"""Two spacings of float32: pictures of different kinds of machines differ by up to this."""
 
 AT_ONCE = 1 << 16
 """Pixels in a band: 1.5 MiB of linear values."""
@@ -34,7 +34,7 @@ class Pixels:
     encoding
         Their encoding.
     rounding : (H, W, 3) float64, optional
-        By how much they may have been rounded, linear; by default what follows from their type.
+        Bound on their rounding, linear; by default that of their type.
     """
 
     def __init__(self, stored: NDArray[Any], encoding: Encoding, rounding: Floats | None = None) -> None:
@@ -55,7 +55,7 @@ class Pixels:
 
     @cached_property
     def rounding(self) -> Floats:
-        """By how much the file's numbers may have been rounded, linear, float64."""
+        """Bound on the rounding of the file's numbers, linear, float64."""
         if self._rounding is not None:
             return self._rounding
         return FLOAT_ROUNDING * self.linear if self._codes is None else self._codes[1].take(self.stored)
@@ -66,12 +66,12 @@ class Pixels:
         return srgb_from_linear(self.linear) if self._codes is None else self._codes[2].take(self.stored)
 
     def part(self, *places: slice) -> "Pixels":
-        """Some rows and columns."""
+        """A part of the picture."""
         rounding = None if self._rounding is None else self._rounding[places]
         return self._like(self.stored[places], rounding)
 
     def turned(self, turn: Any) -> "Pixels":
-        """The pixels in another place: `turn` makes a view of an array (H, W, 3)."""
+        """Rearranged pixels: `turn` makes a view of an array (H, W, 3)."""
         return self._like(turn(self.stored), None if self._rounding is None else turn(self._rounding))
 
     def _like(self, stored: NDArray[Any], rounding: Floats | None) -> "Pixels":
@@ -81,7 +81,7 @@ class Pixels:
 
     @cached_property
     def _codes(self) -> tuple[Floats, Floats, Floats] | None:
-        """Linear value, rounding and value as seen of each code; None for floating-point numbers."""
+        """Linear value, rounding and displayed value of each code; None for floating-point numbers."""
         # A table has as many entries as there are codes, a picture many more pixels.
         if self.stored.dtype.kind == "f":
             return None
@@ -94,7 +94,7 @@ class Pixels:
 
 
 def bands(height: int, width: int) -> Iterator[tuple[int, int]]:
-    """First rows and those after the last of bands that have the blocks of the whole picture."""
+    """Half-open row ranges of bands that cut no block of the picture."""
     rows = max(AT_ONCE // width // BLOCK_SIDE, 1) * BLOCK_SIDE
     # The last row of blocks may overlap the one before it, in the same band.
     starts = range(0, max(height - BLOCK_SIDE + 1, 1), rows)
@@ -102,5 +102,5 @@ def bands(height: int, width: int) -> Iterator[tuple[int, int]]:
 
 
 def bordered_bands(height: int, width: int) -> Iterator[slice]:
-    """Rows of bands that hold all rows but the outermost, and a row above and below each."""
+    """Row ranges of bands that cover all rows but the outermost, each with a row above and below."""
     return (slice(first, last + 2) for first, last in bands(height - 2, width))

@@ -38,8 +38,8 @@ class Region:
     brightness : float
         Mean of picture - reference, linear: above 0 the picture is too bright.
     shape : int or None
-        The shape that most of the squared difference lies on, by its index; -1 for the background, None where
-        the shapes are not known.
+        Index of the shape with most of the squared difference; -1 for the background, None if the shapes are
+        not known.
     """
 
     x0: int
@@ -53,7 +53,7 @@ class Region:
 
 
 class Rows(Protocol):
-    """An array (H, W, 3), or what gives its rows when they are asked for."""
+    """An array (H, W, 3), or an object that computes its rows on demand."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -72,7 +72,7 @@ def worst(
     errors : (rows, columns) float64
         Sums of its squares in blocks.
     suspects : (rows, columns) bool
-        Blocks that noise does not explain; only these count, or all where there is none.
+        Blocks that noise does not explain; only these count, or all if there are none.
     shapes : (H, W) int or None
         The layer ``shape`` of the scene.
     """
@@ -85,7 +85,7 @@ def worst(
 
 
 def named(shape: int | None, names: Sequence[str]) -> str | None:
-    """A shape of a region in words."""
+    """Describe the shape of a region."""
     if shape is None:
         return None
     return BACKGROUND if shape == MISS else names[shape]
@@ -159,6 +159,6 @@ def _pixels(shape: tuple[int, ...], group: list[tuple[int, int]]) -> Masks:
 
 
 def _sums(shapes: NDArray[Any], weights: Floats) -> dict[int, Any]:
-    """Sums of the weights on each shape, (N,) both."""
+    """Sums of the weights of each shape; both (N,)."""
     found, places = np.unique(shapes, return_inverse=True)
     return dict(zip(found.tolist(), np.bincount(places, weights).tolist(), strict=True))

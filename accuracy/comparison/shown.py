@@ -1,4 +1,4 @@
-"""Shapes that each pixel of a scene shows, to name places in a picture."""
+"""The shape that each pixel of a scene shows, to name regions of a picture."""
 
 from typing import Any
 
@@ -17,11 +17,11 @@ CHEAPEST = FixedQuality(
     antialiasing=Antialiasing(pattern="center", samples=1),
     light=LightSampling(pattern="uniform", samples=1),
 )
-"""Nothing is lit for this; a scene's own quality would only be compiled."""
+"""Shapes need no light: the scene's own quality would only take time to compile."""
 
 
 def shapes_shown(scene: LoadedScene) -> NDArray[Any]:
-    """The shape at the centre of each pixel, (H, W) int32 indices; -1 where there is none.
+    """Index of the shape at the centre of each pixel, (H, W) int32; -1 for none.
 
     Raises
     ------
@@ -34,5 +34,5 @@ def shapes_shown(scene: LoadedScene) -> NDArray[Any]:
 
 
 def names_of(scene: Scene) -> list[str]:
-    """A name for each shape of a scene, by index: its own or its type, and where it stands."""
+    """Names of a scene's shapes, by index: name or type, and pointer."""
     return [f"{shape.name or shape.type} (shapes/{number})" for number, shape in enumerate(scene.shapes)]

@@ -1,7 +1,7 @@
-"""Test of two noisy pictures for the same mean, where both state the noise of each pixel.
+"""Test of two noisy pictures for equal means, if both state the noise of each pixel.
 
-The means of a block are as many pixels' noise together, so that their difference over its standard error is
-close to normal. One false alarm in a thousand is shared out among all blocks and channels (Sidak 1967).
+A block's mean averages the noise of all its pixels, so that the difference of two means over its standard
+error is nearly normal. One false alarm in a thousand is divided among all blocks and channels (Sidak 1967).
 """
 
 import math
@@ -38,7 +38,7 @@ class Scores:
 
     @property
     def differs(self) -> bool:
-        """Whether some block differs by more than noise explains."""
+        """Whether any block differs by more than noise explains."""
         return bool(self.largest > self.limit)
 
 
@@ -51,12 +51,12 @@ def known(picture: Picture) -> bool:
 
 
 def block_scores(image: Picture, reference: Picture, allowed: Floats) -> Floats:
-    """|z| of each block and channel, (rows, columns, 3), of two pictures of which the errors are `known`.
+    """|z| of each block and channel, (rows, columns, 3), of two pictures whose errors are `known`.
 
-    A mean difference no larger than the mean of `allowed` (H, W, 3) counts as none.
+    A mean difference up to the mean of `allowed` (H, W, 3) counts as none.
 
     The error of a block is itself an estimate: its degrees of freedom are those of Welch (1947) and
-    Satterthwaite (1946), and a t of few is brought to the z that is as rare.
+    Satterthwaite (1946), and their t is converted to the equally rare z.
     """
     means = _block_means(image) - _block_means(reference)
     variances, weights = np.zeros_like(means), np.zeros_like(means)

@@ -1,4 +1,4 @@
-"""One pixel explained: what its ray hits, what each light adds there, what is in the way."""
+"""Explanation of a pixel: its ray's hit, the contribution of each light, and the occluders."""
 
 from accuracy.inspection.pixels import inspect, inspection_plan
 

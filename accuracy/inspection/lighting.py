@@ -23,7 +23,7 @@ def lights_at(plan: RenderPlan, lights: tuple[Lighting, ...], point: Points) -> 
 
 
 def triple(values: Floats) -> Triple:
-    """Three numbers of an array, as Python has them."""
+    """Three numbers of an array as Python floats."""
     return cast("Triple", tuple(values.tolist()))
 
 
@@ -61,7 +61,7 @@ def _blocker(plan: RenderPlan, number: int, points: int) -> Blocker:
 
 
 def _in_the_way(plan: RenderPlan, light: Lighting, point: Points) -> tuple[Masks, Masks, Counter[int]]:
-    """Light points (L,) above the horizon, those that are blocked, and how many by each shape first."""
+    """Masks (L,) of light points above the horizon and of blocked ones; and counts by blocking shape."""
     view = light.view(point, workspace())
     if not view.count:
         nothing = np.zeros(light.emitter.count, dtype=bool)
@@ -73,7 +73,7 @@ def _in_the_way(plan: RenderPlan, light: Lighting, point: Points) -> tuple[Masks
 
 
 def _directions(view: LightView, hidden: Integers) -> Floats:
-    """Vectors from the single point of a view to some of its light points, (3, m)."""
+    """Vectors from the point of a view to some of its light points, (3, m)."""
     u, v = (places[hidden, 0] for places in view.light_points.places(np.arange(1)))
     return view.towards + view.emitter.first * u + view.emitter.second * v
 

@@ -1,4 +1,4 @@
-"""The ray through the middle of a pixel and the rays scattered from where it ends, as a tree."""
+"""The tree of rays of a pixel: the ray through its middle, and the rays scattered from its hits."""
 
 from collections import deque
 from dataclasses import dataclass, field
@@ -18,14 +18,14 @@ from schemas.api.inspections import InspectedLight
 from schemas.tiles import Pass
 
 MOST_RAYS = 256
-"""Rays of a tree that are reported. Between mirrors and in glass there may be thousands, too many to read."""
+"""Rays reported of a tree: between mirrors and in glass there may be thousands, too many to read."""
 
 ONE_RAY = Pass(index=1, stride=1, first=0, last=1)
 
 
 @dataclass(slots=True, eq=False)
 class Leg:
-    """One ray of a path, and what it hits.
+    """One ray of a path, and its hit.
 
     Attributes
     ----------
@@ -34,13 +34,13 @@ class Leg:
     wave : Wave
         Of this one ray.
     points : Points
-        The point that it hits, or none.
+        Its hit, or none.
     radiance, ambient : (3,) float64
-        Of the place that it hits, and the part of ambient light in it.
+        Of its hit, and the ambient part of it.
     lights : tuple of InspectedLight
-        All lights of the scene, where it hits a shape.
+        All lights of the scene, if it hits a shape.
     legs : list of Leg
-        The rays that are scattered from there.
+        The rays scattered from its hit.
     """
 
     kind: str

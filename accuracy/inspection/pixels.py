@@ -1,4 +1,4 @@
-"""One pixel explained as a document, and the plan by which it is: one ray through the middle of the pixel."""
+"""Explanation of a pixel as a document, and its plan: one ray through the middle of the pixel."""
 
 from collections import Counter
 from dataclasses import replace
@@ -25,7 +25,7 @@ from schemas.quality import Antialiasing, FixedQuality, LightSampling, Quality, 
 from schemas.scene import Scene
 
 LIGHT_POINTS = 64
-"""Points on each light if the picture has a target error: shares to a percent or two."""
+"""Points on each light if the picture has a target error: visible shares are known to 1 or 2 %."""
 
 
 def inspection_plan(scene: Source | LoadedScene, quality: QualitySource | None = None) -> RenderPlan:
@@ -36,8 +36,7 @@ def inspection_plan(scene: Source | LoadedScene, quality: QualitySource | None =
     scene
         Argument or result of `load_scene`.
     quality
-        That of the picture. Its light points and precision are kept, fixed ones; of target quality, which
-        takes as many as it needs, the precision alone.
+        That of the picture. Its precision is kept, and with fixed quality its light points.
 
     Raises
     ------
@@ -75,9 +74,9 @@ def inspect(plan: RenderPlan, x: int, y: int) -> Inspection:
     Returns
     -------
     Inspection
-        Its `color` is what rendering the pixel with this plan gives, before it is rounded to float32. If the
-        tree is complete, weights times radiance add up to it, to some 2^-50 of the sum of their magnitudes a
-        ray: the same terms are only added in another order.
+        Its `color` is the pixel rendered with this plan, before rounding to float32. If the tree is complete,
+        weights times radiance add up to it, up to 2^-50 of the sum of magnitudes per ray: only the order of
+        summation differs.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Why a pixel has its colour, in sentences."""
+"""Sentences that explain the colour of a pixel."""
 
 import math
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ SHOWS = {
 
 
 def reasons(scene: Scene, ray: InspectedRay) -> tuple[Reason, ...]:
-    """Sentences about the place that a camera ray hits, what adds most to the pixel first."""
+    """Sentences about the hit of a camera ray, the largest contribution to the pixel first."""
     if ray.surface is None:
         return (_no_shape(scene, ray),)
     shares = Shares(ray)
@@ -25,7 +25,7 @@ def reasons(scene: Scene, ray: InspectedRay) -> tuple[Reason, ...]:
     seen = [(share, _of_light(scene, ray.surface, light, share)) for share, light in lights]
     if not any(share > NEGLIGIBLE_SHARE for share, _ in lights):
         dark = [_alone(seen[0][1]), *(reason for _, reason in seen[1:])] if seen else [_dark_scene()]
-        # These sentences belong together: why there is no light, then what is left.
+        # These sentences belong together: why there is no light, then what remains.
         seen = [(shares.of_ambient(ray), reason) for reason in (*dark, _ambient(scene, ray.surface))]
     black = [(shares.own(ray), reason) for reason in _black(ray.surface)]
     found = [*black, *seen, *_sent_on(ray, shares)]
@@ -54,7 +54,7 @@ def _black(surface: InspectedSurface) -> Iterator[Reason]:
 
 
 def _of_light(scene: Scene, surface: InspectedSurface, light: InspectedLight, share: float) -> Reason:
-    """A clause about one light, which begins a sentence and may follow a colon too."""
+    """A clause about one light, which may begin a sentence or follow a colon."""
     name, place = f"light {light.light}", light.pointer
     if not any(scene.lights[light.light].color):
         return _reason("black_light", f"{name} is black", place)
@@ -117,7 +117,7 @@ def _reason(code: str, clause: str, *pointers: str) -> Reason:
 
 
 def _alone(first: Reason) -> Reason:
-    """The first of the sentences about lights that all give nothing."""
+    """The first sentence about lights if none contributes."""
     text = f"Nothing lights it: {first.text[0].lower()}{first.text[1:]}"
     return first.model_copy(update={"text": text})
 
@@ -138,7 +138,7 @@ def _ambient(scene: Scene, surface: InspectedSurface) -> Reason:
 
 
 def _sent_on(ray: InspectedRay, shares: Shares) -> Iterator[tuple[float, Reason]]:
-    """Sentences about scattered rays, with their shares; none about one that adds nothing to a lit pixel."""
+    """Sentences about scattered rays with their shares, without those that add nothing to a lit pixel."""
     assert ray.surface is not None
     for following in ray.rays:
         share = shares.beyond(following)

@@ -8,7 +8,7 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue in luminance (ITU-R BT.709)."""
 
 NEGLIGIBLE_SHARE = 0.0005
-"""A share up to this is shown as 0.0 %: it explains nothing."""
+"""Shares up to this are shown as 0.0 %, and explain nothing."""
 
 
 class Shares:
@@ -24,11 +24,11 @@ class Shares:
         self.total = _beyond(camera_ray)
 
     def of_light(self, ray: InspectedRay, light: InspectedLight) -> float:
-        """Contribution of a light where a ray hits."""
+        """Contribution of a light at the hit of a ray."""
         return self._share(ray.weight * (_luminance(light.diffuse) + _luminance(light.specular)))
 
     def of_ambient(self, ray: InspectedRay) -> float:
-        """Contribution of ambient light where a ray hits."""
+        """Contribution of ambient light at the hit of a ray."""
         return self._share(ray.weight * _luminance(ray.surface.ambient)) if ray.surface else 0.0
 
     def own(self, ray: InspectedRay) -> float:
@@ -40,7 +40,7 @@ class Shares:
         return self._share(_beyond(ray))
 
     def brightest(self, ray: InspectedRay) -> InspectedRay:
-        """Of a ray and all beyond it, the one whose own end adds most."""
+        """The ray whose own hit adds most, among a ray and all scattered from it."""
         return max(_tree(ray), key=_own)
 
     def _share(self, luminance: float) -> float:

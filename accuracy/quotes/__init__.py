@@ -27,12 +27,12 @@ def quote(
     workers: int = 1,
     limit: float = PILOT_SECONDS,
 ) -> Quote:
-    """Predict what a picture costs at several qualities, and how far off it will be.
+    """Predict cost and error of a picture at several qualities.
 
-    The price comes from the plan alone. All else comes from a pilot in this process: what is asked for is
-    rendered first, as far as there is time, then blocks of the picture are timed, effects left out, pixels
-    sampled twice, and other target errors tried. What there was no time for is missing in the answer, and a
-    cost that is a rough guess says so.
+    The price comes from the plan alone. Everything else comes from a pilot in this process. As far as there
+    is time, it renders the requested quality first, then times blocks of the picture, leaves out effects,
+    samples pixels twice, and tries other target errors. Results without time are missing, and rough guesses
+    are marked.
 
     Parameters
     ----------
@@ -42,13 +42,13 @@ def quote(
     target_error : float, optional
         A requested error, 1e-6 to 1.
     seconds : float, optional
-        A given time.
+        An available time.
     workers : int
         Processes that will render.
     limit : float
-        CPU seconds of the pilot, and on a busy machine at most `deadlines.WALL_RATIO` times as many by the
-        clock. No unit of work begins that would end later, if it took as long as the longest so far.
-        Compiling the scene for the first time comes on top, as no picture does without.
+        CPU seconds of the pilot; on a busy machine it takes at most `deadlines.WALL_RATIO` times as many
+        seconds of wall-clock time. No unit of work begins that would exceed it by the longest one so far. The
+        first compilation of the scene is not counted, since every picture needs it.
 
     Returns
     -------
@@ -61,8 +61,8 @@ def quote(
 
     Notes
     -----
-    Which pixels are rendered depends on the scene and its seed alone. How many of them are, and so every
-    figure but the price, depends on the machine.
+    The order of pixels depends on the scene and its seed alone. Their number, and so every figure but the
+    price, depends on the machine.
     """
     before = thread_time()
     plan = compile_scene(scene, quality)

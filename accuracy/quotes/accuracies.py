@@ -1,8 +1,8 @@
 """Errors of fixed qualities, from pixels that are sampled twice.
 
-Two independent sets of samples of a pixel, a and b, are both right in the mean. So the mean over pixels of
-(u - a) (u - b) is the squared error of any other samples u, whatever the errors of a and b are; and half of
-that of (a - b)^2 is the squared error of a itself.
+Two independent sets of samples of a pixel, a and b, are unbiased. So the mean over pixels of (u - a) (u - b)
+is the squared error of any other samples u, whatever the errors of a and b; and half the mean of (a - b)^2 is
+the squared error of a.
 """
 
 from collections import Counter, defaultdict
@@ -23,37 +23,36 @@ from renderer.tiling import Block
 from schemas.tiles import Pass, Tile
 
 MEASURED_SAMPLES = (1, 4, 16)
-"""Samples of which a pilot measures the error: the first ones of each set, and all."""
+"""Sample counts whose error a pilot measures: the first samples of each set, and all."""
 
 ERROR_EXPONENT, EXPONENT_DEVIATION = 1.25, 0.5
-"""Power of the number of samples that squared errors fall by, and its standard deviation over patterns and
-pictures: 1 where samples are independent, 3/2 where they are well spread over edges."""
+"""Squared errors fall like this power of the number of samples; with its standard deviation over patterns and
+pictures. It is 1 for independent samples, 3/2 for low-discrepancy ones at edges."""
 
 BLOCKS_DIFFER = 1.5
-"""Relative standard deviation that is usual between squared errors in blocks of a picture: some have no
-edge."""
+"""Usual relative standard deviation of the squared errors of blocks: some contain no edge."""
 
 FEWEST_PIXELS = 256
-"""Pixels below which nothing is said about errors, unless they are from all over the picture: edges are few.
-In pictures of the gallery the intervals of 256 pixels held the error in nine of ten tries, those of 128 in
-eight, and those of 64 in seven, with estimates as low as a tenth."""
+"""Errors are not estimated from fewer pixels, unless these cover the whole picture: edges are rare. In the
+gallery, intervals from 256 pixels contained the error in nine of ten trials, from 128 in eight, and from 64
+in seven, where estimates were as low as a tenth of it."""
 
 TOO_FEW = "Only {pixels} pixels were sampled, too few to estimate an error: edges may lie between them."
 AS_ZERO = "In the {pixels} pixels that were sampled the error cannot be distinguished from zero."
 
 
 class UnknownAccuracyError(Exception):
-    """The sampled pixels say nothing about errors; the message is why."""
+    """No error can be estimated from the sampled pixels; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
-    """Root mean square errors at the counts of a ladder where they were measured."""
+    """Measured root mean square errors at counts of a ladder."""
 
     known: dict[int, Interval]
 
     def error(self, count: float) -> Interval:
-        """The error at any count: that of the nearest measured one, moved along the usual law."""
+        """The error at any count, extrapolated from the nearest measured one by the usual power law."""
         nearest = min(self.known, key=lambda known: abs(log(known / count)))
         apart = log(count / nearest)
         moved = factor(EXPONENT_DEVIATION / 2 * abs(apart)).scaled(exp(-ERROR_EXPONENT / 2 * apart))
@@ -62,14 +61,14 @@ class Accuracy:
 
 @dataclass(slots=True)
 class Sampled:
-    """Errors that pixels in blocks all over the picture have shown.
+    """Errors measured in blocks spread over the picture.
 
     Attributes
     ----------
     sets : pair of RenderPlan
         Plans of the two sets: the same ladder with two seeds.
     other : RenderPlan or None
-        Of another ladder.
+        Plan of another ladder.
     squares : dict of (bool, int) to list of float
         Mean squared errors in each block, for each count; True is of the other ladder.
     weights : list of int
@@ -85,7 +84,7 @@ class Sampled:
     pixels: int = 0
 
     def run(self, deadline: Deadline) -> None:
-        """Sample pixels until the deadline, or in all blocks there are."""
+        """Sample pixels until the deadline, or in all blocks."""
         plan = self.sets[0]
         cells = pilot_pixels.cells(plan.width, plan.height, pilot_pixels.SMALL_BLOCK_SIDE, plan.seed)
         for _ in within(deadline, (partial(self._block, cell) for cell in cells)):
@@ -120,7 +119,7 @@ class Sampled:
             raise UnknownAccuracyError(TOO_FEW.format(pixels=self.pixels))
         squares = {count: found for (of_other, count), found in self.squares.items() if of_other == other}
         means = {count: self._mean(found) for count, found in squares.items()}
-        # Where nothing differs anywhere, as in a picture of the background alone, there is no error.
+        # If nothing differs anywhere, as in a picture of the background alone, there is no error.
         none = whole and not any(map(any, squares.values()))
         known = {count: square.root() for count, square in means.items() if square.estimate > 0 or none}
         if not known:

@@ -15,18 +15,18 @@ from schemas.api.plans import Offer, Predicted
 from schemas.quality import CONFIDENCE, Quality
 
 USUAL_ERROR_SHARE, LEAST_ERROR_SHARE = 0.7, 0.3
-"""Usual and least error of target quality over the target, where the picture was not rendered to its end: it
-stops at an error that is lower by chance."""
+"""Usual and least error of target quality relative to the target, unless the picture was completed: it stops
+at an error that is lower by chance."""
 
 SECONDS_POWER, POWER_DEVIATION = 1.0, 0.5
-"""Power of the error like which the seconds of target quality grow beyond what was tried, and its standard
-deviation: 0.7 between errors of 4/255 and 1/255 in pictures of 96 to 320 pixels, 2 at the finest errors."""
+"""The seconds of target quality grow like this power of the error beyond the errors tried; with its standard
+deviation. It is 0.7 between 4/255 and 1/255 in pictures of 96 to 320 pixels, 2 at the finest errors."""
 
 ROUGH_INTERVAL_RATIO = 5.0
-"""Ends of the interval of a cost, one over the other, from which on it is a rough guess."""
+"""Ratio of the ends of a cost's interval above which it is a rough guess."""
 
 AT_LIMIT = "The time limit may end the picture before its target error is reached."
-"""Why the error of target quality is not known."""
+"""Reason for an unknown error of target quality."""
 
 CANNOT_TELL = "There was no time to render enough of the picture: its cost is a rough guess."
 
@@ -73,7 +73,7 @@ class Adaptive:
     precision : str
     workers : int
     confidence : float
-        Share of pictures that are to keep their target.
+        Share of pictures that must keep their target.
     """
 
     tried: Mapping[float, Rehearsal]
@@ -82,7 +82,7 @@ class Adaptive:
     confidence: float = CONFIDENCE
 
     def priced(self, error: float, limit: float | None = None) -> Offer:
-        """Any error: between those that were tried, and beyond them, along a power of the error."""
+        """The price of any error, interpolated and extrapolated from those tried by a power of the error."""
         nearest = min(self.tried, key=lambda known: abs(log(known / error)))
         apart = log(nearest / error)
         moved = factor(POWER_DEVIATION * abs(apart)).scaled((nearest / error) ** self._power(error))
@@ -91,13 +91,13 @@ class Adaptive:
         reached = self.tried[error].reached if error in self.tried else None
         reached = reached or Interval(error * USUAL_ERROR_SHARE, error * LEAST_ERROR_SHARE, error)
         if limit is not None:
-            # Where the time limit ends the picture, its error by then is not known.
+            # If the time limit ends the picture, its error is not known.
             reached = reached if seconds.estimate <= limit else None
             cpu, seconds = _limited(cpu, limit * self.workers), _limited(seconds, limit)
         return _offer(target(error, self.precision, limit, self.confidence), cpu, seconds, reached, AT_LIMIT)
 
     def _power(self, error: float) -> float:
-        """Like which the seconds grow as the error falls."""
+        """Power of the error by which the seconds grow."""
         finer = max((known for known in self.tried if known <= error), default=None)
         coarser = min((known for known in self.tried if known >= error), default=None)
         if finer is None:

@@ -1,4 +1,4 @@
-"""Deadlines of pilots: work is cut into small units, and none begins that might not be finished."""
+"""Deadlines of pilots: work is divided into small units, and none begins that might end too late."""
 
 import math
 import time
@@ -12,31 +12,30 @@ from renderer.integrator import OutOfTimeError
 Result = TypeVar("Result")
 
 WALL_RATIO = 4.0
-"""Seconds by the clock that a pilot may take for each CPU second: beside three others on one processor it
-still has all its time, and a client waits for seconds at most."""
+"""Wall-clock seconds that a pilot may take per CPU second: with three others on one processor it still gets
+all its CPU time, and a client waits only seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Deadline(TimeLimit):
-    """A time by which work of this thread has to be done, in CPU seconds: other work does not shorten it.
+    """A deadline for work of this thread, in CPU seconds, so that other work does not shorten it.
 
     Attributes
     ----------
     end : float
-        By the clock of `time.thread_time`, seconds; `until` is the latest, however little of the processor
-        there was.
+        On the clock of `time.thread_time`, seconds; `until` ends it in any case, in wall-clock time.
     """
 
     end: float = math.inf
 
     @classmethod
     def after(cls, seconds: float) -> Self:
-        """After so many CPU seconds of this thread."""
+        """A deadline after so many CPU seconds of this thread."""
         return cls(time.monotonic() + WALL_RATIO * seconds, 0.0, time.thread_time() + seconds)
 
     @property
     def left(self) -> float:
-        """CPU seconds until then, below 0 once it is over."""
+        """CPU seconds left, below 0 after the deadline."""
         return min(self.end - time.thread_time(), self.until - time.monotonic())
 
     def check(self) -> None:
@@ -50,15 +49,15 @@ class Deadline(TimeLimit):
 
 
 def within(deadline: Deadline, units: Iterable[Callable[[], Result]], first: float = 0.0) -> Iterator[Result]:
-    """Do units of work and give their results, until the next one might end too late.
+    """Yield the results of units of work until the next one might end too late.
 
     Parameters
     ----------
     deadline : Deadline
     units : iterable of callable
-        Much alike: each is taken to last as long as the longest so far.
+        Of similar length: each is expected to take as long as the longest so far.
     first : float
-        Seconds that the first one is taken to last.
+        Expected seconds of the first one.
     """
     longest = first
     for unit in units:

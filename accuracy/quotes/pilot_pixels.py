@@ -1,4 +1,4 @@
-"""Blocks and pixels of a pilot, in an order of which each prefix covers the picture evenly."""
+"""Blocks and pixels of a pilot, in an order whose prefixes all cover the picture evenly."""
 
 from collections.abc import Iterator
 
@@ -8,21 +8,21 @@ from renderer.tiling import Block
 from schemas.tiles import Tile
 
 ACROSS, DOWN = 0.7548776662466927, 0.5698402909980532
-"""Powers of the root of x^3 = x + 1, whose multiples fill a square most evenly (Roberts 2018)."""
+"""Powers of the root of x^3 = x + 1, whose multiples fill a square evenly (Roberts 2018)."""
 
 SMALL_BLOCK_SIDE = 32
-"""Side of small blocks, pixels: a thousand rays cost much more than the calls that they take."""
+"""Side of small blocks, pixels: a thousand rays cost much more than the overhead of calls."""
 
 PIXEL_SPACING = 4
-"""Side of the squares in each of which one pixel is sampled, pixels: neighbours show much the same, and
-blocks of many pixels cost less for each."""
+"""One pixel is sampled in each square of this side, pixels: neighbours are similar, and blocks of many pixels
+cost less per pixel."""
 
 
 def cells(width: int, height: int, side: int, seed: int) -> Iterator[Tile]:
     """The picture in squares, smaller ones at its right and lower edges, each once.
 
-    They come in the order of a lattice of rank 1, begun anywhere: those whose fractional part is below any
-    limit are spread evenly (a Bohr set).
+    They come in the order of a rank-1 lattice with a random start: those whose fractional part is below any
+    limit are evenly distributed (a Bohr set).
     """
     rows, columns = np.indices((-(-height // side), -(-width // side))).reshape(2, -1)
     begin = np.random.default_rng(seed).random()
@@ -45,7 +45,7 @@ def parts(cell: Tile, side: int, seed: int) -> list[Tile]:
 def scattered(cell: Tile, seed: int) -> Block:
     """Pixels of a cell drawn at random, one in each square of `PIXEL_SPACING` x `PIXEL_SPACING` pixels.
 
-    Squares at the edges of the picture may be smaller; each counts as one all the same.
+    Squares at the edges of the picture may be smaller, but count as one.
     """
     x0, y0 = np.arange(cell.x0, cell.x1, PIXEL_SPACING), np.arange(cell.y0, cell.y1, PIXEL_SPACING)
     wide, high = np.minimum(PIXEL_SPACING, cell.x1 - x0), np.minimum(PIXEL_SPACING, cell.y1 - y0)

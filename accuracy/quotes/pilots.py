@@ -1,4 +1,4 @@
-"""The pilot of a quote: what it renders, in which order, and what becomes of it."""
+"""The pilot of a quote: the renders that it makes within its time, and the prices that follow."""
 
 from dataclasses import dataclass, field
 
@@ -14,16 +14,16 @@ from renderer.scenes import LoadedScene
 from schemas.quality import CONFIDENCE, TargetQuality
 
 REQUESTED_TIME_SHARE, OTHERS_TIME_SHARE = 0.7, 0.2
-"""Shares of the time that is left for each quality that is asked for, and then for each of all else: most
-pictures of 256 pixels are rendered to 2/255 in 0.7 of 1.5 s, and so their cost is known."""
+"""Shares of the remaining time for each requested quality, and then for each further part: most pictures of
+256 pixels are rendered to 2/255 in 0.7 of 1.5 s, so that their cost is known."""
 
 NO_TIME = "There was no time to sample pixels for an estimate of the error."
-"""Why no error is known where other work has taken all the time."""
+"""Reason for an unknown error if other work took all the time."""
 
 
 @dataclass(slots=True)
 class Pilot:
-    """Renders as much of a scene as there is time for.
+    """Renders as much of a scene as its time allows.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Pilot:
     plan : RenderPlan
         Of the requested quality.
     compiling : float
-        CPU seconds that compiling it has taken.
+        CPU seconds of its compilation.
     ladders : list of Ladder
-        The requested one, and the one whose errors fall fastest, if that is another.
+        The requested one, and another one if its errors fall faster.
     asked : int
         Samples requested on the first ladder.
     timings : list of Stopwatch
@@ -54,7 +54,7 @@ class Pilot:
         """Choose the ladders."""
         own, self.asked = own_ladder(self.scene.document.sampling, self.plan.quality)
         other = sobol_ladder(own.precision)
-        # With target quality the scene's own ladder is beside the point, and so is one that is the other.
+        # With target quality the scene's own ladder is irrelevant, and equal ladders count once.
         self.ladders = [other] if self.target or own == other else [own, other]
 
     @property
@@ -63,7 +63,7 @@ class Pilot:
         return self.plan.quality if isinstance(self.plan.quality, TargetQuality) else None
 
     def run(self, seconds: float, error: float | None) -> None:
-        """Render for so many seconds, what is asked for first: the quality, and perhaps an error."""
+        """Render for so many seconds, beginning with the requested quality and error."""
         deadline = Deadline.after(seconds)
         if self.target is not None:
             self._rehearse(self.target.error, deadline.part(REQUESTED_TIME_SHARE))

@@ -1,4 +1,4 @@
-"""Prices predicted from the plan alone, where there is no time for a pilot."""
+"""Prices predicted from the plan alone, without a pilot."""
 
 from renderer.adaptive.forecast import rays_of_picture
 from renderer.plan.plan import RenderPlan

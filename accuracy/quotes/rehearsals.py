@@ -1,6 +1,6 @@
-"""CPU seconds of target quality: the picture itself is begun, and what is left of it is its forecast.
+"""Cost of target quality: the picture is begun, and its forecast predicts the rest.
 
-Where there is time it is finished, and its cost is known.
+If there is time to finish it, its cost is known.
 """
 
 import time
@@ -22,7 +22,7 @@ STATE_DEVIATIONS = {State.SAMPLE: 0.25, State.PROBES: 0.45}
 `forecast.USUAL` was measured."""
 
 FIRST_DEVIATION = 0.85
-"""The same in all states before: nothing says yet how many samples there will be."""
+"""The same in all earlier states, in which the number of samples is unknown."""
 
 SECONDS_PER_PIXEL = 7e-8
 """CPU seconds a pixel before the first pass: 1.2 s in all at 4096 x 4096."""
@@ -30,14 +30,14 @@ SECONDS_PER_PIXEL = 7e-8
 
 @dataclass(frozen=True, slots=True)
 class Rehearsal:
-    """Result of rendering the beginning of a picture of target quality.
+    """Prediction from the beginning of a picture of target quality.
 
     Attributes
     ----------
     cpu_seconds : Interval
         Of the whole picture.
     reached : Interval or None
-        The error of the whole picture, where it was rendered to its end.
+        The error of the whole picture, if it was completed.
     """
 
     cpu_seconds: Interval
@@ -45,7 +45,7 @@ class Rehearsal:
 
 
 def rehearse(plan: RenderPlan, deadline: Deadline) -> Rehearsal:
-    """Render a picture of target quality to its end, or as far as there is time, if it can begin at all."""
+    """Render a picture of target quality as far as there is time; None if it cannot begin."""
     if SECONDS_PER_PIXEL * plan.width * plan.height > deadline.left:
         return Rehearsal(factor(FIRST_DEVIATION).scaled(price(plan, 1).cpu_seconds))
     begun, driver, more = time.thread_time(), Driver.begin(plan), True
@@ -64,7 +64,7 @@ def rehearse(plan: RenderPlan, deadline: Deadline) -> Rehearsal:
 
 
 def _run_pass(driver: Driver, deadline: Deadline) -> bool:
-    """Render the tiles of a pass; False where there was no time for all of them."""
+    """Render the tiles of a pass; False if there was no time for all of them."""
     for request in driver.requests(replace(deadline, ray_seconds=driver.ray_seconds)):
         samples = attempt(driver.estimate.plan, request)
         if samples is None:

@@ -27,13 +27,12 @@ MIN_ERROR = 1e-6
 """Smallest error that target quality takes."""
 
 MAX_SAMPLES = 4096
-"""Camera samples beyond which no count is offered: where they do not suffice, the pattern is the wrong
-one."""
+"""Most camera samples of an offer: if they do not suffice, the pattern is the wrong one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ladder:
-    """Qualities that only differ in the number of camera samples, whose pattern and light these are."""
+    """Qualities that differ only in the number of camera samples, with their pattern and light sampling."""
 
     pattern: str
     light: LightSampling
@@ -41,7 +40,7 @@ class Ladder:
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Counts on offer."""
+        """Offered counts."""
         return (1,) if self.pattern == "center" else LADDER_SAMPLES
 
     @property
@@ -55,7 +54,7 @@ class Ladder:
         )
 
     def quality(self, count: int) -> FixedQuality:
-        """A rung, as a job request has it."""
+        """The quality with so many samples, as in a job request."""
         return fixed_quality(self.pattern, count, self.light.pattern, self.light.samples, self.precision)
 
 
@@ -74,13 +73,13 @@ def sobol_ladder(precision: str) -> Ladder:
 
 
 def planned(plan: RenderPlan, quality: Quality, more: int = 0) -> RenderPlan:
-    """The plan of the same scene at another quality, with so much added to its seed."""
+    """The plan of the same scene at another quality and with another seed."""
     return at_quality(replace(plan, scene=seeded(plan.scene, plan.seed + more)), quality)
 
 
 def target(
     error: float, precision: str, limit: float | None = None, confidence: float = CONFIDENCE
 ) -> TargetQuality:
-    """A target quality, as a job request has it."""
+    """A target quality, as in a job request."""
     members = {"error": error, "confidence": confidence, "time_limit": limit, "precision": precision}
     return TargetQuality.model_validate({"mode": "target"} | members)

@@ -1,4 +1,4 @@
-"""CPU seconds of fixed qualities: what rays of each pass cost in blocks all over the picture."""
+"""CPU seconds of fixed qualities, from the cost of each pass in blocks spread over the picture."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -24,25 +24,25 @@ FIRST_PASS = Pass(index=1, stride=1, first=0, last=1)
 """The pass with one sample per pixel, which every plan has."""
 
 MAX_BLOCK_SECONDS = 0.03
-"""CPU seconds of a small block from which on none is larger, so that more fit: on `glass` at 112 x 112 pixels
-and 16 samples the quote then is 0.9 of the cost, and 0.5 with blocks of the renderer's size."""
+"""If a small block takes longer, larger ones are not used, so that more fit: on `glass` at 112 x 112 pixels
+and 16 samples the quote is 0.9 of the cost, but 0.5 with blocks of the renderer's size."""
 
 TIMING_DEVIATION = 0.21
-"""Standard deviation of the logarithm of CPU times of a picture over those of its repetition, seconds later:
-0.14 in 233 pictures, 0.22 in 42 beside two to four other programs on two processors, 0.18 in 66 beside ten.
-A thread is up to 1.5 times slower while its core runs another."""
+"""Standard deviation of the logarithm of the ratio of CPU times of a picture and its repetition seconds
+later: 0.14 in 233 pictures, 0.22 in 42 with two to four other programs on two processors, 0.18 in 66 with
+ten. A thread is up to 1.5 times slower while its core runs another."""
 
 BLOCKS_DIFFER = 0.7
-"""Relative standard deviation that is usual between the prices of rays in blocks of a picture."""
+"""Usual relative standard deviation of the price of rays between blocks of a picture."""
 
 EFFECT_BLOCKS, EFFECT_RENDERS = 4, 2
-"""Small blocks in which an effect is left out, and how often; the fastest counts, as nothing can make a block
-faster than it is."""
+"""Small blocks in which an effect is left out, and repetitions; the fastest counts, since interference only
+adds time."""
 
 
 @dataclass(slots=True)
 class Stopwatch:
-    """Times blocks of a plan, as long as there is time.
+    """Measures the time of blocks of a plan, until the deadline.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Stopwatch:
         return sum(map(len, self.found.values()))
 
     def run(self, deadline: Deadline) -> None:
-        """Time blocks in turns of all passes, until the deadline or in the whole picture."""
+        """Measure blocks of all passes in turns, until the deadline or the whole picture is done."""
         for _ in within(deadline, self._units()):
             pass
 
@@ -76,7 +76,7 @@ class Stopwatch:
                         yield partial(self._time, parts[turn], pass_)
 
     def _probe(self) -> float:
-        """CPU seconds of a block in the middle of the picture, with full caches."""
+        """CPU seconds of a block in the middle of the picture, with warm caches."""
         plan, side = self.plan, pilot_pixels.SMALL_BLOCK_SIDE
         x, y = max(plan.width - side, 0) // 2, max(plan.height - side, 0) // 2
         tile = Tile(0, x, y, min(x + side, plan.width), min(y + side, plan.height))
@@ -91,7 +91,7 @@ class Stopwatch:
         pixels, total, variance = self.plan.width * self.plan.height, 0.0, 0.0
         scatter = self._scatter()
         for pass_ in passes(self.plan.width, self.plan.height, count)[1:]:
-            # Deeper passes cost what the deepest one that was timed does.
+            # Deeper passes are assumed to cost as much as the deepest one measured.
             seconds, rays = np.array(self.found[min(pass_.index, max(self.found))], dtype=float).T
             cost = pixels * (pass_.last - pass_.first) * seconds.sum() / rays.sum()
             covered = min(rays.sum() / (pixels * self._samples(pass_.index)), 1.0)
@@ -118,10 +118,10 @@ class Stopwatch:
 def effect_shares(
     scene: LoadedScene, plan: RenderPlan, deadline: Deadline, first: float
 ) -> list[tuple[Variant, float]]:
-    """Leave out one effect after another, as long as there is time.
+    """Leave out one effect after another, until the deadline.
 
-    Gives the scenes without an effect, and the share of the CPU seconds of the plan that goes with it. The
-    first is taken to last `first` seconds at least.
+    Yields the scenes without an effect, and the share of the plan's CPU seconds that this saves. The first is
+    expected to take at least `first` seconds.
     """
     tiles = [
         *islice(
@@ -135,7 +135,7 @@ def effect_shares(
         with_it, without = (sum(_fastest(each, tile) for tile in tiles) for each in (plan, other))
         return variant, 1 - without / with_it if with_it else 0.0
 
-    # What more samples cost is known from the passes.
+    # The passes give the cost of more samples.
     kept = (variant for variant in variants(scene.document) if variant.effect != "antialiasing")
     return list(within(deadline, (partial(share, variant) for variant in kept), first))
 

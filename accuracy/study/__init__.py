@@ -1,4 +1,4 @@
-"""The cost of accuracy in time: a scene rendered with many settings, against a reference of known error.
+"""Studies of the cost of accuracy: a scene rendered with many settings, against a reference of known error.
 
-`Study` renders and resumes, `results` makes one document of what was found, `report` writes it up.
+`Study` renders and resumes, `results` collects one document, `report` presents it.
 """

@@ -15,21 +15,21 @@ from accuracy.study.words import error, figure, seconds
 Document = Mapping[str, Any]
 
 ERRORS_255 = (4.0, 2.0, 1.0, 0.5, 0.25)
-"""Errors that people ask for, in units of 1/255: from a preview to less than 8 bits can show."""
+"""Errors in the answers, in units of 1/255: from a preview to less than 8 bits can show."""
 
 ASKED_SECONDS = 10.0
-"""Seconds that people ask about."""
+"""Times in the answers, seconds."""
 
 NEGLIGIBLE_CHANGE = 0.1
-"""Of the error of a picture: what changes it by less makes it no better. As errors add in squares, it would
-change the error by a half per cent."""
+"""A change below this share of the picture's error is negligible: errors add in squares, so it changes the
+error by half a per cent."""
 
 MAX_EXTRAPOLATION = 8.0
-"""Times the seconds of the most expensive setting up to which its error is extrapolated."""
+"""Errors are extrapolated up to so many times the seconds of the most expensive setting."""
 
 
 def answers(document: Document) -> list[dict[str, str]]:
-    """Questions, each with its answer."""
+    """Questions and their answers."""
     questions = (
         ("How long for this error?", _how_long),
         ("Which pattern should I use?", _which_pattern),
@@ -41,7 +41,7 @@ def answers(document: Document) -> list[dict[str, str]]:
 
 
 def about(document: Document) -> str:
-    """The size that all figures are for, and how they grow to that of the scene."""
+    """The size to which all figures apply, and their growth to the scene's own size."""
     size = f"All figures are for {document['width']} x {document['height']} pixels."
     own = f"{document['own_width']} x {document['own_height']}"
     if (document["own_width"], document["own_height"]) == (document["width"], document["height"]):
@@ -68,7 +68,7 @@ def _how_long(document: Document) -> Iterator[str]:
         yield "No setting was tried whose error the reference can distinguish from 0."
         return
     for requested in ERRORS_255:
-        # What reaches the requested error within its interval cannot be distinguished from what keeps it.
+        # A setting whose interval contains the requested error may reach it.
         enough = [row for row in front if row["rmse_255"]["low"] <= requested]
         if enough:
             yield f"{error(requested)}: {seconds(curves.seconds(enough[0]))} with {enough[0]['name']}."
@@ -82,7 +82,7 @@ def _which_pattern(document: Document) -> Iterator[str]:
         yield "No two patterns were tried that reach the same error."
         return
     yield _quickest(table) + "."
-    # Of the errors that most patterns reach the smallest: there they differ most.
+    # The smallest error that most patterns reach: there they differ most.
     most = max(len(costs) for _, costs in table)
     level, costs = [row for row in table if len(row[1]) == most][-1]
     best = min(costs, key=lambda method: costs[method])

@@ -1,4 +1,4 @@
-"""Error against cost: which settings are worth it, how fast errors fall, and what an error costs."""
+"""Curves of error against cost: Pareto front, order of convergence, and interpolation."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from renderer.convergence import NothingToFitError, power_law
 from renderer.math.intervals import Interval
 
 MAX_ERROR_RATIO = 2.0
-"""Times an error may differ from the nearest measured one for a curve to say what lies between."""
+"""Largest ratio of an error to the nearest measured one for which a curve is interpolated."""
 
 Row = Mapping[str, Any]
-"""A setting as `results.json` has it."""
+"""A setting in `results.json`."""
 
 WORTHWHILE_RATIO = 0.95
 """Greatest ratio of errors at which the costlier setting is worth its cost: a smaller gain is hardly
@@ -37,7 +37,7 @@ def error(row: Row) -> float:
 
 
 def front(rows: Sequence[Row], cost: Callable[[Row], float] = seconds) -> list[Row]:
-    """The Pareto front, cheapest first: all that costs less has a larger error, by `WORTHWHILE_RATIO`.
+    """The Pareto front, cheapest first: every cheaper setting has a larger error, by `WORTHWHILE_RATIO`.
 
     Settings whose error the reference cannot distinguish from 0 are left out.
 
@@ -58,8 +58,8 @@ def front(rows: Sequence[Row], cost: Callable[[Row], float] = seconds) -> list[R
 def cost_at(curve: Sequence[Row], wanted_255: float, cost: Callable[[Row], float] = seconds) -> float | None:
     """The cost of an error on a curve from `front`, interpolated in logarithms between two settings.
 
-    A curve that begins below the error costs what its first setting costs; None for one that does not reach
-    it, or has measured no error within `MAX_ERROR_RATIO` times of it.
+    It is that of the first setting if the curve begins below the error; None if the curve does not reach it,
+    or has no measured error within `MAX_ERROR_RATIO` of it.
 
     Examples
     --------
@@ -84,7 +84,7 @@ def cost_at(curve: Sequence[Row], wanted_255: float, cost: Callable[[Row], float
 def error_at(curve: Sequence[Row], spent: float) -> float | None:
     """The error, in units of 1/255, that a curve has after so many seconds.
 
-    None before and after its ends, and where it has measured no error within `MAX_ERROR_RATIO` times.
+    None outside of the curve, and without a measured error within `MAX_ERROR_RATIO`.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def error_at(curve: Sequence[Row], spent: float) -> float | None:
 
 
 def _near(coarse: Row, fine: Row, wanted_255: float) -> bool:
-    # A hundredth more: settings whose errors are four times apart by design are so but for noise.
+    # A hundredth more, since settings with errors four times apart by design differ from that by noise.
     return min(error(coarse) / wanted_255, wanted_255 / error(fine)) <= 1.01 * MAX_ERROR_RATIO
 
 
@@ -114,9 +114,9 @@ def order(curve: Sequence[Row], cost: Callable[[Row], float] = seconds) -> Inter
 
 
 def halving(power: Interval) -> Interval | None:
-    """The factor of cost for half the error, where the error falls with that power of the cost.
+    """The factor of cost for half the error, if the error falls with that power of the cost.
 
-    None where the error does not fall; without an upper end where it may not fall.
+    None if the error does not fall; without an upper end if it may not fall.
 
     Examples
     --------

@@ -32,20 +32,20 @@ FIGURE_INCHES = (9.4, 4.6)
 """Inches."""
 
 TICKS = (1, 2, 5)
-"""Of every power of ten, those that are labelled."""
+"""Multiples of every power of ten that are labelled."""
 
 SECONDS, RAYS, ERROR = "CPU seconds", "rays of all kinds", "RMSE x 255"
 
 Row = curves.Row
 
 DIFFERENCE_GAIN = 16
-"""Times that differences are enlarged: one step of 8 bits is then 16, which is seen beside grey."""
+"""Factor of displayed differences: one step of 8 bits becomes 16, which is visible beside grey."""
 
 DETAIL_PARTS = 8
-"""Parts of the shorter side that the enlarged part takes one of."""
+"""The enlarged part is this fraction of the shorter side."""
 
 MIN_DETAIL_PIXELS = 256
-"""Pixels of the enlarged part, at least."""
+"""Least side of the enlarged part, pixels."""
 
 
 def error_against(document: Mapping[str, Any], cost: Callable[[Row], float], name: str) -> str:
@@ -65,7 +65,7 @@ def error_against(document: Mapping[str, Any], cost: Callable[[Row], float], nam
 
 
 def front(document: Mapping[str, Any]) -> str:
-    """The settings that nothing beats, with their names, and all others grey."""
+    """The settings on the front, with their names, and all others in grey."""
     known = [row for row in document["settings"] if row["resolved"]]
     best = curves.front(known)
     names = {row["name"] for row in best}
@@ -83,7 +83,7 @@ def front(document: Mapping[str, Any]) -> str:
 
 
 def light_points(document: Mapping[str, Any], samples: int) -> str:
-    """Error away from edges, where soft shadows are, against light points for so many camera samples."""
+    """Error away from edges, as in soft shadows, against light points, with so many camera samples."""
     rows = [row for row in document["settings"] if row["camera_samples"] == samples]
 
     def fill(axes: Axes) -> None:
@@ -118,7 +118,7 @@ def _bars(
 
 
 def _svg(fill: Callable[[Axes], None], name: str, across: str, document: Mapping[str, Any]) -> str:
-    """Error against what lies `across`, in logarithms, with the reference's own error and a legend."""
+    """Error against the quantity `across`, in logarithms, with the reference's own error and a legend."""
 
     def fill_figure(figure: Figure) -> None:
         axes = figure.add_subplot()
@@ -128,7 +128,7 @@ def _svg(fill: Callable[[Axes], None], name: str, across: str, document: Mapping
         fill(axes)
         own = document["reference"]["rmse_255"]
         label = f"error of the reference itself, {error(own)}"
-        # A picture without noise has a reference without error, which has no place on such an axis.
+        # A picture without noise has a reference without error, which a logarithmic axis cannot show.
         style: dict[str, Any] = {"color": "#222222", "linewidth": 1, "linestyle": "--", "label": label}
         axes.axhline(own, **style) if own > 0 else axes.plot([], **style)
         axes.grid(visible=True, which="both", alpha=0.2)
@@ -138,7 +138,7 @@ def _svg(fill: Callable[[Axes], None], name: str, across: str, document: Mapping
 
 
 def _inline(text: str) -> str:
-    """The SVG element alone, as a page takes it in, and as wide as there is room."""
+    """The SVG element for a page, without a fixed width."""
     element = text[text.index("<svg") :]
     return re.sub(
         r'(<svg[^>]*?) width="[^"]*"', r"\1", re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", element)

@@ -1,4 +1,4 @@
-"""The journal of a study: a line for each run that is done, pictures of some, and the machine."""
+"""The journal of a study: a line for each finished run, pictures of some, and the machine."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ PICTURES = "pictures"
 CPU_INFO = Path("/proc/cpuinfo")
 
 IDLE_LOAD = 0.5
-"""Load of a machine up to which nothing else of note was running."""
+"""Load of a machine that counts as idle."""
 
 
 class Journal:
-    """Runs of a study by their keys; the file is only ever added to.
+    """Runs of a study by their keys, in an append-only file.
 
-    A line that was not written whole, as its process was killed, is passed over, and its run is done again.
+    A line cut off by the death of its process is ignored, and its run repeated.
 
     Parameters
     ----------
     folder : Path
-        Made if it is not there.
+        Created if missing.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -59,7 +59,7 @@ class Journal:
         return len(self._entries)
 
     def add(self, entry: dict[str, Any], picture: NDArray[np.float32] | None = None) -> None:
-        """Note a run, which has its `key`; its picture is there before its line is.
+        """Record a run with its `key`; its picture is written before its line.
 
         Raises
         ------
@@ -104,9 +104,9 @@ def _parsed(line: str) -> dict[str, Any] | None:
 
 
 class Machine(TypedDict):
-    """The machine and date, on which a figure depends beside the code.
+    """The machine and date of a measurement.
 
-    `load` is the number of runnable processes, averaged over the minute before: above a few tenths, another
+    `load` is the number of runnable processes, averaged over the last minute: above a few tenths, another
     program was using the machine and the times are too long.
     """
 

@@ -1,4 +1,4 @@
-"""Pages of a report: the blocks it is made of, written as one HTML file or as Markdown."""
+"""Pages of a report: its blocks, as one HTML file or as Markdown."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """The title of what follows; `level` 1 is that of the report."""
+    """A heading; `level` 1 is the title of the report."""
 
     text: str
     level: int = 2
@@ -149,7 +149,7 @@ def markdown(blocks: Iterable[Block]) -> str:
 
 
 def plain(text: str) -> str:
-    r"""Text that Markdown shows as it is.
+    r"""Text with the special characters of Markdown escaped.
 
     Examples
     --------

@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from schemas.quality import Quality
 
 REFERENCE_SEEDS = (1 << 31, (1 << 31) + 1)
-"""Of the halves of the reference. Those of settings count from 1."""
+"""Seeds of the halves of the reference; those of settings count from 1."""
 
 REFERENCE_POINTS = 4
 """Light points for each camera sample of a reference."""
 
 PRICED_LIGHT_POINTS = 64
-"""Light points from which the cost of each follows."""
+"""Light points of the plan from which the cost of one is derived."""
 
 MAX_REPEATED_SECONDS = 1.0
-"""Expected CPU seconds above which a setting is rendered once. Its interval then comes from its pixels."""
+"""Settings that take longer are rendered once, CPU seconds; their interval comes from the pixels."""
 
 DOUBLE_PRECISION_RUNS = (("sobol", 16, min), ("uniform", 4, max))
 """Method, camera samples and least or most light points of the runs in double precision: the time of the one
@@ -37,7 +37,8 @@ EFFECT_SAMPLES = 16
 """Most camera samples, and most light points, of the pictures without an effect."""
 
 LONGEST_OWN = 20.0
-"""Expected CPU seconds up to which the scene is rendered at its own size, to know how seconds grow."""
+"""The scene is rendered at its own size if that takes at most so many CPU seconds, to measure their
+growth."""
 
 
 @dataclass(eq=False)
@@ -81,7 +82,7 @@ class Program:
         return first, second
 
     def rounds(self, judges: tuple[Task, Task]) -> list[Task]:
-        """All that is timed: a round for each seed, and in each the cheap settings first."""
+        """Timed tasks: a round for each seed, with the cheap settings first."""
         tasks = []
         for seed in range(1, self.scale.seeds + 1):
             settings = [self._setting(setting, seed, judges) for setting in self.settings]
@@ -91,13 +92,13 @@ class Program:
         return tasks
 
     def picture(self, setting: Setting, judges: tuple[Task, Task]) -> Task:
-        """A setting once more, whose picture is kept."""
+        """The task of a setting whose picture is kept."""
         return self._task("picture", setting.name, setting.quality, 1, judges=judges, kept=True)
 
     def warm_up(self) -> list[Task]:
-        """The cheapest setting of each method: what they import and allocate counts for no setting.
+        """The cheapest setting of each method: measured runs must not include imports and first allocations.
 
-        The last one is large enough to show how fast the machine is.
+        The last one is large enough to measure the speed of the machine.
         """
         cheapest = {setting.method: setting for setting in reversed(self.settings)}
         return [self._setting(setting, 1, ()) for setting in (*cheapest.values(), self._small)]
@@ -129,7 +130,7 @@ class Program:
         return one, many
 
     def _order(self, task: Task) -> float:
-        # A picture comes after the one that it is compared with, even where it is cheaper.
+        # A picture comes after the one it is compared with, even if it is cheaper.
         return max(self.price(task), self.price(task.against)) if task.against else self.price(task)
 
     def _at(self, side: int) -> LoadedScene:

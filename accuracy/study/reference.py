@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from renderer.math.arrays import Floats, Masks
 
 HOT_PIXEL_ERROR = 0.1
-"""A pixel that is off by more, in some channel, catches the eye: 25 steps of 8 bits."""
+"""A pixel with a larger error in some channel is conspicuous: 25 steps of 8 bits."""
 
 EDGE_DIFFERENCE = 0.1
 """Neighbours that differ by more have an edge between them."""
@@ -28,14 +28,14 @@ class Judgement:
     Attributes
     ----------
     mse : float
-        Mean squared error of linear values clipped to 0..1, without bias: what the reference's own error
-        adds is taken away. It may come out below 0 where the picture is nearer than the reference.
+        Unbiased estimate of the mean squared error of linear values clipped to 0..1: the reference's own
+        error is subtracted. It may be below 0 if the picture is more accurate than the reference.
     by_reference : float
         Standard error of `mse` due to the reference's own error.
     by_pixels : float
-        Bound on the standard error of `mse`, the reference's part included, where pixels err independently.
+        Bound on the standard error of `mse`, including the reference's part, for independent pixels.
     edges_mse, smooth_mse : float
-        The same over pixels beside edges, and over all others; 0 where there are none.
+        The same over pixels beside edges, and over all others; 0 if there are none.
     hot : float
         Share of pixels, 0 to 1, that are off by more than `HOT_PIXEL_ERROR` in some channel.
     """
@@ -72,7 +72,7 @@ class Reference:
         return float(np.mean((self.first - self.second) ** 2)) / 4
 
     def edges(self) -> Masks:
-        """Both of any two neighbours that differ by more than `EDGE_DIFFERENCE` in some channel, (H, W)."""
+        """Mask (H, W) of neighbours that differ by more than `EDGE_DIFFERENCE` in some channel."""
         mean = self.mean
         marked = np.zeros(mean.shape[:2], dtype=bool)
         beside = (np.abs(np.diff(mean, axis=1)) > EDGE_DIFFERENCE).any(axis=2)
@@ -90,8 +90,8 @@ class Reference:
         difference from the reference less the reference's own mean squared error: an identity. Its
         expectation is the squared error of x, as the errors of the halves are independent.
 
-        The noise that the halves leave in it is that of (x - (a + b)/2)(a - b), whose mean is 0 and whose
-        squares are seen.
+        The noise of the halves adds (x - (a + b)/2)(a - b), whose mean is 0 and whose squares can be
+        measured.
         """
         picture = clipped(image)
         products = np.mean((picture - self.first) * (picture - self.second), axis=2)

@@ -1,4 +1,4 @@
-"""The report of a study: its blocks in their order, and the files that they make."""
+"""The report of a study: its blocks, in order, and its files."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ CSV_COLUMNS = (
 
 
 def answered(document: Mapping[str, Any]) -> dict[str, Any]:
-    """The results with what they mean, in sentences: `answers` and `about`."""
+    """Add sentences about the results: `answers` and `about`."""
     return {**document, "answers": answers.answers(document), "about": answers.about(document)}
 
 
@@ -56,9 +56,9 @@ def files(study: Study, results: Mapping[str, Any]) -> dict[str, bytes]:
     Parameters
     ----------
     study : Study
-        Has been run.
+        A finished study.
     results : dict
-        Sentences that `answered` makes of the results.
+        The results as `answered` returns them.
     """
     blocks = list(_blocks(results, _strips(study, results)))
     title = _title(results)
@@ -124,7 +124,7 @@ def _blocks(document: Mapping[str, Any], strips: list[Strip]) -> Iterator[Block]
 def _conditions(document: Mapping[str, Any]) -> Iterator[str]:
     machine, reference = document["machine"], document["reference"]
     yield (
-        f"Errors are root mean square ones of linear values clipped to 0..1, against a reference of "
+        f"Errors are root mean squares over linear values clipped to 0..1, against a reference of "
         f"{reference['setting']}. Its own error is {error(reference['rmse_255'])}; it is subtracted from all "
         "errors and drawn in all figures. Their intervals are 95 % intervals. Seconds are CPU seconds of one "
         "process that renders one picture at a time: the median of the runs, with the least and the "
@@ -135,7 +135,7 @@ def _conditions(document: Mapping[str, Any]) -> Iterator[str]:
         f"NumPy {machine['numpy']}, Penumbra {machine['penumbra']}."
     )
     if machine["load"] > IDLE_LOAD:
-        yield f"The machine had other work to do (load {machine['load']:g}), so seconds are too long."
+        yield f"The machine was busy (load {machine['load']:g}), so seconds are too long."
     missing = document["runs"]["planned"] - document["runs"]["done"]
     if missing:
         yield f"{missing} of {document['runs']['planned']} runs did not fit the budget; run it again."
@@ -147,23 +147,27 @@ def _curves(document: Mapping[str, Any]) -> Iterator[Block]:
     yield Plot(
         "seconds",
         figures.error_against(document, seconds, "seconds"),
-        "A line through the best settings of each method; its other settings are faint.",
+        "A line connects the best settings of each method; its other settings are faint.",
     )
-    yield Paragraph("CPU seconds to the same error, on these lines, and how many times the least of them:")
+    yield Paragraph("CPU seconds to the same error, on these lines, also relative to the fastest method:")
     yield tables.equal_error(document)
     yield Heading("What half the error costs")
     yield Paragraph(
-        "The error falls like a power of the cost, the order, fitted to the best settings of each method."
+        "The error falls like a power of the cost. This order is fitted to the best settings of each method."
     )
     yield tables.methods(document)
     yield Heading("Work against error")
     yield Plot("rays", figures.error_against(document, rays, "rays"), "Rays do not depend on the machine.")
     yield Heading("Settings worth their time")
-    yield Plot("front", figures.front(document), "What costs less has a larger error; grey ones are beaten.")
+    yield Plot(
+        "front",
+        figures.front(document),
+        "Settings with a smaller error than all cheaper ones; others are grey.",
+    )
     yield tables.front(document)
     if document["area_lights"]:
         yield Heading("Light points and soft shadows")
-        caption = f"With {LIGHT_PLOT_SAMPLES} camera samples, pixels beside edges left aside."
+        caption = f"With {LIGHT_PLOT_SAMPLES} camera samples, without pixels beside edges."
         yield Plot("light", figures.light_points(document, LIGHT_PLOT_SAMPLES), caption)
 
 
@@ -171,9 +175,9 @@ def _costs(document: Mapping[str, Any]) -> Iterator[Block]:
     if document["effects"]:
         yield Heading("What effects cost")
         yield Paragraph(
-            "Each effect is left out once: the seconds that go with it, and how far the picture changes. "
-            "Below 0 it saves more work than it makes. Rendered with the scene's own patterns and at most 16 "
-            "samples of each kind."
+            "Each effect is left out once: the seconds that this saves, and the change of the picture. "
+            "Below 0 the effect saves more work than it causes. Rendered with the scene's own patterns and "
+            "at most 16 samples of each kind."
         )
         yield tables.effects(document)
     if document["precision"]:
@@ -196,7 +200,7 @@ def _strips(study: Study, document: Mapping[str, Any]) -> list[Strip]:
     captions = {
         "whole": "As displayed.",
         "difference": f"The difference from the reference, {DIFFERENCE_GAIN} times enlarged around grey.",
-        "detail": "The part where they are off most, its pixels enlarged.",
+        "detail": "The part with the largest errors, magnified.",
     }
     return [
         Strip(

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 FORMAT = 1
-"""Of the document; grows when a member changes its meaning."""
+"""Version of the document, raised when a member changes its meaning."""
 
 MIN_RUNS = 3
-"""Runs whose spread gives an interval. With two, Student's t is 12.7, too wide to be of use."""
+"""Runs needed for an interval from their variance. With two, Student's t of 12.7 makes it useless."""
 
 SAME_TIME_RATIO = 1.2
-"""Times a time that counts as the same: settings have seconds where they have them."""
+"""Ratio of times that count as equal, since settings have discrete costs."""
 
 FILTERED_NOTE = (
     "A texture of this scene is filtered by the number of samples: with few samples it is blurred, and that "
@@ -47,7 +47,7 @@ def document(
     journal: Journal,
     machine: Machine,
 ) -> dict[str, Any]:
-    """All that the journal holds about a study, but for its pictures."""
+    """Collect the results of a study from its journal."""
     done = [task for task in tasks if task.key in journal]
     first, second = (clipped(journal.picture(task.key)) for task in references)
     reference = Reference(first, second)
@@ -83,10 +83,10 @@ def document(
 
 
 def error_of(runs: Sequence[Mapping[str, Any]]) -> Interval:
-    """The mean squared error of some runs of a setting, each with its judgement.
+    """The mean squared error of the runs of a setting.
 
-    The interval holds what seeds and the reference leave open. Three runs or more show by their spread what
-    seeds do; for less there is the bound from the pixels of each.
+    Its interval includes the variance over seeds and that of the reference. The former is estimated from
+    three or more runs, or else bounded from the pixels of each.
     """
     values = [run["mse"] for run in runs]
     middle = statistics.fmean(values)
@@ -98,7 +98,7 @@ def error_of(runs: Sequence[Mapping[str, Any]]) -> Interval:
 
 
 def root_255(squares: Interval) -> Interval:
-    """A mean squared error as a root mean square one, in units of 1/255; what is below 0 counts as 0.
+    """Convert a mean squared error to a root mean square error in units of 1/255; negative ones count as 0.
 
     Examples
     --------
@@ -111,7 +111,7 @@ def root_255(squares: Interval) -> Interval:
 
 
 def at_equal_time(document: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The best setting of each method for a time that fits all of them as well as may be."""
+    """The best setting of each method at a common time."""
     groups = [curves.front([row for row in document["settings"] if row["method"] == m]) for m in METHODS]
     groups = [group for group in groups if group]
     if not groups:
@@ -123,7 +123,7 @@ def at_equal_time(document: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _best_within(group: Sequence[curves.Row], spent: float) -> curves.Row:
-    """The best setting that takes about so long at most, else the one that is nearest to it."""
+    """The best setting within about so many seconds, or else the nearest one."""
     enough = [row for row in group if curves.seconds(row) <= SAME_TIME_RATIO * spent]
     return enough[-1] if enough else min(group, key=lambda row: _apart(row, spent))
 
@@ -187,7 +187,7 @@ def _methods(rows: Sequence[curves.Row]) -> list[dict[str, Any]]:
 
 
 def _equal_error(rows: Sequence[curves.Row]) -> list[dict[str, Any]]:
-    """CPU seconds of each method at the same error, where two of them reach it at least."""
+    """CPU seconds of each method at errors that two or more methods reach."""
     lines = {method: curves.front([row for row in rows if row["method"] == method]) for method in METHODS}
     found = []
     for level in LEVELS_255:
@@ -208,7 +208,7 @@ def _notes(program: Program) -> list[str]:
 
 
 def precision(done: Sequence[Task], journal: Journal, settings: Sequence[Mapping[str, Any]]) -> Rows:
-    """Settings in double precision: their seconds over those in single, and how far the pictures differ."""
+    """Settings in double precision: ratio of seconds to single precision, and difference of the pictures."""
     errors = {row["name"]: row["rmse_255"]["estimate"] for row in settings}
     rows = []
     for name, tasks in _by_name(done, "precision").items():

@@ -1,4 +1,4 @@
-"""Running a study: renders the pictures that its journal lacks, and estimates how long the rest takes."""
+"""Runner of a study: renders the pictures that its journal lacks, and estimates the remaining time."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from renderer.scenes import LoadedScene
 
 REFERENCE_SHARE = 0.4
-"""Of a budget, for the reference: without it there are no errors, and with it alone nothing else."""
+"""Share of a budget for the reference."""
 
 ROUNDS_SHARE = 0.9
-"""Of a budget, until all that is timed has to be done: the pictures at equal time come last."""
+"""Share of a budget for timed runs; the pictures at equal time come last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +41,9 @@ class Forecast:
     runs, done : int
         Pictures to render, and those that are in the journal.
     share : float
-        Of the expected work, 0 to 1, that is done.
+        Finished share of the expected work, 0 to 1.
     seconds : float
-        Expected until it is done; at most what is left of the budget.
+        Expected seconds left; at most the rest of the budget.
     now : str
         The current task.
     """
@@ -68,8 +68,7 @@ class Study:
     scale : Scale
         Extent of the study.
     budget : float, optional
-        Seconds by the clock after which nothing new is begun. One run may go beyond it by as much as its
-        forecast was wrong.
+        Wall-clock seconds after which no run begins. The last run may exceed it by the error of its forecast.
 
     Raises
     ------
@@ -151,7 +150,7 @@ class Study:
         self._count(last, entry["cpu_seconds"])
 
     def _learn(self) -> None:
-        """Take what was measured before in place of what warming up took."""
+        """Prefer earlier measurements to those of the warm-up."""
         known = [task for task in self.tasks if task.key in self._journal]
         if known:
             self._measured = self._expected = 0.0
@@ -164,10 +163,7 @@ class Study:
         self._known[task.part, task.name] = seconds
 
     def _expected_seconds(self, task: Task) -> float:
-        """The time with another seed if there is one, else the plan's prediction, and the preparation.
-
-        By the clock: other work on the machine makes it longer.
-        """
+        """Expected wall-clock seconds, by another seed or else by the plan, preparation included."""
         known = self._known.get((task.part, task.name))
         cpu = self._preparing + (self.program.price(task) * self._slowness if known is None else known)
         return cpu * self._wall / self._cpu
@@ -180,7 +176,7 @@ class Study:
         return entry, image
 
     def _references(self) -> tuple[Task, Task]:
-        """The reference that was begun before, else the best that the budget allows."""
+        """The reference that was begun before, or else the best that the budget allows."""
         levels = [self.program.references(samples) for samples in self.program.scale.references]
         begun = (level for level in levels if any(self._is_done(half) for half in level))
         fitting = (
@@ -224,7 +220,7 @@ class Study:
 
 
 def _timed(task: Task) -> tuple[dict[str, Any], Any]:
-    """Render a picture; gives what the journal says of it, and the picture."""
+    """Render a picture; return its entry in the journal, and the picture."""
     begun = time.process_time()
     plan = compile_scene(seeded(task.subject.scene, task.seed), task.quality)
     prepared = time.process_time()

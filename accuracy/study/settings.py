@@ -26,8 +26,8 @@ PATTERNS = {
 with one sample."""
 
 REGULAR_PATTERNS = ("uniform", "rotated")
-"""Patterns whose light points are the same for every camera sample: more camera samples do not make up for
-few light points, so both have to grow."""
+"""Patterns with the same light points for every camera sample: more camera samples do not replace light
+points, so both must grow."""
 
 TARGET = "target"
 """The method that takes a target error."""
@@ -52,7 +52,7 @@ class Scale:
     references : tuple of int
         Camera samples of each half of the reference, the best first; the others are for small budgets.
     random, regular : tuple of (camera samples, light points)
-        For patterns that draw new light points for each camera sample, and for those that do not.
+        For patterns with new light points for each camera sample, and with the same ones.
     errors_255 : tuple of float
         Targets, in units of 1/255.
     seeds : int
@@ -81,7 +81,7 @@ QUICK = Scale(
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """A quality, and the method that it belongs to.
+    """A quality and its method.
 
     Attributes
     ----------

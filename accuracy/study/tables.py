@@ -16,18 +16,18 @@ Row = Mapping[str, Any]
 NONE = "-"
 
 MOST_POINTERS = 3
-"""Of an effect; `results.json` has all."""
+"""Pointers shown of an effect; `results.json` has all."""
 
 
 def settings(document: Document) -> Table:
-    """Every setting, the cheapest first, those that another one beats in grey."""
+    """All settings, the cheapest first; those not on the front are grey."""
     rows = _by_cost(document["settings"])
     grey = frozenset(number for number, row in enumerate(rows) if not row["front"])
     return _of_settings(document, rows, grey)
 
 
 def front(document: Document) -> Table:
-    """The settings that nothing beats."""
+    """The settings on the front."""
     return _of_settings(document, _by_cost(row for row in document["settings"] if row["front"]))
 
 
@@ -69,7 +69,7 @@ def methods(document: Document) -> Table:
 
 
 def equal_error(document: Document) -> Table:
-    """CPU seconds to the same error, and how many times those of the quickest method they are."""
+    """CPU seconds to the same error, also relative to the fastest method."""
     rows = document["equal_error"]
     names = [name for name in METHODS if any(name in row["ratios"] for row in rows)]
     ratios = {name: partial(_ratio, name=name) for name in names}
@@ -121,7 +121,7 @@ def pointers(row: Row) -> str:
 def _table(
     rows: Iterable[Row], columns: Mapping[str, Callable[[Row], str]], grey: frozenset[int] = frozenset()
 ) -> Table:
-    """A table of cells that each column writes of a row."""
+    """A table with a function for the cells of each column."""
     return Table(tuple(columns), [tuple(cell(row) for cell in columns.values()) for row in rows], grey)
 
 

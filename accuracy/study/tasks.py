@@ -1,4 +1,4 @@
-"""The tasks of a study: the picture that each renders, what it is compared with, and the key of its run."""
+"""The tasks of a study: the picture to render, its reference, and the key of its run."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
 Part = Literal["reference", "setting", "precision", "whole", "effect", "size", "picture"]
 
 KEY_DIGITS = 32
-"""Hexadecimal digits of a key: 128 bits, so no two keys of a study are the same by chance."""
+"""Hexadecimal digits of a key: 128 bits, so that no two keys of a study collide."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Subject:
-    """A scene as it is rendered: at the size of the study, whole or without one effect.
+    """A scene at the size of the study, whole or without one effect.
 
     Attributes
     ----------
     scene : LoadedScene
     key : str
-        Digest of what it shows.
+        Digest of its content.
     effect : str
         The effect that is left out; empty for the whole scene.
     pointers : tuple of str
@@ -60,15 +60,15 @@ class Task:
     quality : Quality
     seed : int
     place : str
-        Digest of the machine: elsewhere seconds are other ones.
+        Digest of the machine, since seconds depend on it.
     judges : tuple of Task
-        The halves of the reference; empty where no error is wanted.
+        The halves of the reference; empty if no error is needed.
     against : Task or None
         The task whose picture it is compared with.
     kept : bool
         Whether its picture is kept.
     key : str
-        Digest of all this but part and name: what is rendered once is not rendered again.
+        Digest of all this but part and name, so that equal tasks are rendered once.
     """
 
     part: Part
@@ -96,7 +96,7 @@ class Task:
 
 
 def key_of(*parts: Any) -> str:
-    """Digest of what can be written as JSON.
+    """Digest of a JSON value.
 
     Examples
     --------
@@ -108,9 +108,9 @@ def key_of(*parts: Any) -> str:
 
 
 def scene_key(scene: LoadedScene) -> str:
-    """Digest of what a scene shows: its document without name, samples and display, and its files.
+    """Digest of a scene's content: its document without name, samples and display, and its files.
 
-    A file that is missing counts as none; compiling the scene says what is wrong.
+    Missing files are ignored here; compiling the scene reports them.
     """
     content = scene.document.model_dump(mode="json", exclude={"name", "sampling", "display"})
     files = {}
@@ -121,7 +121,7 @@ def scene_key(scene: LoadedScene) -> str:
 
 
 def place_key(machine: Machine) -> str:
-    """Digest of what seconds depend on beside the scene: processor and versions, but not date and load."""
+    """Digest of the machine: processor and versions, but not date and load."""
     return key_of(
         [machine["cpu"], machine["cores"], machine["python"], machine["numpy"], machine["penumbra"]]
     )

@@ -1,4 +1,4 @@
-"""Users of a service and what each may do, and what it deletes on request."""
+"""Users, keys, workers and pruning of a service."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from schemas.quantities import WHOLE
 
 
 class Role(StrEnum):
-    """Permissions of a user, beyond submitting jobs that no one else sees.
+    """Permissions of a user.
 
-    ``staff`` sees the jobs of all, ``admin`` also stops and removes them.
+    ``submit`` submits jobs and sees only these, ``staff`` sees everybody's, ``admin`` also stops and removes
+    them.
     """
 
     SUBMIT = "submit"
@@ -34,7 +35,9 @@ class WhoAmI(Message):
 
 def _printable(name: str) -> str:
     if not name.isprintable():
-        raise PydanticCustomError("not_printable", "The name of a user has printable characters only.")
+        raise PydanticCustomError(
+            "not_printable", "The name of a user may contain printable characters only."
+        )
     return name
 
 
@@ -52,7 +55,7 @@ def _expiry(value: object) -> datetime:
 
 
 UserName = Annotated[str, Field(min_length=1, max_length=64), AfterValidator(_printable)]
-# The range of the database's column, and that of the setting which a key replaces.
+# The ranges of the database's column, and of the setting that a key overrides.
 Jobs = Annotated[int, Field(strict=True, ge=1, le=2**31 - 1), WHOLE]
 CpuSeconds = Annotated[float, Field(strict=True, ge=0.001, le=1e12, allow_inf_nan=False)]
 
@@ -63,13 +66,14 @@ class KeyRequest(Closed):
     user: UserName = Field(description="Name of the user.")
     role: Role = Field(default=Role.SUBMIT, description="What the user may do.")
     max_jobs: Jobs | None = Field(
-        default=None, description="Jobs of the user that may wait or run; by default as the service says."
+        default=None, description="Most queued and running jobs; by default the service's setting."
     )
     max_cpu_seconds: CpuSeconds | None = Field(
-        default=None, description="Predicted CPU seconds of these jobs; by default as the service says."
+        default=None,
+        description="Most predicted CPU seconds of these jobs; by default the service's setting.",
     )
     expires_at: Annotated[datetime, BeforeValidator(_expiry)] | None = Field(
-        default=None, description="When the key ends, a date or a time; by default never."
+        default=None, description="When the key expires, a date or a time; by default never."
     )
 
 
@@ -80,14 +84,14 @@ class KeyInfo(Message):
     user: str = Field(description="Name of the user.")
     role: Role = Field(description="What the user may do.")
     max_jobs: int | None = Field(
-        description="Jobs of the user that may wait or run; null: as the service says."
+        description="Most queued and running jobs; null if the service's setting applies."
     )
     max_cpu_seconds: float | None = Field(
-        description="Predicted CPU seconds of these jobs; null: as the service says."
+        description="Most predicted CPU seconds of these jobs; null if the service's setting applies."
     )
     created_at: datetime = Field(description="When the key was created.")
-    expires_at: datetime | None = Field(description="When the key ends; null is never.")
-    last_used_at: datetime | None = Field(description="When the key was last used, a minute late at most.")
+    expires_at: datetime | None = Field(description="When the key expires; null if never.")
+    last_used_at: datetime | None = Field(description="When the key was last used, to a minute.")
     revoked_at: datetime | None = Field(description="When the key was revoked.")
 
 
@@ -105,7 +109,7 @@ class KeyList(Message):
 
 
 class UserUse(Message):
-    """A user, and what they use of the service."""
+    """A user's share of the service."""
 
     user: str = Field(description="Name of the user.")
     open_jobs: int = Field(ge=0, description="Jobs that wait or run.")
@@ -125,17 +129,17 @@ class UserList(Message):
 
 
 class WorkerInfo(Message):
-    """A worker, and what it is at."""
+    """A worker and its task."""
 
     name: str = Field(description="Number of its slot, or its address in a cluster.")
-    pid: int | None = Field(description="Its process; null if it has not started, or is in a cluster.")
-    memory_bytes: int | None = Field(description="Memory of its process; null where it is not known.")
+    pid: int | None = Field(description="Its process id; null before it starts, and in a cluster.")
+    memory_bytes: int | None = Field(description="Memory of its process; null if unknown.")
     task: str | None = Field(
-        description="What it is at: `tile`, `sample`, `advance`, `compose`, or a call such as `trace`."
+        description="Its task: `tile`, `sample`, `advance`, `compose`, or a call such as `trace`."
     )
-    jobs: tuple[str, ...] = Field(description="The jobs that the task is for; none for a call.")
-    users: tuple[str, ...] = Field(description="The users of these jobs, or the one of the call.")
-    seconds: float = Field(ge=0, description="For how long it has been at the task.")
+    jobs: tuple[str, ...] = Field(description="The jobs of the task; none for a call.")
+    users: tuple[str, ...] = Field(description="The users of these jobs, or of the call.")
+    seconds: float = Field(ge=0, description="How long the task has run.")
 
 
 class WorkerList(Message):
@@ -149,17 +153,17 @@ Seconds = Annotated[float, Field(ge=0, le=1e10, allow_inf_nan=False)]
 
 
 class PruneRequest(Closed):
-    """The body of ``POST /v1/prune``. Rules that are not given come from the settings of the service."""
+    """The body of ``POST /v1/prune``; missing rules come from the settings of the service."""
 
     keep_seconds: Seconds | None = Field(
-        default=None, description="Delete pictures of jobs that succeeded longer ago than this."
+        default=None, description="Delete pictures of jobs that succeeded more than so many seconds ago."
     )
     max_stored_bytes: Annotated[int, Field(strict=True, ge=0, le=2**62), WHOLE] | None = Field(
-        default=None, description="Delete the oldest pictures beyond this size of all."
+        default=None, description="Delete the oldest pictures until all take at most so many bytes."
     )
     keep_asset_seconds: Seconds | None = Field(
         default=None,
-        description="Delete assets that no picture needs, last uploaded or checked longer ago than this.",
+        description="Delete unused assets that were last uploaded or checked more than so many seconds ago.",
     )
     dry_run: bool = Field(default=True, description="Only report what would be deleted.")
 
@@ -167,10 +171,10 @@ class PruneRequest(Closed):
 class Pruned(Message):
     """Jobs that were deleted, or would be, as ``POST /v1/prune`` returns them."""
 
-    dry_run: bool = Field(description="Whether it was only listed.")
+    dry_run: bool = Field(description="Whether nothing was deleted.")
     expired: tuple[str, ...] = Field(description="Jobs whose picture is deleted, or would be.")
     forgotten: tuple[str, ...] = Field(description="Jobs that are deleted, or would be.")
     pictures: int = Field(ge=0, description="Pictures deleted from the disk: no other job shares them.")
     assets: tuple[str, ...] = Field(description="Assets deleted from the disk, by their SHA-256.")
     bytes: int = Field(ge=0, description="Bytes that this frees.")
-    more: bool = Field(default=False, description="Whether there is more than is listed.")
+    more: bool = Field(default=False, description="Whether the lists are incomplete.")

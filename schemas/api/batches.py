@@ -15,9 +15,9 @@ Each tile is a header of 32 bytes, eight numbers of 4 bytes each: `seq`, `pass_i
 `stride` and the `length` of the pixels in bytes; then its pixels, rows from the top, RGB by pixel:
 ceil((y1 - y0) / stride) rows of ceil((x1 - x0) / stride) pixels.
 
-The pixels are the mean of all samples that the tile has so far, so a tile comes once in a batch, under the
-number of its newest event, and not at all if a later event of the whole picture is in the batch. Paint
-the tiles in order over the previous ones to get the newest picture.
+The pixels are the mean of all samples so far. So a batch has each tile at most once, under the number of its
+newest event, and omits it if a later event of the whole picture is in the batch. Paint the tiles in order
+over the previous ones to get the newest picture.
 
 >>> head = BatchHead(encoding=FLOAT32, tiles=1, next=7, complete=False, succeeded=False)
 >>> tile = TileHead(seq=7, pass_index=1, x0=0, y0=0, x1=1, y1=1, stride=1, length=12)
@@ -73,7 +73,7 @@ class TileHead(NamedTuple):
 
 
 def unpack(data: bytes) -> tuple[BatchHead, list[tuple[TileHead, memoryview]]]:
-    """Take a batch apart.
+    """Unpack a batch.
 
     Returns
     -------
@@ -97,5 +97,5 @@ def unpack(data: bytes) -> tuple[BatchHead, list[tuple[TileHead, memoryview]]]:
     except struct.error:
         raise ValueError("The batch of tiles ends too early.") from None
     if offset != len(data):
-        raise ValueError("The batch of tiles does not end where it says.")
+        raise ValueError("The batch of tiles is longer than its header states.")
     return BatchHead(encoding, count, following, bool(flags & 1), bool(flags & 2)), tiles

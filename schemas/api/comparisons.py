@@ -1,4 +1,4 @@
-"""Two pictures sent to ``POST /v1/comparisons``, and what comparing them has shown."""
+"""Requests and results of ``POST /v1/comparisons``."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class ComparisonRequest(Closed):
         default=0.05, description="Linear difference above which `frac_over` counts a pixel."
     )
     flip: bool = Field(
-        default=False, strict=True, description="Compute FLIP too; it takes longer than all the rest."
+        default=False, strict=True, description="Compute FLIP too; it takes longer than everything else."
     )
     pictures: bool = Field(
         default=False,
@@ -83,7 +83,7 @@ class ComparisonCause(Message):
     """A mistake that explains most of the difference: undone, it leaves less than half, or noise alone."""
 
     cause: str = Field(description="A word for programs, such as `flipped_vertically`.")
-    hint: str = Field(description="What was probably done, and what to do.")
+    hint: str = Field(description="The probable mistake, and its cure.")
     rmse_before: float = Field(ge=0, description="`rmse` of all but the outermost pixels.")
     rmse_after: float = Field(ge=0, description="The same with the mistake undone.")
 
@@ -105,7 +105,7 @@ class ComparisonRegion(Message):
 class ComparisonInput(Message):
     """A picture as it was read."""
 
-    name: str = Field(description="What it is called in messages.")
+    name: str = Field(description="Its name in messages.")
     sha256: str = Field(description="SHA-256 of the file.")
     width: int = Field(description="Pixels.")
     height: int = Field(description="Pixels.")
@@ -116,11 +116,11 @@ class ComparisonInput(Message):
     bits: int = Field(description="Bits per channel; 32 or 64 for floating point.")
     clipped_pixels: int = Field(description="Pixels with a channel below 0 or above 1.")
     samples: float | None = Field(description="Mean camera samples per pixel; null if not known.")
-    notes: tuple[str, ...] = Field(description="What was done to read it.")
+    notes: tuple[str, ...] = Field(description="Conversions made on reading.")
 
 
 class ComparisonInputs(Message):
-    """Both pictures."""
+    """Properties of both pictures, as read."""
 
     image: ComparisonInput = Field(description="The picture in question.")
     reference: ComparisonInput = Field(description="What it should look like.")
@@ -132,7 +132,7 @@ class ComparisonPolicy(Message):
     tolerance: float = Field(description="`tolerance` of the request.")
     most_bias: float = Field(description="`max_bias` of the request.")
     limit: float = Field(description="`limit` of the request.")
-    single: bool = Field(description="Whether one block that is off by far makes a mismatch.")
+    single: bool = Field(description="Whether a single block that is far off is a mismatch.")
     samples: int | None = Field(
         description="Fewest random samples of a pixel, by which noise is bounded; always null."
     )
@@ -154,10 +154,10 @@ class ComparisonAnswer(Message):
         alias="schema", description="The format of this document."
     )
     verdict: Literal["match", "noisy_match", "mismatch"] = Field(
-        description="Equal but for rounding, equal but for noise, or not."
+        description="Equal up to rounding, equal up to noise, or different."
     )
     score: float = Field(ge=0, le=1, description="1 unless the verdict is `mismatch`.")
-    reason: str = Field(description="What decided, in a sentence.")
+    reason: str = Field(description="The reason for the verdict, in a sentence.")
     test: Literal["rounding", "blocks", "block", "noise", "variances", "diagnosis"] = Field(
         description="Which test decided."
     )

@@ -1,4 +1,4 @@
-"""Rays sent to ``POST /v1/traces`` and what they hit, and one pixel of a job explained."""
+"""Requests and results of ``POST /v1/traces``, and explanations of a job's pixels."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class TraceAnswer(Message):
     """
 
     t: tuple[float | None, ...] = Field(description="Distance in units of the direction.")
-    position: tuple[Row | None, ...] = Field(description="The place that is hit, scene units.")
+    position: tuple[Row | None, ...] = Field(description="Position of the hit, scene units.")
     normal: tuple[Row | None, ...] = Field(description="Geometric normal there.")
     uv: tuple[tuple[float, float] | None, ...] = Field(description="Texture coordinates there.")
     shape: tuple[int, ...] = Field(description="Index into the scene's shapes, or -1 for a miss.")
     primitive: tuple[int, ...] = Field(description="Triangle of a mesh, or 0.")
     visibility: tuple[tuple[float, ...], ...] = Field(
-        description="Share of each light's points that the hit sees."
+        description="Share of each light's points that are visible from the hit."
     )
 
 
@@ -55,21 +55,21 @@ class InspectionRequest(Closed):
 
 
 class Part(Message):
-    """A part of the scene: where it is written, and what it is called."""
+    """A part of the scene: its pointer and name."""
 
     pointer: str = Field(description="JSON Pointer into the scene, or over HTTP into the request of the job.")
-    name: str | None = Field(description="Its name, if it was given one.")
+    name: str | None = Field(description="Its name, if it has one.")
 
 
 class Blocker(Part):
     """A shape between a point and a light."""
 
     shape: int = Field(ge=0, description="Index into the scene's shapes.")
-    points: int = Field(ge=1, description="Points of the light that it is the first to block.")
+    points: int = Field(ge=1, description="Points of the light that it blocks first.")
 
 
 class InspectedLight(Message):
-    """One light as a point of a surface sees it, and what it adds there.
+    """One light's visibility and contribution at a point.
 
     `points` is the sum of those visible, `below_horizon` and `blocked`.
     """
@@ -79,7 +79,7 @@ class InspectedLight(Message):
     visibility: float = Field(ge=0, le=1, description="Share of its points that are visible.")
     points: int = Field(
         ge=1,
-        description="How many of its points were tested: those of a fixed quality, 64 with target quality.",
+        description="Number of tested points: those of a fixed quality, 64 with target quality.",
     )
     below_horizon: int = Field(
         ge=0, description="Points behind the surface, or all if the light shines the other way."
@@ -100,7 +100,7 @@ class InspectedLight(Message):
 
 
 class InspectedSurface(Message):
-    """The place where a ray hits a shape."""
+    """A hit of a ray with a shape."""
 
     shape: int = Field(ge=0, description="Index into the scene's shapes.")
     part: Part = Field(description="The shape in the request.")
@@ -131,7 +131,7 @@ class InspectedRay(Message):
     weight: float = Field(ge=0, description="Share of `radiance` that reaches the camera.")
     origin: Triple = Field(description="Scene units.")
     direction: Triple = Field(description="Direction of length 1.")
-    surface: InspectedSurface | None = Field(description="The place that it hits; null if it hits no shape.")
+    surface: InspectedSurface | None = Field(description="Its hit; null if it hits no shape.")
     light: Part | None = Field(description="The light that it hits, if any.")
     radiance: Triple = Field(description="Linear RGB.")
     rays: tuple[InspectedRay, ...] = Field(description="Mirrored, reflected and refracted rays.")
@@ -145,7 +145,7 @@ class Reason(Message):
     )
     text: str = Field(description="A sentence.")
     pointers: tuple[str, ...] = Field(
-        description="JSON Pointers to the parts of the request that it is about."
+        description="JSON Pointers to the parts of the request that it concerns."
     )
 
 

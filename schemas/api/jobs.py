@@ -1,7 +1,7 @@
 """Jobs: requests, states, tile events and logs.
 
-Requests are closed and strict like the scene language. Answers are open: a client that knows this
-version reads the answers of a later one and passes over what it does not know.
+Requests are closed and strict like the scene language. Answers are open: a client of this version reads
+the answers of later ones and ignores unknown fields.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class ReachedError(Message):
 
 
 class Work(Message):
-    """Work that is counted beside rays."""
+    """Counts of work other than rays."""
 
     shading_points: int = Field(default=0, ge=0, description="Points where rays hit shapes.")
     texture_lookups: int = Field(
@@ -150,7 +150,7 @@ class Numerics(Message):
 
     non_finite: int = Field(ge=0, description="Pixels that are NaN or infinite.")
     clamped: int = Field(ge=0, description="Pixels clamped to the largest float32 in some pass.")
-    degenerate_dropped: int = Field(ge=0, description="Triangles without area, and copies, left out.")
+    degenerate_dropped: int = Field(ge=0, description="Triangles left out: copies, and those without area.")
     retried: int = Field(
         ge=0, description="Triangles so thin that exact arithmetic had to decide whether they have an area."
     )
@@ -233,9 +233,9 @@ class Job(Message):
     )
     last_seq: int = Field(ge=0, description="Number of the newest tile event; 0 before the first.")
     created_at: datetime = Field(description="When it was submitted.")
-    started_at: datetime | None = Field(default=None, description="When it began to run.")
+    started_at: datetime | None = Field(default=None, description="When it started.")
     run_seconds: float | None = Field(
-        default=None, description="How long it has run, pauses left out; null before it begins."
+        default=None, description="Seconds it has run, without pauses; null before it starts."
     )
     finished_at: datetime | None = Field(default=None, description="When it ended.")
     expires_at: datetime | None = Field(
@@ -247,7 +247,7 @@ class Job(Message):
         default=False, description="Whether the picture is kept until the job is unpinned or deleted."
     )
     failure: Failure | None = Field(default=None, description="Why it failed; null in other states.")
-    cost: JobCost = Field(description="What it was predicted to cost, and what it has cost.")
+    cost: JobCost = Field(description="Its predicted cost, and its cost so far.")
     numerics: Numerics | None = Field(
         default=None, description="Counts of numerical problems; null until the picture is finished."
     )

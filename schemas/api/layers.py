@@ -33,7 +33,7 @@ def checked_layers(names: Iterable[str]) -> tuple[LayerName, ...]:
     TypeError
         It is one text and not several.
     ValueError
-        Says which name is none of a layer, and which was probably meant.
+        Names the unknown layer, and suggests a known one.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def checked_layers(names: Iterable[str]) -> tuple[LayerName, ...]:
     ValueError: There is no layer 'dept'. Did you mean 'depth'?
     """
     if isinstance(names, str):
-        # Its letters would be taken for names.
+        # Its letters would be read as names.
         raise TypeError(f"Several layers may be asked for: write [{names!r}].")
     asked = list(names)
     for name in asked:

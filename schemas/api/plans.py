@@ -1,4 +1,4 @@
-"""Plans, quotes and convergence: what runs, what it costs, and how its error falls."""
+"""Plans of stages, quotes of cost and error, and convergence of a job."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class PlanStage(Message):
     """One stage of the rendering, with the parts of the scene that require it."""
 
     name: str = Field(description="The stage.")
-    effect: str = Field(description="The effect that it works for.")
+    effect: str = Field(description="The effect that needs it.")
     pointers: tuple[str, ...] = Field(
         description="JSON Pointers to what requires it, in the scene or, over HTTP, in the request."
     )
@@ -33,7 +33,7 @@ class LeftOut(Message):
     effect: str = Field(description="The effect.")
     pointers: tuple[str, ...] = Field(
         default=(),
-        description="JSON Pointers to parts that name it without effect, if any.",
+        description="JSON Pointers to parts that set it in vain.",
     )
     reason: str = Field(description="Why it does not run.")
 
@@ -47,7 +47,7 @@ class PlanCost(Message):
 
 
 class PlanDocument(Message):
-    """The whole plan, as it is printed and served."""
+    """The plan of a render."""
 
     stages: tuple[PlanStage, ...] = Field(description="What runs, in order.")
     pilot_samples: tuple[PlanStage, ...] = Field(
@@ -161,7 +161,7 @@ class EffectShare(Message):
         description="JSON Pointers to what requires it, in the scene or, over HTTP, in the request."
     )
     cpu_seconds: float = Field(
-        description="CPU seconds that are saved without it; below 0 if it saves work itself."
+        description="CPU seconds saved without it; below 0 if it saves more than it costs."
     )
     share: float = Field(le=1, description="The same as a share of all CPU seconds.")
 

@@ -1,7 +1,7 @@
-"""Pointers of answers: the renderer's begin at the scene, those over HTTP at the request that has the scene.
+"""Conversion of JSON Pointers between a scene and the request that contains it.
 
-Over HTTP every pointer leads into the body that was posted, as those of problems and warnings do, and to
-something that is written there. A client whose user has a scene, and no request, turns them back.
+The renderer's pointers begin at the scene. Over HTTP every pointer refers to the posted body, and to a value
+that is present there. A client whose user has only a scene converts them back.
 """
 
 from __future__ import annotations
@@ -17,26 +17,25 @@ Answer = TypeVar("Answer", bound=BaseModel)
 
 SCENE = "/scene"
 _QUALITY = {"antialiasing", "light"}
-"""Parts of a scene's sampling that the quality of a request can take the place of."""
+"""Parts of a scene's sampling that the quality of a request overrides."""
 
 
 def in_request(answer: Answer, request: BaseModel) -> Answer:
-    """Let the pointers of an answer lead into its request.
+    """Make the pointers of an answer relative to its request.
 
     Parameters
     ----------
     answer
-        Its pointers lead into a scene, and where a sentence begins with one it does, too.
+        Its pointers are relative to a scene, also those that begin a reason.
     request
-        The request as it was read: it has a `scene`, and may have a `quality`. A pointer to a
-        default leads to the nearest written value around it; lists of pointers leave it out where that is
-        the whole scene.
+        The request with its `scene`, and perhaps a `quality`. The pointer of a default becomes that of the
+        nearest value around it that is present; lists omit it if that is the whole scene.
     """
     return _changed(answer, lambda place: _in_request(place, request))
 
 
 def in_scene(answer: Answer) -> Answer:
-    """Let the pointers of an answer over HTTP lead into the scene of its request."""
+    """Make the pointers of an answer over HTTP relative to the scene of its request."""
     return _changed(answer, lambda place: place.removeprefix(SCENE))
 
 
@@ -66,7 +65,7 @@ def _field(name: str, value: Any, change: Callable[[str], str | None]) -> Any:
 
 
 def _in_request(place: str, request: BaseModel) -> str | None:
-    """Give the pointer of a place of the scene; None where nothing there is written."""
+    """Give the pointer of a value of the scene; None if it is not present."""
     parts = tokens(place)
     if parts[:1] == ("sampling",) and _QUALITY.intersection(parts[1:2]):
         replaced = ("quality", *parts[1:])
@@ -77,7 +76,7 @@ def _in_request(place: str, request: BaseModel) -> str | None:
 
 
 def _written(node: Any, parts: Parts) -> Parts:
-    """Shorten a location to the longest beginning that the user has written."""
+    """Shorten a location to its longest prefix that is present."""
     for depth, part in enumerate(parts):
         if isinstance(node, BaseModel) and part in node.model_fields_set:
             node = getattr(node, str(part))

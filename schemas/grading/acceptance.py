@@ -1,4 +1,4 @@
-"""Requirements of a test, and the share of its points that a lower number still earns."""
+"""Thresholds of a test, and partial credit below them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The result of grading a class: a line for each submission, and what several submissions have in common."""
+"""The result of grading a class: a line for each submission, and similarities between submissions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from schemas.grading.grades import GradeVerdict, Lateness, Signal
 
 
 class SharedFiles(Message):
-    """Submissions that have files in common: the same pixels or arrays, or else the same bytes."""
+    """Submissions with equal files: the same pixels or arrays, or else the same bytes."""
 
     students: tuple[str, ...] = Field(description="Whose submissions they are, by name.")
     tests: tuple[str, ...] = Field(description="Ids of the tests whose files are the same.")
@@ -26,7 +26,7 @@ class SharedNoise(Message):
 
 
 class NotCompared(Message):
-    """Pictures whose noise was compared with no others."""
+    """Pictures whose noise was not compared with others."""
 
     test: str = Field(description="Id of the test.")
     reason: str = Field(description="A sentence for staff.")
@@ -61,8 +61,8 @@ class ClassGrade(Message):
     shared_files: tuple[SharedFiles, ...] = Field(default=(), description="Most files in common first.")
     shared_noise: tuple[SharedNoise, ...] = Field(default=(), description="Most pictures in common first.")
     not_compared: tuple[NotCompared, ...] = Field(
-        default=(), description="Pictures in which the same noise would not have been noticed."
+        default=(), description="Pictures in which shared noise cannot be detected."
     )
     left_out: tuple[str, ...] = Field(
-        default=(), description="What lies in the folder of the class and is not a submission, by name."
+        default=(), description="Files in the folder of the class that belong to no submission, by name."
     )

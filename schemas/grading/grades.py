@@ -1,4 +1,4 @@
-"""The result of grading a submission: one document, of which every platform's own is a function."""
+"""The result of grading a submission, from which all exports are derived."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from schemas.base import Message
 
 Status = Literal["passed", "partial", "failed", "error", "not_gradable", "skipped"]
 Feedback = Literal["none", "verdict", "difference", "picture"]
-"""Levels of detail that students see of a test, each with all of those before it."""
+"""Levels of detail that students see of a test; each includes those before it."""
 
 GradeVerdict = Literal["match", "noisy_match", "mismatch", "not_comparable"]
 
@@ -86,12 +86,12 @@ class TestGrade(Message):
 
     @property
     def is_open(self) -> bool:
-        """Whether it was not judged, so that its 0 points are a placeholder."""
+        """Whether it could not be judged; its 0 points are a placeholder then."""
         return self.status in {"error", "not_gradable"}
 
 
 class Signal(Message):
-    """Something that staff may want to look at; it never costs points."""
+    """A hint for staff to look at a submission; it never costs points."""
 
     test: str = Field(description="Id of the test.")
     code: str = Field(description="A word for programs: `identical_bytes`, `closer_than_noise`.")

@@ -1,4 +1,4 @@
-"""Reading the manifest of an assignment: a checked manifest or all its problems; and its JSON Schema."""
+"""Reader of manifests, which reports all problems at once, and their JSON Schema."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _impossible_requirements(document: Document) -> Iterator[Finding]:
 
 
 def _impossible_charges(document: Document) -> Iterator[Finding]:
-    """Charges to tests that judge no submitted picture, and mistakes that are charged twice."""
+    """Find charges to tests that judge no submitted picture, and mistakes that are charged twice."""
     pictures = {member(test, "id") for test in _listed(document.content, "tests") if _is_image(test)}
     seen: set[str] = set()
     for index, charge in enumerate(_listed(document.content, "charged_once")):
@@ -87,7 +87,7 @@ def _impossible_charges(document: Document) -> Iterator[Finding]:
 
 
 def _impossible_variants(document: Document) -> Iterator[Finding]:
-    """Scenes that should differ from student to student, and of which no reference is rendered."""
+    """Find scenes that should differ from student to student, but are not rendered as a reference."""
     references = [member(test, "reference") for test in _listed(document.content, "tests")]
     rendered = {member(each, "file") for each in references if member(each, "type") == "scene"}
     stored = {member(each, "scene") for each in references if member(each, "type") == "picture"}
@@ -108,7 +108,7 @@ def _is_image(test: object) -> bool:
 
 
 def _listed(content: object, name: str) -> Iterator[object]:
-    """The parts of an array in a raw document; none where there is no such array."""
+    """The entries of an array in a raw document; none if it is missing."""
     parts = member(content, name) if isinstance(content, Mapping) else ()
     yield from parts if isinstance(parts, list | tuple) else ()
 
@@ -145,7 +145,7 @@ _EXAMPLE = {
 def manifest_json_schema() -> dict[str, Any]:
     """Describe a manifest in JSON Schema, draft 2020-12.
 
-    It says all that such a schema can say. What compares fields with each other (ids, the order of
-    thresholds) only `schemas.grading.manifest_reading` checks.
+    It checks each field. Only `schemas.grading.manifest_reading` compares fields with each other: ids, and
+    the order of thresholds.
     """
     return Manifest.model_json_schema(schema_generator=Generator) | {"examples": [_EXAMPLE]}
