@@ -45,6 +45,6 @@ HOMES = {
     "fixed_tiles": ("TileRendering", "TileResult", "render_tile"),
     "tracing": ("Hits", "trace"),
 }
-"""Modules that are loaded when one of their names is first used: comparing pictures renders nothing."""
+"""Modules, each loaded on the first use of one of its names: comparing pictures renders nothing."""
 
 __getattr__, __dir__ = lazy_names(__name__, HOMES)

@@ -14,7 +14,7 @@ from renderer.similar_files import did_you_mean
 from schemas.limits import Limits, how_to_raise, limits_in_force
 
 PILLOW_PIXELS = 178_956_970
-"""Pillow opens no more, whatever is allowed here: twice its `Image.MAX_IMAGE_PIXELS`."""
+"""Pillow's own limit, which holds in any case: twice its `Image.MAX_IMAGE_PIXELS`."""
 
 
 class AssetError(ValueError):
@@ -49,7 +49,7 @@ class NoSuchAssetError(KeyError):
 
 
 class NoAssets:
-    """The source of a scene that came without files."""
+    """The source of a scene without files."""
 
     def read(self, name: str) -> bytes:
         """Raise NoSuchAssetError: there are no files."""

@@ -1,9 +1,9 @@
-"""Cameras, from a place on the picture to a ray: the pinhole, the thin lens, and parts of either's picture.
+"""Cameras, which map points of the picture to rays: pinhole, thin lens, and crops of both.
 
-A ray's direction is formed apart from the camera's position: points on the virtual screen would round
-to the grid of the position and, far from the origin, fall together.
+A ray's direction is computed without the camera's position: far from the origin, points on the virtual screen
+would be rounded to the grid of the position, and coincide.
 
-With a lens, what is nearer or farther than the focus is blurred. All rays of a place on the picture pass
+A lens blurs everything nearer or farther than the focus. All rays of a place on the picture pass
 through one point of the plane in focus. A point at depth z (along the view) spreads over a circle of diameter
 2 R |1 / F - 1 / z| on the screen at distance 1, R the radius of the lens and F the distance of the plane in
 focus (Potmesil, Chakravarty 1981).

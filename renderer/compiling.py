@@ -31,7 +31,7 @@ def compile_scene(
     layers: Iterable[str] = (),
     culling: bool = True,
 ) -> RenderPlan:
-    """Decide what a scene calls for, and build just that.
+    """Compile a scene to a plan with only the stages that it needs.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def compile_scene(
     layers
         Values to record of each pixel beside its colour, by names of `schemas.api.layers.LAYER_NAMES`.
     culling
-        Whether conservative tests may leave out work. Images are the same without, and slower.
+        Whether conservative tests may skip work. Without them images are the same, but slower.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def _compiled(
 
 
 def _with_bounces_priced(plan: RenderPlan) -> RenderPlan:
-    """The plan with the price of bounces, which no formula tells: nested glass multiplies them."""
+    """The plan with a measured price of bounces, since no formula gives it: nested glass multiplies them."""
     bounces = _bounces(plan)
     entries = tuple(
         replace(entry, seconds=entry.seconds * bounces[kind])
@@ -104,9 +104,9 @@ def _with_bounces_priced(plan: RenderPlan) -> RenderPlan:
 def _bounces(plan: RenderPlan) -> Counter[str]:
     """Mean numbers of mirror and transmitted rays that a camera ray makes.
 
-    Of the rays that leave a point one is followed, and stands for the others too: the mean is right, and no
-    scene takes more than a ray for each path and bounce (Knuth, "Estimating the efficiency of backtrack
-    programs", 1975). Right within a factor of 2 for balls of glass, in and beside one another.
+    Of the rays that leave a point one is followed, weighted for all: the mean is unbiased, and every scene
+    takes at most one ray per path and bounce (Knuth, "Estimating the efficiency of backtrack programs",
+    1975). Right within a factor of 2 for balls of glass, in and beside one another.
     """
     x, y = ((np.arange(FOLLOWED_SIDE) + 0.5) * size / FOLLOWED_SIDE for size in (plan.width, plan.height))
     wave = camera_wave(_rays(plan, np.tile(x, FOLLOWED_SIDE), y.repeat(FOLLOWED_SIDE)))

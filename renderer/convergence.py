@@ -1,7 +1,7 @@
 """Rate of convergence of a picture: a power law fitted to its passes, and the cost of half the error.
 
-The error of passes that took the times t is taken to be C t^p. In logarithms that is a line, fitted by least
-squares, each pass weighing as much as its own interval says (Bevington and Robinson, Data Reduction and Error
+The error after the time t is modelled as C t^p. In logarithms that is a line, fitted by least squares, with
+each pass weighted by its own interval (Bevington and Robinson, Data Reduction and Error
 Analysis for the Physical Sciences, chapter 6).
 """
 
@@ -17,7 +17,7 @@ from renderer.math.arrays import Floats
 from renderer.math.intervals import INTERVAL_DEVIATIONS, Interval, student
 
 MIN_FIT_POINTS = 3
-"""Points that a fit needs: a line goes through any two, and nothing would show how good it is."""
+"""Points that a fit needs: through two points a line always fits, so that its error would be unknown."""
 
 CLOCKS = ("seconds", "cpu_seconds")
 """The times that a pass reports."""
@@ -38,11 +38,11 @@ class PowerLaw:
     time, error : float
         A point of the fitted line, in the middle of the points.
     margin : float
-        Half the interval of the logarithm of an error that is as sure as the surest point.
+        Half the interval of the logarithm of the error at the most certain point.
     squares : float
         Sum of the squared distances of the points from the middle, in logarithms of times and by weight.
     newest, weight : float
-        Distance of the latest point from the middle, and its weight; that of the surest point is 1.
+        Distance of the latest point from the middle, and its weight; that of the most certain point is 1.
     """
 
     order: Interval
@@ -61,9 +61,9 @@ class PowerLaw:
     def falling(self, spent: float, factor: float = 2.0) -> Interval | None:
         """Cost beyond `spent`, in its unit, of dividing the newest error by `factor`.
 
-        The interval holds the time at which a pass will report that error in at least 95 of 100 cases, as far
-        as that of the order does: it knows how far passes are off the line (Fieller 1954, Some Problems in
-        Interval Estimation). It has no upper end where the error may not fall. None where it does not.
+        The interval contains the time at which a pass will report that error in at least 95 of 100 cases, if
+        that of the order is right: it includes the scatter of passes about the line (Fieller 1954, Some
+        Problems in Interval Estimation). It has no upper end if the error may not fall; None if it does not.
         """
         steep, wanted = -self.order.estimate, float(np.log(factor))
         if steep <= 0:

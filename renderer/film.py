@@ -13,7 +13,7 @@ Image = NDArray[np.float32]
 """(H, W, 3) float32, linear."""
 
 BRIGHTEST = float(np.finfo(np.float32).max)
-"""Brighter pixels of a pass are clamped to this, and brighter samples where their spread is recorded."""
+"""Brighter pixels of a pass are clamped to this, and brighter samples where their variance is recorded."""
 
 
 class Film:
@@ -40,7 +40,7 @@ class Film:
     def add(self, columns: Integers, rows: Integers, radiance: Floats) -> None:
         """Take the samples (3, P * S) of P pixels, those of one pixel together, ordered by number.
 
-        They are added in `radiance` itself, which is overwritten.
+        They are summed in place: `radiance` is overwritten.
         """
         # By halves, in an order that the number of samples alone decides: no pixel depends on its block.
         total = halving_sum(radiance.reshape(-1, self._samples).T).reshape(3, columns.size)
@@ -87,7 +87,7 @@ def non_finite(image: Image) -> int:
 def clamped(parts: Sequence[tuple[Pass, Image]]) -> int:
     """Number of pixels of a tile that are clamped, as some pass exceeded float32.
 
-    Their mean may well be within it: of each pass only the clamped values are kept.
+    Their mean may be smaller: passes keep only clamped values.
     """
     return int(np.count_nonzero(np.any([(pixels >= BRIGHTEST).any(axis=2) for _, pixels in parts], axis=0)))
 

@@ -1,4 +1,4 @@
-"""Tiles of fixed quality, rendered at once or in time slices between which a tile is kept as arrays."""
+"""Tiles of fixed quality, rendered at once, or in time slices that pass their state on as arrays."""
 
 import time
 from collections import Counter
@@ -20,11 +20,11 @@ from renderer.tiling import BLOCK_RAYS, Block, blocks
 from schemas.tiles import Pass, Tile
 
 PORTION_SECONDS = 0.5
-"""Longest that camera rays are followed together in a time slice: by so much it may be exceeded. Rays
-through eight balls of glass take 6 ms each, those beside them a thousandth: none tells what the next take."""
+"""Seconds that a batch of camera rays may take, and exceed the time slice by. Rays through eight balls of
+glass take 6 ms each, those beside them a thousandth of that, so no ray predicts the next."""
 
 FEWEST_RAYS = 64
-"""Rays that are followed to their end in any case; of fewer, calls are most of the price."""
+"""Least rays of a batch: with fewer, calls dominate the cost."""
 
 COUNTERS = ("camera", "shadow", "mirror", "transmission", *WORK_COUNTERS)
 """Counters in the order in which an unfinished tile stores them."""
@@ -59,7 +59,7 @@ class TileResult:
 def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
     """Render one tile of one pass.
 
-    A pure function: the result depends on nothing but its arguments, and a pixel not on the tile.
+    A pure function: the result depends on its arguments alone, and no pixel depends on the tile.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def render_tile(plan: RenderPlan, tile: Tile, pass_: Pass) -> TileResult:
 
 
 class TileRendering:
-    """A tile of a pass in progress, which stops when its time is over and is continued from what was kept.
+    """A tile of a pass in progress, which stops at the end of a time slice and continues from its state.
 
     However it is cut, the result has the same bytes: the radiance of a ray depends on no other ray.
 
@@ -148,7 +148,7 @@ class TileRendering:
         """Add a block to the film, all of whose rays are cast."""
         for spread in self._spreads.values():
             spread.add(block.columns, block.rows, self._open)
-        # Last, as it may add up the samples in place.
+        # Last, since it may sum the samples in place.
         self._film.add(block.columns, block.rows, self._open)
         self._finished, self._open = self._finished + 1, np.empty((3, 0))
 

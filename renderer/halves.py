@@ -3,7 +3,7 @@
 Sample number i belongs to half i % 2 and is number i // 2 of it. Each half of a pixel is one Sobol sequence
 in the pixel, one on the lens and one on every light, scrambled by itself, so that the two are
 independent and their difference gives the error of their mean. The light points of a half continue from
-sample to sample, in an order of their own, so that no place in the pixel goes with a place on the light.
+sample to sample, in a separate order, so that positions in the pixel and on the light are uncorrelated.
 """
 
 from dataclasses import dataclass, fields
@@ -18,7 +18,8 @@ from renderer.math.streams import Keys, keys
 from renderer.samplers import PATTERNS
 
 HALVES = 2
-"""Their difference estimates the error of their mean; more parts would be shorter and spread worse."""
+"""Their difference estimates the error of their mean; more parts would be shorter, and less evenly
+distributed."""
 
 
 def places(seed: int, pixels: Integers, samples: Integers) -> tuple[Floats, Floats]:

@@ -32,11 +32,11 @@ _local = threading.local()
 
 
 class OutOfTimeError(Exception):
-    """The time ran out before what was asked for was rendered."""
+    """The time ran out before the requested work was rendered."""
 
 
 def render_layers(plan: RenderPlan, tile: Tile) -> tuple[Layers, dict[str, int]]:
-    """Fill the layers of a tile that show the centres of its pixels, and count what that takes."""
+    """Fill the layers of a tile that show the centres of its pixels, and count the work."""
     counts: Counter[str] = Counter()
     return record(plan.layers, tile, partial(centre_points, plan, counts)), dict(counts)
 
@@ -44,7 +44,7 @@ def render_layers(plan: RenderPlan, tile: Tile) -> tuple[Layers, dict[str, int]]
 def camera_rays(plan: RenderPlan, block: Block, pass_: Pass, part: slice = slice(None)) -> Rays:
     """Rays through a block, those of one pixel together, in the order of their sample numbers.
 
-    Of all of them, those in `part` are returned.
+    Only those in `part` are returned.
     """
     count = pass_.last - pass_.first
     columns, rows = block.columns.repeat(count)[part], block.rows.repeat(count)[part]
@@ -149,7 +149,7 @@ def successors(plan: RenderPlan, points: Points, wave: Wave) -> list[Wave]:
 
 
 def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[Floats, Points]:
-    """Radiance (3, N) of what rays hit without what comes by further rays, and the points hit."""
+    """Radiance (3, N) at the hits of rays, without that of further rays; and the points hit."""
     points = intersect(plan, rays)
     result = plan.unshaded.radiance(rays.shapes)
     _count(points, counts)

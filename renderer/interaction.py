@@ -143,10 +143,10 @@ class RayStage(Protocol):
 
 @dataclass(slots=True, eq=False)
 class Points:
-    """Places where rays hit shapes: what shading needs of them, M points.
+    """M hits of rays with shapes, with their attributes for shading.
 
-    What not every scene needs exists where some stage of the plan asked for it; reading it elsewhere raises
-    AttributeError.
+    Attributes that not every scene needs exist only if a stage of the plan reads them; otherwise reading them
+    raises AttributeError.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ class Points:
     radiance : (3, M) float64
         Towards the viewer, gathered by the stages.
     shading_error : (M,) float64
-        Squared error to expect of the radiance, because what varies within the pixel has few samples.
+        Expected squared error of the radiance, since variation within the pixel has few samples.
     bent : bool
         Whether shading normals may differ from geometric ones.
     lookups : int
@@ -270,7 +270,7 @@ class Points:
         return taken(self.footprints, index) if hasattr(self, "footprints") else None
 
     def between(self, start: int, stop: int) -> "Points":
-        """The points start..stop as views: what is added to their radiance is added to ours."""
+        """The points start..stop as views, whose radiance is that of these points."""
         return self._cut(lambda values: values[..., start:stop])
 
     def part(self, index: Integers) -> "Points":
@@ -278,7 +278,7 @@ class Points:
         return self._cut(lambda values: np.take(values, index, axis=-1))
 
     def _cut(self, cut: Callable[[NDArray[Any]], NDArray[Any]]) -> "Points":
-        """All arrays cut alike, but origins that all points share."""
+        """All arrays sliced alike, except origins that all points share."""
         part = copy(self)
         for item in fields(self):
             value = getattr(self, item.name, None)

@@ -1,4 +1,4 @@
-"""Layers: numbers about each pixel beside its colour.
+"""Layers: numbers about each pixel besides its colour.
 
 Most come from the one ray through the pixel's centre, those that are `sampled` from all camera samples.
 """
@@ -18,7 +18,7 @@ from renderer.tiling import Block, blocks
 from schemas.tiles import Pass, Tile
 
 Layers = dict[str, NDArray[Any]]
-"""Layers by name, each (H, W) or (H, W, channels), float32 or int32; or what a tile has recorded for them."""
+"""Layers by name, each (H, W) or (H, W, channels), float32 or int32; or the records of a tile for them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,8 +37,8 @@ class Layer:
         From points (M) to their values, (M,) or (channels, M). None if every pixel has the value `ground`,
         or is formed from the camera samples, so that no ray is needed.
     sampled : bool
-        Whether it is formed from the spread of all camera samples. Then every pass records it, else the first
-        alone.
+        Whether it is formed from the variance of all camera samples. Then every pass records it, otherwise
+        only the first.
     """
 
     name: str
@@ -64,7 +64,7 @@ MEANS, SQUARES, COUNTS = slice(0, 3), slice(3, 6), 6
 
 
 class Spread:
-    """Records how the samples of each pixel of a tile spread in one pass.
+    """Records mean and variance of the samples of each pixel of a tile in one pass.
 
     A record holds the mean of a pixel's samples, the sum of squares about it, and their number. It is formed
     from differences to the pixel's first sample, and records merge by Chan, Golub and LeVeque (1979), so that
@@ -166,7 +166,7 @@ def record(layers: Sequence[Layer], tile: Tile, points_in: Callable[[Block], Poi
 
 
 class LayerBuffers:
-    """Takes what tiles have recorded: tiles in any order, the passes of each in theirs.
+    """Collects the records of tiles, which come in any order, each with its passes in order.
 
     Parameters
     ----------

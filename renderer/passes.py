@@ -1,4 +1,4 @@
-"""The one loop over the passes of a picture, whatever its quality, and the tally of what it takes."""
+"""The loop over the passes of a picture of any quality, and the tally of its cost."""
 
 import time
 from collections import Counter

@@ -1,4 +1,4 @@
-"""Processors that this process may use; of next to no import cost, because settings need it."""
+"""Processors available to this process; cheap to import, because settings need it."""
 
 import os
 

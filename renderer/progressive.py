@@ -1,9 +1,9 @@
 """The error of pictures of fixed quality, estimated from the differences of their passes.
 
 Two passes whose samples are independent have means that differ by the errors of both. With n and m samples
-and equal variances the squared error of the mean of all, times (n + m)^2 / (n m), is what the squared
-difference is in the mean. That holds for random samples alone: those of other patterns depend on each other,
-and their passes differ by more or less than their mean is wrong.
+and equal variances, the squared difference is on average (n + m)^2 / (n m) times the squared error of the
+mean of all. That holds for random samples only: those of other patterns depend on each other, and the
+difference of their passes over- or underestimates the error of their mean.
 """
 
 from collections.abc import Iterable, Sequence
@@ -17,13 +17,13 @@ from renderer.plan.plan import RenderPlan
 from schemas.tiles import Pass
 
 FEWEST_PASSES = 3
-"""The preview, and two to compare."""
+"""Least passes: the preview, and two to compare."""
 
 ESTIMATE_VARIANCE = 4 / 3
-"""Of a pixel's estimate less its true squared error, over the mean of the square of the estimate.
+"""Variance of a pixel's estimate minus its true squared error, relative to the mean square of the estimate.
 
-Where both errors are normal with variance s they are independent of each other, each square has the variance
-2 s^2, and the mean of the square of the estimate is 3 s^2.
+If both errors are normal with variance s and independent, each square has the variance 2 s^2, and the mean
+square of the estimate is 3 s^2.
 """
 
 

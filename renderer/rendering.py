@@ -1,4 +1,4 @@
-"""A whole picture in this process or in worker processes of its own."""
+"""Rendering of a whole picture in this process, or in worker processes."""
 
 from collections.abc import Callable
 from dataclasses import replace

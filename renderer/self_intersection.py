@@ -40,7 +40,7 @@ A segment at an angle of 1e-6 to the plane passes it no farther than that roundi
 """
 
 ZERO_LENGTH = 2.0**-40
-"""A ray shorter than this share of its origin's magnitudes ends where it began.
+"""A ray shorter than this, relative to its origin's magnitudes, has length zero.
 
 Hundreds of roundings, so that the origin of a longer one is on a definite side of all planes at its end.
 """

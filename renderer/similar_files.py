@@ -1,10 +1,10 @@
-"""Files that may be meant by a name that no file has."""
+"""Suggestions for a missing file: similar names in its folder."""
 
 from pathlib import Path, PurePosixPath
 
 
 def did_you_mean(folder: Path, name: str) -> str:
-    r"""A question about the file in a folder that a name may mean, or nothing.
+    r"""Ask whether a similar file in a folder was meant; empty if there is none.
 
     It differs by capitals, or by the folders of another computer, as in `C:\models\cube.obj`.
     """

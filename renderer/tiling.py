@@ -12,11 +12,10 @@ from renderer.math.arrays import Integers
 from schemas.tiles import Pass, Tile
 
 PREVIEW_PIXELS = 4096
-"""A coarse preview has at most some four times as many rays: a few hundredths of a second."""
+"""About the most rays of a coarse preview: a few hundredths of a second."""
 
 BLOCK_RAYS = 8192
-"""Rays worked on at once: their arrays stay in the second-level cache, and calls cost little in
-comparison."""
+"""Rays processed at once: their arrays stay in the second-level cache, and the overhead of calls is small."""
 
 TILE_SIDE = 128
 """Side of a tile, pixels, unless requested otherwise."""
@@ -37,7 +36,7 @@ class Picture(Protocol):
 
 
 def passes(width: int, height: int, samples: int) -> tuple[Pass, ...]:
-    """A coarse preview of the whole picture, then the camera samples in rounds that grow four times each."""
+    """A coarse preview of the whole picture, then passes whose total of camera samples grows fourfold."""
     stride = 4
     while width * height > PREVIEW_PIXELS * stride * stride:
         stride *= 2
@@ -73,7 +72,7 @@ def tiles(picture: Picture, pass_: Pass, tile_size: int | None = None) -> list[T
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
-    """Pixels worked on at once.
+    """Pixels processed at once.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Rays that a caller gives: what they hit, and how much of each light is seen from there."""
+"""Hits of given rays, and the visibility of each light from them."""
 
 from dataclasses import dataclass
 from functools import partial

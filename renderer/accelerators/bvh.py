@@ -21,13 +21,14 @@ SPLITS_PER_LEVEL = 3
 """Binary splits a level: 2**3 children a node."""
 
 BOX_WIDENING = gamma(16)
-"""Share of its longest side by which a box is widened on each."""
+"""Boxes are widened on each side by this share of their longest side."""
 
 BOX_DISTANCE_BOUND = 1 + gamma(32)
-"""A hit is not farther in front of the box around it than this, in shares of its distance."""
+"""Bound on how far a hit may lie in front of its box, relative to its distance."""
 
 SAMPLED_ITEMS = 64
-"""Items of a node that give its longest side: of a million, all would take as long as everything else."""
+"""Items of a node that are sampled to find its longest side: reading a million would take as long as the
+rest."""
 
 NO_ITEM = -1
 """Item number of an empty place in a leaf."""

@@ -22,8 +22,8 @@ MAX_VISITS = 1 << 20
 """Box visits at once, 50 MB; where more boxes overlap, the portions of primitives are smaller."""
 
 MOST_VISITS = 1 << 24
-"""Visits after which no more pairs of two families are looked for, some two seconds. Only where thousands of
-primitives overlap that are not equal are there as many; the other ties are left to rounding."""
+"""Most visits in the search for pairs of two families, some two seconds. Only thousands of overlapping,
+unequal primitives need more; their further ties are left to rounding."""
 
 Found = tuple[Integers, Integers]
 """Pairs (P,) of primitives of two families."""
@@ -70,8 +70,8 @@ def _sources(
 def _distinct(family: Family) -> Integers:
     """The first of each group of equal primitives of a family, (K,).
 
-    Rays hit equal ones at one distance, to the bit, and the first of them counts: they need no pairs, which
-    n copies of a mesh would have n^2 of.
+    Rays hit equal ones at bitwise equal distances, and the first counts, so they need no pairs; n copies of a
+    mesh would have n^2.
     """
     bits = family.corners().reshape(-1, family.numbers.size).astype(np.float64).view(np.uint64)
     weights = np.random.default_rng(0).integers(1, 1 << 63, (len(bits), 1), dtype=np.uint64)
@@ -88,7 +88,7 @@ def _distinct(family: Family) -> Integers:
 
 
 def _candidates(families: Sequence[Family]) -> list[Integers]:
-    """Primitives of each family that pairs are looked for among."""
+    """Primitives of each family that may have pairs."""
     candidates = [_distinct(family) for family in families]
     for surface in {family.surface for family in families}:
         alike = [i for i, family in enumerate(families) if family.surface == surface]
@@ -101,7 +101,7 @@ def _candidates(families: Sequence[Family]) -> list[Integers]:
 def _in_company(families: Sequence[Family], candidates: Sequence[Integers]) -> list[Integers]:
     """Primitives of families of one surface that may coincide with another of them.
 
-    In most scenes hardly any, though the boxes of very many overlap.
+    In most scenes these are few, although many boxes overlap.
     """
     found = zip(_signatures(families), candidates, strict=True)
     values, rooms = np.hstack([signatures[:, items] for signatures, items in found])
@@ -151,13 +151,13 @@ def coinciding(some: Family, others: Family) -> Iterator[Found]:
 
 
 def _near(some: Family, others: Family) -> Iterator[Found]:
-    """Pairs of different shapes whose boxes overlap, give or take what rounding may move them."""
+    """Pairs of different shapes whose boxes overlap up to rounding."""
     low, high = _boxes(others)
     tree = tree_of(others) if in_tree(others) else bvh.build(low, high)
     least, greatest = _boxes(some)
     room = PLANE_ERROR * (2 * some.sizes + others.reaches().max())
     least, greatest = least - room, greatest + room
-    # Within a family each pair is met once: by the one that is earlier in the scene.
+    # Within a family each pair is found once: from its earlier shape in the scene.
     after = some.numbers if some is others else np.full(some.numbers.size, -1)
     starts = np.arange(0, some.numbers.size, PRIMITIVES_AT_ONCE)
     waiting = [np.arange(start, min(start + PRIMITIVES_AT_ONCE, some.numbers.size)) for start in starts[::-1]]

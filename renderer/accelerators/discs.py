@@ -1,4 +1,4 @@
-"""Discs around the triangles of a node: they say how high it rises above a plane that grazes its surface.
+"""Discs around the triangles of a node, which bound its height above a plane that grazes its surface.
 
 The box of a piece of a smooth surface sticks out of it by about its own size, so many neighbours' boxes
 rise above the horizon of a point on the surface. A disc along the surface sticks out by far less.

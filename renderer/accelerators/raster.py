@@ -1,7 +1,7 @@
 """Nearest hits of a pinhole's rays with many triangles, by rasterisation.
 
-The candidates of a ray are the triangles of its cell of the picture that may cover its place, less those
-behind one that surely does. Both are found loosely, and the exact test decides between those left.
+The candidates of a ray are the triangles of its cell of the picture that may cover it, without those behind
+one that certainly does. Both tests are conservative, and the exact test decides among the candidates.
 """
 
 from dataclasses import dataclass, field

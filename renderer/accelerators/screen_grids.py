@@ -1,7 +1,7 @@
-"""Triangles sorted into cells of the picture: what a ray through a pinhole may hit stands in its cell.
+"""Grids over the picture with the triangles that a pinhole's rays may hit in each cell.
 
-A pinhole's rays are places on the screen, and the triangles' projections on it never change. They are found
-loosely here, each with room for rounding, and the exact test decides.
+A pinhole's rays are points of the screen, and the triangles' projections never change. They are bounded here,
+rounding included, and the exact test decides.
 """
 
 from collections.abc import Iterator
@@ -29,17 +29,17 @@ MAX_CELLS_PER_AXIS = 3
 """Cells that a triangle touches along an axis, at most: cells are at least half as wide as it is."""
 
 MIN_GRID_SHARE = 1 / 32
-"""A grid of fewer triangles than this share of all is joined with the next coarser one: each costs a ray a
-look-up. With larger shares, as an eighth, rays have more triangles to try and take longer."""
+"""A grid with a smaller share of the triangles is merged with the next coarser one, since each costs a ray a
+look-up. With larger shares, such as an eighth, rays test more triangles and take longer."""
 
 MAX_SLACK = 1 / 4
-"""More slack than this, and a place is never surely inside."""
+"""With more slack, no point is certainly inside."""
 
 MIN_CELL_EXPONENT = -16
 """Triangles smaller than 2**-16 pixels share cells of that size."""
 
 PROJECTED_TRIANGLES = 65536
-"""Triangles projected at once: the memory that this needs does not grow with the mesh."""
+"""Triangles projected at once, so that memory does not grow with the mesh."""
 
 EXTRA_TRIANGLES = 256
 """Triangles added to a grid's own when its number of cells is bounded: small grids may be fine."""

@@ -21,7 +21,7 @@ class Shafts:
     endless : bool
         Whether the light is at infinity.
     normals : (3, N) float64
-        What is below the plane through the point with this normal is not in the way.
+        Geometry below the plane through the point with this normal cannot occlude it.
     slack : (N,) float64
         Below it by more than that.
     """

@@ -17,7 +17,7 @@ from renderer.shapes import Family
 from renderer.shapes.triangles import Triangles
 
 MAX_UNTREED_TRIANGLES = 32
-"""Most triangles of a family without a tree: culling by block costs less for these."""
+"""Families of at most so many triangles have no tree: culling by block is cheaper."""
 
 KEPT_TREES = 4
 """Families whose trees a process keeps, the last ones used."""

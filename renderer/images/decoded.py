@@ -22,9 +22,9 @@ class DecodedImage:
     ----------
     values : (H, W, 3) float32
         Row 0 on top. Whole numbers are divided by the largest, so they are in 0..1; floating-point numbers
-        are finite and otherwise any. Grey is repeated, alpha is dropped.
+        are finite but not bounded. Grey is repeated, alpha is dropped.
     floating : bool
-        Whether the file stores floating-point numbers, which are linear light by custom.
+        Whether the file stores floating-point numbers, which are linear light by convention.
     notes : tuple of str
         Sentences about parts of the file that are not used, or were chosen.
     """

@@ -1,4 +1,4 @@
-"""Pixels deeper than 8 bits in PNG, TIFF and PGM files, of which Pillow would keep 8 or mix up the bytes."""
+"""Pixels deeper than 8 bits in PNG, TIFF and PGM files, which Pillow would truncate to 8 bits or misread."""
 
 import sys
 from collections.abc import Callable
@@ -125,7 +125,7 @@ def _raw_modes(image: Image.Image) -> set[str]:
 
 
 def _is_halved(image: Image.Image) -> bool:
-    """Whether Pillow would drop half of each number of an opened picture."""
+    """Whether Pillow would drop half the bits of an opened picture."""
     return any(mode == _GREY_ALPHA or mode[:-1] in _COLORS for mode in _raw_modes(image))
 
 
@@ -143,7 +143,7 @@ def _as(tile: Any, raw: Callable[[str], str]) -> Any:
 
 
 def refuse_unreadable(image: Image.Image) -> None:
-    """Raise AssetError, by name, where an opened TIFF picture would be read wrongly."""
+    """Raise AssetError if an opened TIFF picture would be read wrongly."""
     tags = getattr(image, "tag_v2", None)
     if tags is None:
         return

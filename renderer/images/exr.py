@@ -1,4 +1,4 @@
-"""Writing OpenEXR files: the linear picture and all its layers in one file, nothing rounded.
+"""Writer of OpenEXR files: the linear picture and all its layers in one file, without rounding.
 
 The picture has the channels R, G and B. A channel of a layer is named layer.channel, as in ``normal.X``.
 Numbers of shapes and triangles are EXR's whole numbers, which have no sign: -1 is written as 4294967295.

@@ -1,4 +1,4 @@
-"""Reading OpenEXR files, those of other programs too: which channels are the picture, and where it lies."""
+"""Reader of OpenEXR files of any program: chooses the channels of the picture, and places its data window."""
 
 import io
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,7 +17,7 @@ from schemas.limits import limits_in_force
 SIGNATURE = b"\x76\x2f\x31\x01"
 
 PIXEL_BYTES = 64
-"""Bytes of all channels of all parts that a file may have for each pixel that a picture may have."""
+"""Bytes of all channels of all parts of a file, per allowed pixel."""
 
 UNREADABLE = "This is not an EXR file that can be read."
 
@@ -34,7 +34,7 @@ class ExrPicture:
     Attributes
     ----------
     image : (H, W, 3) float32
-        As large as the display window; black where no pixel is stored.
+        Of the size of the display window; missing pixels are black.
     alpha : (H, W) float32 or None
         None where there is none; 0 where no pixel is stored.
     layers : mapping of str to array
@@ -159,7 +159,7 @@ def read_exr(content: bytes, max_pixels: int | None = None) -> ExrPicture:
 
 
 def _joined(planes: dict[str, NDArray[Any]], names: Sequence[str], place: "_Placing") -> NDArray[np.float32]:
-    """The colours (H, W, 3), taken out of the planes: each is forgotten before the next is copied."""
+    """The colours (H, W, 3), moved out of the planes one by one to save memory."""
     first = place(planes[names[0]], 0.0)
     image = np.empty((len(names), *first.shape), np.float32)
     del first

@@ -41,7 +41,7 @@ SUFFIXES = (".png", ".npy", ".exr")
 
 
 BAND_PIXELS = 1 << 15
-"""Pixels whose codes are computed at once: what is computed on the way takes about 150 bytes for each."""
+"""Pixels whose codes are computed at once: intermediate results take about 150 bytes for each."""
 
 
 def displayed(image: NDArray[np.floating], display: Display) -> NDArray[np.uint8]:

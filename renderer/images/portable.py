@@ -1,4 +1,4 @@
-"""Portable pixmaps that Pillow rounds or refuses: PPM deeper than 8 bits, and floating-point PFM."""
+"""Portable pixmaps that Pillow rounds or cannot read: PPM deeper than 8 bits, and floating-point PFM."""
 
 import re
 from typing import Any

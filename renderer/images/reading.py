@@ -1,4 +1,4 @@
-"""Pictures that a scene names, read from their files without rounding what they store."""
+"""Reader of the pictures that a scene names, without rounding."""
 
 import io
 import struct

@@ -5,7 +5,7 @@ light as seen from the surface (Howell, "A Catalog of Radiation Heat Transfer Co
 C-12). A point light gives g = 1 / d^2, d in scene units. Without this stage g = 1.
 
 On a plane light d cos(theta) is the same for all its points: the height of the point above the light's plane.
-So g is a power of 1 / d, per pair, times a factor, per point.
+So g is a power of 1 / d per pair, times a factor per point.
 """
 
 from dataclasses import dataclass

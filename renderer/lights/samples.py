@@ -1,4 +1,4 @@
-"""Points of a light, L a point of the scene, and the functions of them that shading needs.
+"""Light points, L per point of the scene, and their functions that shading needs.
 
 A light point is q = centre + u first + v second with u, v in (-1/2, 1/2), so every dot product with
 q - p is affine in u and v. Pair arrays have shape (L, n): one row a light point, so that the innermost

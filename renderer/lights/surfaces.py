@@ -1,4 +1,4 @@
-"""Lights that the camera sees."""
+"""Lights visible to the camera."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""One light seen from a chunk of points: which points face it, which pairs are blocked, how far it is."""
+"""One light as seen from a chunk of points: facing points, blocked pairs, distances."""
 
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -58,9 +58,9 @@ class LightView:
     dtype : float32 or float64
         Of pair work.
     blocked : (L, n) bool or None
-        Pairs with a shape between; None as long as nothing was found.
+        Pairs with a shape between; None before the first.
     weights : Weights or None
-        The product of all that stages have given; None as long as all light points count alike.
+        The product of the weights of all stages; None as long as all light points count equally.
     """
 
     emitter: Emitter
@@ -88,7 +88,7 @@ class LightView:
         return values if self.count == values.shape[-1] else taken(values, self.chosen)
 
     def weigh(self, weights: Weights) -> None:
-        """Multiply what each light point counts."""
+        """Multiply the weights of the light points."""
         self.weights = weights if self.weights is None else self.weights.times(weights)
 
     def open_points(self) -> Integers:
@@ -107,7 +107,7 @@ class LightView:
         np.logical_or(self.blocked, mask, out=self.blocked)
 
     def _spread(self, mask: Masks, index: Integers) -> Masks:
-        """A mask of some points as one of all: gathering from it and a column of False beats scattering."""
+        """A mask of some points as one of all, by gathering, which is faster than scattering."""
         padded = self.workspace.masks("padded", mask.shape[0], index.size + 1)
         padded[:, :-1], padded[:, -1] = mask, False
         sources = np.full(self.count, index.size)

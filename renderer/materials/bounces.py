@@ -21,7 +21,7 @@ class Bounces:
     depths : (materials,) int64
         Most bounces of a path, where it bounces.
     faintest : float
-        Weight up to which no picture shows a path.
+        Throughput cut-off.
     """
 
     strengths: Floats
@@ -83,9 +83,9 @@ class TransmittedRays(Bounces):
         )
 
     def _passed(self, points: Points, wave: Wave, chosen: Integers) -> Masks:
-        """Mask of the chosen points (M,) that their rays have already passed.
+        """Mask of the chosen points (M,) at which their rays were already refracted.
 
-        At an edge of glass a ray goes in, or out, through two faces in one place. The first has bent it.
+        At an edge of glass a ray enters, or leaves, through two faces at one point. The first refracts it.
         """
         entered = wave.rays.origin_surfaces
         if entered is None:

@@ -171,12 +171,12 @@ def _of(values: Floats, chosen: Integers) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Horizon:
-    """Stage: turns normals back that smoothing or maps have turned away from the viewer.
+    """Stage: bends normals to the horizon that smoothing or maps have turned away from the viewer.
 
-    A point that is seen cannot face away. Its normal keeps the part across the line of sight, which joins
-    the normals on this side of the horizon without a jump; turning it over instead would put light where
-    the surface faces away from it, and cutting it off would leave a black hole. It runs after all stages
-    that tilt normals, once, so that a flat map is no map.
+    A visible point cannot face away. Its normal keeps the part across the line of sight, which continues the
+    normals on this side of the horizon without a jump; flipping it would light points that face away from the
+    light, and discarding the point would leave a black hole. The stage runs once, after all that tilt
+    normals, so that a flat map has no effect.
     """
 
     def run(self, points: Points) -> None:
@@ -189,8 +189,8 @@ class Horizon:
 def _at_horizon(points: Points, away: Integers) -> Floats:
     """Unit normals (3, m) across the line of sight.
 
-    One that points straight away, or is 0 because the normals around it cancel, says nothing about a
-    direction across: there the true normal stands in.
+    A normal that points straight away, or is 0 because the normals around it cancel, has no such direction:
+    the geometric normal replaces it.
     """
     normals, viewers = points.shading_normals[:, away], points.viewers[:, away]
     across = normals - viewers * dot(normals, viewers)

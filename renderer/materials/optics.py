@@ -8,8 +8,8 @@ from renderer.math.arrays import Floats, dot
 def reflected(viewers: Floats, shading_normals: Floats, normals: Floats) -> Floats:
     """Viewers' directions mirrored at shading normals, never below the true surface, (3, N).
 
-    Of length 1 but for the rounding of both. A direction that a bent normal would send below the surface is
-    mirrored at the surface once more, as light is in a groove.
+    Of length 1 up to rounding. A direction that a bent normal would send below the surface is mirrored at the
+    surface once more, like light in a groove.
     """
     directions = 2 * dot(shading_normals, viewers) * shading_normals - viewers
     return _beyond(directions, normals)
@@ -36,7 +36,7 @@ def refracted(viewers: Floats, shading_normals: Floats, normals: Floats, ratio: 
 
 
 def fresnel(viewers: Floats, shading_normals: Floats, ratio: Floats) -> Floats:
-    """Share of unpolarised light that a dielectric reflects, (N,): 1 where all of it is.
+    """Share of unpolarised light that a dielectric reflects, (N,): 1 under total reflection.
 
     The mean of the squares of Fresnel's two amplitudes. The square root of a negative number is taken as 0,
     which makes both amplitudes 1. Where both cosines are 0, only an index of 1 reflects nothing.

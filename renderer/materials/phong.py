@@ -17,11 +17,12 @@ from renderer.math.arrays import Floats, Masks, Pairs, add, dot, taken
 from schemas.materials import PhongMaterial, Surface
 
 MAX_FLOAT32_EXPONENT = 128.0
-"""Above this exponent a rounding of float32 in the cosine shows; highlights are then formed in float64."""
+"""Highlights with a larger exponent are computed in float64: the rounding of a float32 cosine would be
+visible."""
 
 MIN_POWER = 2.0**-40
-"""Powers of cosines below this show in no picture. Zeros and results near the smallest number take
-`np.power` off its vector path, which is several times as fast."""
+"""Smaller powers of cosines are invisible and replaced by 0: zeros and results near the smallest number make
+`np.power` leave its vectorized path, which is several times as fast."""
 
 LEAST_EXPONENT = float(np.finfo(np.float32).tiny)
 """Replaces an exponent of 0, so that every cosine but 0 gives 1."""
@@ -141,7 +142,7 @@ def _mirror(view: LightView) -> Floats:
 
 
 def _shows(view: LightView, mirror: Floats, faintest: Floats) -> Masks:
-    """Points (n,) that some place of the light may give more than the faintest highlight."""
+    """Points (n,) that may get more than the faintest highlight from some point of the light."""
     emitter = view.emitter
     spread = np.abs(dot(mirror, emitter.first)) + np.abs(dot(mirror, emitter.second))
     nearest = np.maximum(view.distances() - emitter.extent / 2, 0)

@@ -14,8 +14,8 @@ class LightTerm(Protocol):
     def adds(self) -> Literal["diffuse", "specular"]:
         """The part of the radiance that it adds to.
 
-        What is diffuse is proportional to the colour, and what is specular does not depend on it: pixels on
-        which only colours vary are lit once, and coloured at many places.
+        The diffuse part is proportional to the colour, and the specular part does not depend on it: pixels in
+        which only colours vary are lit once, and coloured at many points.
         """
         ...
 

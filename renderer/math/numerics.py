@@ -1,6 +1,6 @@
 """Rounding-error bounds and sums whose order is fixed.
 
-No bound in here is a length: each is a multiple of the numbers it belongs to.
+All bounds are relative: each is a multiple of the numbers that it applies to.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Reading mesh files: OBJ, PLY and glTF.
 
-Nothing but the file itself is read, and the buffers beside a glTF file. What a file announces is counted
-before anything is allocated for it.
+Only the file itself is read, and the buffers beside a glTF file. Declared sizes are checked before anything
+is allocated.
 """
 
 import posixpath
@@ -78,7 +78,7 @@ def glb_of(name: str, content: bytes, assets: AssetSource) -> bytes:
 
 
 def self_contained(name: str, content: bytes, assets: AssetSource) -> bytes:
-    """A mesh file as one that needs no other: a `.gltf` file with its buffers becomes a GLB.
+    """A self-contained mesh file: a `.gltf` file with its buffers becomes a GLB.
 
     Other files stay as they are, byte for byte, and so do those that are not meshes. Parameters and errors
     are those of `glb_of`.

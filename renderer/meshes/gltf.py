@@ -1,6 +1,6 @@
 """Validation of a glTF file by its description alone, before anything is allocated.
 
-The description is small, and it says what the file would unpack to.
+The description is small, and declares the unpacked size of the file.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ Json = dict[str, Any]
 _MAX_JSON_BYTES = 8 * 1024 * 1024
 """Bytes of a GLB's description; parsed it takes some twenty times as much."""
 MOST_VALUES = 1_000_000
-"""Values of a description, whatever stands in its data URIs."""
+"""Values of a description, whatever its data URIs contain."""
 ALLOWED_PARTS = 2000
 """Parts that a mesh may have in any case, however few triangles it may have."""
 _TRIANGLE_BYTES = 256
@@ -40,7 +40,7 @@ _UNREAD = {
     "KHR_mesh_quantization": "quantised. Save it without quantisation.",
     "EXT_mesh_gpu_instancing": "written as instances. Save it with a node for each copy.",
 }
-"""Extensions without which the geometry would be another one."""
+"""Extensions that change the geometry."""
 
 
 @dataclass(frozen=True, slots=True)

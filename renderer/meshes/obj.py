@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 NONE = -1
-"""Number of the texture coordinates, the normal or the material of what has none."""
+"""Stands for missing texture coordinates, normals or materials."""
 
 _COMPONENTS = {"v": 3, "vt": 2, "vn": 3}
 """Numbers of each kind, in the order in which corners name them."""

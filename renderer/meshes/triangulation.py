@@ -1,8 +1,8 @@
 """Faces of any number of corners as triangles.
 
-A face whose fan from its first corner is right stays that fan; any other, as most concave ones, is cut by ear
-clipping. All is decided in the coordinate plane that the face is most nearly parallel to: leaving out a
-coordinate rounds nothing.
+A face is cut into the fan from its first corner if that is valid; others, such as most concave ones, are cut
+by ear clipping. All is decided in the coordinate plane that the face is most nearly parallel to: leaving out
+a coordinate rounds nothing.
 """
 
 from typing import TYPE_CHECKING
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 """Texture coordinates of a triangle's vertices that has none."""
 MOST_CORNERS = 10_000
-"""Of a face that is clipped, which takes time by the square of them: a tenth of a second for this many."""
+"""Most corners of a face that is clipped: the time grows like their square, to a tenth of a second here."""
 _ACROSS = np.array([[1, 2], [2, 0], [0, 1]])
-"""For each axis the other two, which it completes to a right-handed frame."""
+"""The other two axes for each axis, in right-handed order."""
 
 
 def triangulate(points: Floats, sizes: Integers) -> tuple[Integers, Integers]:

@@ -1,7 +1,7 @@
-"""Build the plan of a scene's samples. Nothing else decides what runs.
+"""Builder of plans: decides which stages run.
 
-What a scene does not need is not built: no light without colour, no texture that no shape shows, no
-highlight of strength 0. What is built carries the lines of the scene that requested it.
+Nothing superfluous is built: no light without colour, no texture that no shape shows, no highlight without
+strength. Each stage has the pointers of the scene that requested it.
 """
 
 from dataclasses import replace

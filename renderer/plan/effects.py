@@ -1,7 +1,7 @@
 """Registry of effects: the module of each part of the scene language, with the interface of plan building.
 
-A kind that lacks something is refused when it is registered, before any scene is read: a shape without
-a way to cast shadows must not be a picture without them.
+An incomplete kind is refused when it is registered, before any scene is read: a shape without a shadow caster
+must not lead to pictures without shadows.
 """
 
 import inspect
@@ -46,7 +46,7 @@ Occluder = Callable[[Any, Emitter, PairType, bool], list[LightStage]]
 
 
 class Effect:
-    """Base of all that the tables hold."""
+    """Base of the entries of the tables."""
 
     __slots__ = ()
 

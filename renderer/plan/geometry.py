@@ -77,7 +77,7 @@ class Textures:
         return base.notes
 
     def _of(self, written: Written) -> Texture:
-        """Two threads may build the same texture; both get one of them in the end."""
+        """Two threads may build the same texture; both get the same one in the end."""
         if written not in self._built:
             self._built.setdefault(written, TEXTURES[type(written)].build(written, self._assets))
         return self._built[written]

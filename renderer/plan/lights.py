@@ -26,7 +26,7 @@ def emitter_of(request: Request, number: int) -> Emitter:
 
 
 def emitters(request: Request) -> list[Emitter]:
-    """Lights that can add something."""
+    """Lights that can contribute."""
     shining = []
     answering = any(MATERIALS[type(material)].reflects(material) for material in request.materials)
     for number, light in enumerate(request.document.lights):
@@ -90,7 +90,7 @@ def visibility(request: Request) -> tuple[Lighting, ...]:
 
 
 def _shadows(request: Request, emitter: Emitter) -> list[LightStage]:
-    """A light asks for shadow rays against every family, unless there is but one shape."""
+    """Shadow rays of a light against every family, unless there is only one shape."""
     pointer = f"/lights/{emitter.number}"
     if _shades_nothing(request):
         request.leave_out("shadow rays", "a single convex shape has nothing to cast its shadow on", pointer)
@@ -111,9 +111,9 @@ def _shading(family: Family, light_points: int, crowd: float) -> float:
 
 
 def _shades_nothing(request: Request) -> bool:
-    """A single shape shades nothing, unless it can stand in its own light.
+    """Whether a scene needs no shadows: a single shape that cannot shade itself.
 
-    Some place of a lens may be inside where its middle is not, and rays go through glass.
+    Some point of a lens may be inside although its middle is not, and rays pass through glass.
     """
     if transparent(request):
         return False

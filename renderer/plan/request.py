@@ -21,7 +21,7 @@ from schemas.scene import Scene
 
 @dataclass(slots=True)
 class Request:
-    """A scene, how it shall be sampled, and what follows from both.
+    """A scene with its sampling, and everything derived from both.
 
     Attributes
     ----------
@@ -32,15 +32,15 @@ class Request:
     culling : bool
         Whether conservative tests may leave out work.
     layers : tuple of str
-        Names of what shall be recorded about each pixel beside its colour.
+        Names of the values to record of each pixel besides its colour.
     entries, left_out : list
         The plan as people read it, under construction.
     reads : set of str
         Optional fields of `interaction.Points` that stages read.
     document : Scene
-        The scene without what has no strength.
+        The scene without parts of strength 0.
     sampling : Sampling
-        The scene's own, or what `quality` puts in its place.
+        The scene's own, or that of `quality`.
     dtype : float32 or float64
         Of pair work.
     names : list of str

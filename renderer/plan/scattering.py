@@ -56,8 +56,8 @@ def _asked(request: Request, part: str, stage: str, detail: str) -> bool:
 
 
 THROUGHPUT_CUT_OFF = 2.0**-24
-"""Half the spacing of float32 at 1: a linear picture cannot show less beside white, nor one of 8 bits less
-than 12 stops below it."""
+"""Half the spacing of float32 at 1: smaller contributions are invisible beside white in a linear picture, and
+12 stops below the steps of 8 bits."""
 
 CHANNELS = range(3)
 
@@ -103,7 +103,7 @@ def _brightest_color(request: Request, material: Surface) -> tuple[float, ...]:
 
 
 def _bounces(materials: Sequence[Surface]) -> float:
-    """Sum of the weights of all places along a path that begins with weight 1.
+    """Sum of the weights of all points along a path that begins with weight 1.
 
     A bounce sends on no more than the material's `mirror` and `transmission` together.
     """

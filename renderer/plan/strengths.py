@@ -1,4 +1,4 @@
-"""Parts of materials that are written and have no strength: what a scene is without them."""
+"""The effective scene: parts of materials without strength are removed."""
 
 from renderer.plan.effects import TEXTURES, Color
 from schemas.api.plans import LeftOut
@@ -10,7 +10,7 @@ from schemas.scene import Scene
 def effective(document: Scene) -> Scene:
     """The scene without maps of height 0, and with a colour for each texture that has but one.
 
-    All decisions about a plan are taken from this, so that none of them asks about strengths.
+    All decisions about a plan use this scene, so that none needs to check strengths.
     """
     changes = {name: _changes(material, document) for name, material in document.materials.items()}
     if not any(changes.values()):

@@ -1,9 +1,8 @@
 """Displaced surfaces: fine meshes whose vertices are moved along the normal by a height map.
 
-Cracks cannot open: vertices at one place share one normal and one height, the means over the faces that
-share it, and so do shapes along a border that they share (`borders`). What the shape was shaded with stays,
-and is turned as the relief turns the surface, so that a smooth mesh stays smooth, a flat one keeps its edges,
-and flat heights give the picture without them.
+Cracks cannot open: vertices at the same point share one normal and one height, the means over their faces,
+also along borders of different shapes (`borders`). Shading normals are kept, and turned with the surface, so
+that a smooth mesh stays smooth, a flat one keeps its edges, and flat heights change nothing.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,7 +26,7 @@ EDGE_PIXELS = 2.0
 """Length of an edge of the fine mesh as seen by the camera, pixels, unless the limit says otherwise."""
 
 MAX_TRIANGLES = 400_000
-"""Triangles of all displaced shapes of a scene together, at most; each has the same part of them."""
+"""Most triangles of all displaced shapes of a scene, divided equally among them."""
 
 TRIANGLES_AT_ONCE = 1 << 14
 """Triangles of small displaced meshes that are built at once: their arrays stay in cache."""

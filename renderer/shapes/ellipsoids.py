@@ -28,7 +28,7 @@ from renderer.self_intersection import OriginSurfaces, previous_sides, settled
 from renderer.shapes.family import HULL_MARGIN, SINGLE_PRIMITIVE, Family, box
 
 SURELY_OUTSIDE = 4.0
-"""Squared distance from the unit sphere's centre beyond which no rounding hides that a start is outside."""
+"""Starts at a larger squared distance from the unit sphere's centre are outside despite rounding."""
 
 
 @dataclass(slots=True, eq=False)

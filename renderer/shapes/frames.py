@@ -5,7 +5,7 @@ import numpy as np
 from renderer.math.arrays import Floats, Masks, dot, lengths, unit
 
 MIN_TANGENT_LENGTH = 1e-6
-"""Relative length below which what is left of a tangent is mostly rounding."""
+"""Tangents of a smaller relative length are mostly rounding."""
 
 
 def frame_of_normals(normals: Floats) -> Floats:

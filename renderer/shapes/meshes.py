@@ -38,7 +38,7 @@ Mesh = tuple[Floats, Integers, Floats | None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """Meshes, one after another.
+    """Concatenated meshes.
 
     Attributes
     ----------

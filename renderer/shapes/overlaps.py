@@ -1,8 +1,8 @@
-"""Surfaces in one place: which of them is seen must not depend on a rounding.
+"""Resolves coplanar overlaps and coincident ellipsoids by scene order, not by rounding.
 
-Flat shapes may overlap in one plane, and ellipsoids may coincide. Rays hit them at distances that are equal
-but for rounding, so that the nearest would be the one in some pixels and the other in their neighbours.
-Such pairs of primitives are found beforehand, and rays that hit the later one look for the earlier one.
+Rays hit such shapes at distances that are equal up to rounding, so that neighbouring pixels would show
+different ones. The pairs of primitives are found in advance, and rays that hit the later one look for the
+earlier one.
 """
 
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Planar convex shapes: the families made of them, and what they are as occluders."""
+"""Planar convex shapes: families of them, and their occluders."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ class FlatFamily(Family):
 
     @abstractmethod
     def occluders(self) -> Polygons:
-        """The same primitives as things that stand in the light."""
+        """The same primitives as occluders."""
 
     @property
     def surface(self) -> str:

@@ -142,7 +142,7 @@ class Rectangles(FlatFamily):
         return self.numbers[:0]
 
     def occluders(self) -> Polygons:
-        """The same rectangles as things that stand in the light."""
+        """The same rectangles as occluders."""
         across, along = unit(cross(self.second, self.normals)), unit(cross(self.normals, self.first))
         opposite = self.anchors + self.first + self.second
         return Polygons(

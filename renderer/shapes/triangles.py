@@ -119,7 +119,7 @@ class Triangles(FlatFamily):
         return int(np.count_nonzero(self.retried))
 
     def occluders(self) -> Polygons:
-        """The same triangles as things that stand in the light."""
+        """The same triangles as occluders."""
         following = self.vertices[[1, 2, 0]]
         inward = np.stack(
             [

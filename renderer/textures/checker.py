@@ -72,7 +72,8 @@ class BoxCheckerTexture:
 
 
 MIN_BOX_SHARE = 2.0**-26
-"""Boxes narrower than this share of a field are points: a difference of two integrals has few digits left."""
+"""Boxes narrower than this share of a field count as points: the difference of two integrals loses its
+digits."""
 
 
 def mean_square_wave(centers: Floats, widths: Floats) -> Floats:

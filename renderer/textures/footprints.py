@@ -1,7 +1,7 @@
 """Texture footprints of samples: ray differentials (Igehy 1999).
 
-A sample stands for its share of the pixel, 1 / sqrt(samples) of each side. Rays offset by that share hit the
-tangent plane of the point apart from it, by derivatives in u and v. Only textures that filter need this.
+A sample covers its share of the pixel, 1 / sqrt(samples) of each side. The footprint is the offset, in u and
+v, at which rays offset by that share hit the tangent plane of the point. Only filtering textures need it.
 """
 
 from dataclasses import dataclass

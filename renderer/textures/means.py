@@ -17,7 +17,7 @@ PARALLELOGRAM_ERROR = 2.0**-6
 """Error of the mean over one parallelogram for a contrast of 1 and g = 1, measured on chess boards."""
 
 MEAN_ERROR_SHARE = 1 / 8
-"""Share of the target error that the mean of a pixel may err by."""
+"""Largest error of a pixel's mean, relative to the target error."""
 
 MOST_CUTS = 16
 """Squares along a side of a pixel."""

@@ -1,7 +1,7 @@
-"""Occluders that cannot stand between a chunk of points and a light are left out of the pair work.
+"""Culling of occluders that cannot stand between a chunk of points and a light.
 
-Every test here is conservative: what it leaves out blocks no pair, rounding included, so images are the
-same bits with and without.
+Every test is conservative: a culled occluder blocks no pair, rounding included, so images are bitwise the
+same with and without.
 """
 
 import numpy as np

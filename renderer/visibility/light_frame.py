@@ -5,7 +5,7 @@ at u = U / W on the light's plane, where U = x_u p_w - p_u x_w and W = p_w - x_w
 U > W / 2 at all corners lies beyond the plane through p and the edge u = 1/2, and is in no segment to the
 light; so at the other three edges. Nothing is divided, so corners behind the point are no special case.
 
-What is left out blocks no pair: every comparison leaves room for rounding, to float32 too.
+A culled triangle blocks no pair: every comparison includes the rounding to float32.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ Eight roundings to float32, of 2**-24 each, of sums of two products; and as much
 """
 
 FLOAT64_ROUNDING = 2.0**26 * gamma(32)
-"""Times the sizes: a coordinate that float64 has to form from them is not known better than that.
+"""Relative error of a coordinate that float64 computes from the sizes.
 
 2**26 because `FRAME_ERROR` takes it for a rounding to float32, and is then at least 2**7 times as large.
 """

@@ -1,4 +1,4 @@
-"""Sides of triangle planes that points and light points are on, decided without an epsilon."""
+"""Sides of triangle planes on which points and light points lie, decided without an epsilon."""
 
 import numpy as np
 
