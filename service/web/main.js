@@ -24,12 +24,7 @@ const VIEWER = [
 const ROUTES = [
   [/^\/$/, [], () => import("./views/start.js"), ["editor.css", "views/start.css", "views/start/panels.css"]],
   [/^\/jobs$/, [], () => import("./views/jobs.js"), ["views/job.css", "views/jobs.css"]],
-  [
-    /^\/jobs\/([^/]+)$/,
-    ["id"],
-    () => import("./views/job.js"),
-    ["editor.css", ...VIEWER, "vendor/uplot/uPlot.min.css"],
-  ],
+  [/^\/jobs\/([^/]+)$/, ["id"], () => import("./views/job.js"), ["editor.css", ...VIEWER]],
   [/^\/service$/, [], () => import("./views/service.js"), ["views/service.css"]],
   [
     /^\/compare\/([^/]+)\/([^/]+)$/,

@@ -60,7 +60,7 @@ def listed(page: Page, jobs: list[str]) -> None:
 
 def one_job(page: Page, _jobs: list[str]) -> None:
     page.wait_for_function(COVERED)
-    expect(page.locator(".plot canvas")).to_be_visible(timeout=TIMEOUT)
+    expect(page.locator(".plot svg")).to_be_visible(timeout=TIMEOUT)
 
 
 def one_pixel(page: Page, _jobs: list[str]) -> None:

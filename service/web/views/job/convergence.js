@@ -51,7 +51,7 @@ export function mount({ drawer }, watch) {
 
   watch.on("job", refresh);
   refresh(watch.job);
-  return plot.destroy;
+  return () => {};
 }
 
 /** @param {number} x - Seconds. @param {PredictedNumber} error */
