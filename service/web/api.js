@@ -78,7 +78,7 @@ export async function get(path, { signal } = {}) {
 }
 
 /**
- * Post JSON and get a document.
+ * Post JSON and get a document, or null where the service has nothing to say.
  *
  * @template Document
  * @param {string} path
@@ -88,7 +88,8 @@ export async function get(path, { signal } = {}) {
  */
 export async function post(path, value, { signal } = {}) {
   const body = typeof value === "string" ? value : JSON.stringify(value);
-  return (await request(path, { method: "POST", type: "application/json", body, signal })).json();
+  const response = await request(path, { method: "POST", type: "application/json", body, signal });
+  return response.status === 204 ? /** @type {any} */ (null) : response.json();
 }
 
 /** Get a response body as text. @param {string} path @param {{signal?: AbortSignal}} options */

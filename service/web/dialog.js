@@ -12,15 +12,15 @@ import { h } from "./dom.js";
 export async function confirmed(question, verb) {
   const answer = await asked(
     question,
-    h("button", { value: "yes", className: "danger" }, verb),
-    h("button", { value: "", autofocus: true }, "Keep it"),
+    h("button.danger", { type: "submit", value: "yes" }, verb),
+    h("button", { type: "submit", autofocus: true }, "Keep it"),
   );
   return answer === "yes";
 }
 
 /** Say something that is to be read before going on. @param {string} text */
 export async function notified(text) {
-  await asked(text, h("button", { value: "", autofocus: true }, "OK"));
+  await asked(text, h("button", { type: "submit", autofocus: true }, "OK"));
 }
 
 /** @param {string} text @param {HTMLButtonElement[]} buttons @returns {Promise<string>} The value of the pressed one. */
@@ -30,8 +30,8 @@ function asked(text, ...buttons) {
     const dialog = h(
       "dialog",
       { "aria-label": text, onclose: () => (dialog.remove(), resolve(dialog.returnValue)) },
-      h("p", {}, text),
-      h("form", { method: "dialog", className: "row" }, buttons),
+      h("p", text),
+      h("form.row", { method: "dialog" }, buttons),
     );
     document.body.append(dialog);
     dialog.showModal();

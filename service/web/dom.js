@@ -6,19 +6,38 @@ export const ofPage = (path) => new URL(path, import.meta.url).pathname;
 /** @typedef {Node | string | null | undefined | false} Child */
 
 /**
- * Make an element.
+ * Make an element, such as `h("p.soft", { title }, "text")`.
  *
- * A name that begins with "on" adds a listener, a property of the element (`className`, `value`, `disabled`) is set, and
- * any other name becomes an attribute. `false`, `null` and `undefined` are skipped.
+ * The tag may have classes behind it, and the properties may be left out. A name that begins with "on" adds a listener, a
+ * property of the element (`value`, `disabled`) is set, and any other name becomes an attribute. `false`, `null` and
+ * `undefined` are skipped. A button submits nothing unless its type says so.
  *
- * @template {keyof HTMLElementTagNameMap} Tag
- * @param {Tag} tag
- * @param {ElementProperties<HTMLElementTagNameMap[Tag]>} properties
- * @param {(Child | Child[])[]} children
- * @returns {HTMLElementTagNameMap[Tag]}
+ * @template {string} Selector
+ * @param {Selector & (TagOf<Selector> extends never ? never : Selector)} selector
+ * @param {[(ElementProperties<ElementOf<Selector>> | Child | Child[])?, ...(Child | Child[])[]]} rest
+ * @returns {ElementOf<Selector>}
  */
-export function h(tag, properties = /** @type {{}} */ ({}), ...children) {
+export function h(selector, ...rest) {
+  const [tag, ...classes] = selector.split(".");
   const element = document.createElement(tag);
+  if (classes.length) element.className = classes.join(" ");
+  if (element instanceof HTMLButtonElement) element.type = "button";
+  if (isProperties(rest[0])) set(element, /** @type {object} */ (rest.shift()));
+  const children = /** @type {(Child | Child[])[]} */ (rest).flat();
+  element.append(
+    .../** @type {(Node | string)[]} */ (
+      children.filter((child) => child !== null && child !== undefined && child !== false)
+    ),
+  );
+  return /** @type {ElementOf<Selector>} */ (element);
+}
+
+/** @param {unknown} value */
+const isProperties = (value) =>
+  typeof value === "object" && value !== null && !Array.isArray(value) && !(value instanceof Node);
+
+/** @param {HTMLElement} element @param {object} properties */
+function set(element, properties) {
   const fields = /** @type {Record<string, unknown>} */ (/** @type {unknown} */ (element));
   for (const [name, value] of Object.entries(properties)) {
     if (value === undefined || value === null || value === false) continue;
@@ -26,12 +45,6 @@ export function h(tag, properties = /** @type {{}} */ ({}), ...children) {
     else if (name in element && name !== "list" && name !== "form") fields[name] = value;
     else element.setAttribute(name, value === true ? "" : String(value));
   }
-  element.append(
-    .../** @type {(Node | string)[]} */ (
-      children.flat().filter((child) => child !== null && child !== undefined && child !== false)
-    ),
-  );
-  return element;
 }
 
 /**
@@ -48,6 +61,35 @@ export function svg(tag, properties = {}, ...children) {
   for (const [name, value] of Object.entries(properties)) element.setAttribute(name, String(value));
   element.append(...children);
   return element;
+}
+
+/**
+ * Events with details, heard until its life ends.
+ *
+ * @template {object} Events - The type of the detail of each event, by name.
+ */
+export class Emitter extends EventTarget {
+  life = new AbortController();
+
+  /** Aborted at the end. */
+  get signal() {
+    return this.life.signal;
+  }
+
+  /**
+   * @template {keyof Events & string} Type
+   * @param {Type} type
+   * @param {(detail: Events[Type]) => void} listener
+   */
+  on(type, listener) {
+    const heard = (/** @type {Event} */ event) => listener(/** @type {CustomEvent} */ (event).detail);
+    this.addEventListener(type, heard, { signal: this.signal });
+  }
+
+  /** @template {keyof Events & string} Type @param {Type} type @param {Events[Type]} detail */
+  emit(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
 }
 
 /** Announce a text to screen readers without showing it. @param {string} text */

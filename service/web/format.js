@@ -20,12 +20,14 @@ export function digits(value, count = 2) {
   return value.toFixed(Math.min(places, 20));
 }
 
-/** A whole number: 940, 12,400, 3.1 million. @param {number} value */
-export function count(value) {
-  if (value < 1e6) return value.toLocaleString("en");
-  if (value < 1e9) return `${digits(value / 1e6, value < 1e7 ? 2 : 3)} million`;
-  return `${digits(value / 1e9, value < 1e10 ? 2 : 3)} billion`;
-}
+const LARGE = new Intl.NumberFormat("en", {
+  notation: "compact",
+  compactDisplay: "long",
+  maximumSignificantDigits: 3,
+});
+
+/** A whole number: 940, 12,400, 3.14 million. @param {number} value */
+export const count = (value) => (value < 1e6 ? value.toLocaleString("en") : LARGE.format(value));
 
 /** A number with its noun: 1 file, 2 files. @param {number} number @param {string} noun */
 export const plural = (number, noun, many = `${noun}s`) => `${count(number)} ${number === 1 ? noun : many}`;
@@ -69,17 +71,18 @@ export function bytes(value) {
   return value < 1e6 ? `${digits(value / 1e3, 3)} kB` : `${digits(value / 1e6, 3)} MB`;
 }
 
+const TIMES = new Intl.RelativeTimeFormat("en");
+
 /** How long ago a time was. @param {string} time */
 export function ago(time, now = Date.now()) {
   const passed = Math.max(0, (now - Date.parse(time)) / 1000);
   if (passed < 45) return "just now";
-  /** @type {[number, string][]} */
+  /** @type {[number, Intl.RelativeTimeFormatUnit][]} */
   const units = [
     [60, "minute"],
     [3600, "hour"],
     [86400, "day"],
   ];
   const [size, name] = units.findLast(([size]) => passed >= size * 0.9) ?? units[0];
-  const number = Math.max(1, Math.round(passed / size));
-  return `${number} ${name}${number > 1 ? "s" : ""} ago`;
+  return TIMES.format(-Math.max(1, Math.round(passed / size)), name);
 }

@@ -9,7 +9,7 @@ import { skeleton } from "./elements.js";
 /**
  * @typedef {object} View
  * @property {string} [title]
- * @property {(root: HTMLElement, params: ViewParams) => () => void} mount - Returns what unmounts it.
+ * @property {(root: HTMLElement, params: ViewParams) => void} mount
  * @typedef {[RegExp, (keyof ViewParams)[], () => Promise<View>, string[]]} Route
  */
 
@@ -35,7 +35,8 @@ const ROUTES = [
 ];
 
 const main = /** @type {HTMLElement} */ (document.getElementById("main"));
-let unmount = () => {};
+// Of the view that is shown: aborted when another one takes its place.
+let life = new AbortController();
 // Counts visits: a view whose module arrives after the next click is not shown.
 let visit = 0;
 /** @type {string | null} */
@@ -82,13 +83,13 @@ async function show({ focus }) {
     () => null,
   );
   if (current !== visit) return;
-  unmount();
-  unmount = () => {};
+  life.abort();
+  life = new AbortController();
   main.replaceChildren();
   if (!view) return refuse();
   document.title = `${view.title ?? "Penumbra"} · Penumbra`;
   const query = new URLSearchParams(location.search);
-  unmount = view.mount(main, /** @type {ViewParams} */ ({ ...params, query }));
+  view.mount(main, /** @type {ViewParams} */ ({ ...params, query, signal: life.signal }));
   // A view that waits for the service has nothing to show yet; it replaces all that is here.
   if (!main.childElementCount) main.append(skeleton(3));
   for (const link of /** @type {NodeListOf<HTMLAnchorElement>} */ (document.querySelectorAll("nav a"))) {
@@ -110,9 +111,9 @@ function refuse() {
   document.title = "Penumbra";
   const again = () => location.reload();
   main.append(
-    h("h1", {}, "This view could not be loaded"),
-    h("p", { className: "lead", role: "alert" }, "The service does not answer, or has been updated."),
-    h("button", { type: "button", className: "primary", onclick: again }, "Load the page again"),
+    h("h1", "This view could not be loaded"),
+    h("p.lead", { role: "alert" }, "The service does not answer, or has been updated."),
+    h("button.primary", { onclick: again }, "Load the page again"),
   );
 }
 

@@ -66,7 +66,7 @@ const short = (value) =>
 /** A plot of points with their intervals, a limit, and marks on the axis below. @param {Words} words */
 export function makePlot({ label, xLabel, yLabel }) {
   const drawing = svg("svg");
-  const element = h("div", { className: "plot", role: "img", "aria-label": label }, drawing);
+  const element = h("div.plot", { role: "img", "aria-label": label }, drawing);
 
   /** Only points above 0 can be drawn. @param {Point[]} all @param {number | null} limit @param {number[]} marks */
   function draw(all, limit, marks) {

@@ -43,13 +43,13 @@ export function signInButton() {
     await showSession(/** @type {HTMLElement} */ (document.getElementById("session")));
     navigate(location.pathname + location.search, { replace: true });
   }
-  return h("button", { type: "button", className: "primary", onclick: signIn }, "Sign in");
+  return h("button.primary", { onclick: signIn }, "Sign in");
 }
 
 /** @returns {Promise<boolean>} */
 function ask() {
   return new Promise((resolve) => {
-    const wrong = h("p", { className: "problem", role: "alert", hidden: true });
+    const wrong = h("p.problem", { role: "alert" });
     const key = h("input", {
       type: "password",
       autocomplete: "current-password",
@@ -59,33 +59,26 @@ function ask() {
     const form = h(
       "form",
       { onsubmit: send },
-      h("h2", {}, "This service requires a key"),
+      h("h2", "This service requires a key"),
       h(
-        "p",
-        { className: "soft" },
+        "p.soft",
         "Ask the people who run this service for one. Your browser then stores a cookie instead of the key.",
       ),
-      h("label", { className: "field" }, h("span", { className: "label" }, "Key"), key),
+      h("label.field", h("span.label", "Key"), key),
       wrong,
       h(
-        "div",
-        { className: "row" },
-        h("button", { type: "submit", className: "primary" }, "Sign in"),
-        h("button", { type: "button", onclick: () => dialog.close() }, "Not now"),
+        "div.row",
+        h("button.primary", { type: "submit" }, "Sign in"),
+        h("button", { onclick: () => dialog.close() }, "Not now"),
       ),
     );
     /** @type {HTMLDialogElement} */
-    const dialog = h(
-      "dialog",
-      { className: "session", "aria-label": "This service requires a key", onclose: ended },
-      form,
-    );
+    const dialog = h("dialog.session", { "aria-label": "This service requires a key", onclose: ended }, form);
 
     /** @param {SubmitEvent} event */
     async function send(event) {
       event.preventDefault();
       const answer = await begun(key.value);
-      wrong.hidden = answer === "";
       wrong.textContent = answer;
       if (!answer) dialog.close("yes");
     }
@@ -139,8 +132,8 @@ export async function showSession(place) {
   const service = /** @type {HTMLElement} */ (document.querySelector('nav a[href="/service"]'));
   service.hidden = who?.role !== "admin";
   if (!who?.keys_required) return false;
-  const leave = h("button", { type: "button", className: "plain", onclick: end }, "Sign out");
-  place.replaceChildren(h("span", { className: "soft small" }, who.user), leave);
+  const leave = h("button.plain", { onclick: end }, "Sign out");
+  place.replaceChildren(h("span.soft.small", who.user), leave);
   return true;
 }
 

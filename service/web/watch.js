@@ -1,7 +1,7 @@
 // One job, shared by the panels of its page: a single reader of its tiles, which sends events to all of them.
 
 import { Problem, get, jobPath } from "./api.js";
-import { pause } from "./dom.js";
+import { Emitter, pause } from "./dom.js";
 import { EXACT_PIXELS, followTiles } from "./following.js";
 
 // The document of the job is fetched at most this often: nothing on the page needs it sooner.
@@ -26,9 +26,8 @@ export const FINAL = new Set(["succeeded", "failed", "cancelled", "expired", "de
  * @property {Problem} locked - The session has ended and nothing more is asked.
  */
 
-/** A job, with an event for each property of `WatchEvents`. */
-export class Watch extends EventTarget {
-  #life = new AbortController();
+/** A job, whose panels pass its signal to their listeners and requests. @extends {Emitter<WatchEvents>} */
+export class Watch extends Emitter {
   #ended = new AbortController();
   #stale = false;
   #refreshing = false;
@@ -42,25 +41,8 @@ export class Watch extends EventTarget {
     if (this.final) this.#ended.abort();
   }
 
-  /** Aborted by `stop`; panels pass it to their listeners and requests. */
-  get signal() {
-    return this.#life.signal;
-  }
-
   get final() {
     return FINAL.has(this.job.state);
-  }
-
-  /**
-   * Hear an event until the watch stops.
-   *
-   * @template {keyof WatchEvents} Type
-   * @param {Type} type
-   * @param {(detail: WatchEvents[Type]) => void} listener
-   */
-  on(type, listener) {
-    const heard = (/** @type {Event} */ event) => listener(/** @type {CustomEvent} */ (event).detail);
-    this.addEventListener(type, heard, { signal: this.signal });
   }
 
   async start() {
@@ -72,17 +54,17 @@ export class Watch extends EventTarget {
         signal: this.signal,
         ended: this.#ended.signal,
         onConnection: this.#connection,
-        onReceived: (/** @type {number} */ share) => this.#emit("received", share),
+        onReceived: (/** @type {number} */ share) => this.emit("received", share),
       };
       for await (const batch of followTiles(this.job, following)) {
-        this.#emit("tiles", batch);
+        this.emit("tiles", batch);
         this.refresh();
       }
       await this.refresh();
-      this.#emit("received", 1);
+      this.emit("received", 1);
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
-      this.#emit("received", 1);
+      this.emit("received", 1);
       // What has become of it is in its document.
       if (error.status === 410) await this.#fetch();
       this.#end(error);
@@ -93,7 +75,7 @@ export class Watch extends EventTarget {
     const picture = new Image();
     picture.src = this.job.links.image_png;
     await picture.decode().catch(() => {});
-    this.#emit("preview", picture.src);
+    this.emit("preview", picture.src);
   }
 
   async #look() {
@@ -108,14 +90,14 @@ export class Watch extends EventTarget {
     if (this.signal.aborted) return;
     if (error.status === 404) {
       this.job = { ...this.job, state: /** @type {const} */ ("deleted"), paused: false, rendering: [] };
-      this.#emit("job", this.job);
-      this.#emit("gone", error);
-    } else this.#emit(error.status === 410 ? "lost" : "locked", error);
+      this.emit("job", this.job);
+      this.emit("gone", error);
+    } else this.emit(error.status === 410 ? "lost" : "locked", error);
     this.stop();
   }
 
   stop() {
-    this.#life.abort();
+    this.life.abort();
     this.#ended.abort();
   }
 
@@ -138,7 +120,7 @@ export class Watch extends EventTarget {
   async #fetch() {
     try {
       this.job = await get(jobPath(this.id), { signal: this.signal });
-      this.#emit("job", this.job);
+      this.emit("job", this.job);
       if (this.final) this.#ended.abort();
     } catch (error) {
       if (error instanceof Problem && [401, 403, 404].includes(error.status)) this.#end(error);
@@ -149,15 +131,6 @@ export class Watch extends EventTarget {
   #connection = (/** @type {boolean} */ live) => {
     if (live === this.live) return;
     this.live = live;
-    this.#emit("connection", live);
+    this.emit("connection", live);
   };
-
-  /**
-   * @template {keyof WatchEvents} Type
-   * @param {Type} type
-   * @param {WatchEvents[Type]} detail
-   */
-  #emit(type, detail) {
-    this.dispatchEvent(new CustomEvent(type, { detail }));
-  }
 }

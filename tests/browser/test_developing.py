@@ -21,7 +21,7 @@ DEVELOPED = """async ([text, side, exposure, transfer, channel]) => {
     const { Film } = await import("/web/views/picture/film.js");
     const { Gpu } = await import("/web/views/picture/gpu.js");
     const { Encoder } = await import("/web/views/picture/transfer.js");
-    const { develop } = await import("/web/views/picture/software.js");
+    const { develop } = await import("/web/views/picture/darkroom.js");
     const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
     const film = new Film(side, side);
     film.bits.set(new Uint32Array(bytes.buffer));

@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { develop } from "../../service/web/views/picture/darkroom.js";
 import { Film } from "../../service/web/views/picture/film.js";
 import { plainLook } from "../../service/web/views/picture/look.js";
-import { develop } from "../../service/web/views/picture/software.js";
 import { Encoder } from "../../service/web/views/picture/transfer.js";
 import { NO_NUMBER, TOO_BRIGHT, TOO_DARK, marksOf } from "../../service/web/views/picture/zebra.js";
 

@@ -23,12 +23,21 @@ type ElementProperties<Element> = {
     [Name in `aria-${string}` | `data-${string}`]?: string | number | boolean | Skipped;
   } & { role?: string | Skipped; popovertarget?: string; form?: string };
 
+/** The tag of a selector such as `p.soft.small`. */
+type TagOf<Selector extends string> = Selector extends `${infer Tag}.${string}`
+  ? Tag & keyof HTMLElementTagNameMap
+  : Selector & keyof HTMLElementTagNameMap;
+
+type ElementOf<Selector extends string> = HTMLElementTagNameMap[TagOf<Selector>];
+
 /** What the address of a view says: parts of its path, and its query. */
 interface ViewParams {
   id: string;
   a: string;
   b: string;
   query: URLSearchParams;
+  /** Aborted when the view is left. */
+  signal: AbortSignal;
 }
 
 /** A rectangle of pixels, half open, rows from the top. */

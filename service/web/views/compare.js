@@ -2,20 +2,20 @@
 
 import { Problem, get, jobPath, messageOf, post } from "../api.js";
 import { announce, h } from "../dom.js";
+import { field, makeSelect } from "../elements.js";
 import { metricsOf } from "./compare/differences.js";
 import { makePair } from "./compare/pair.js";
-import { makePicker } from "./compare/picker.js";
 import { encoded, filmOfFile, filmOfJob, readByService } from "./compare/pictures.js";
 import { makeScenes } from "./compare/scenes.js";
-import { makeSides } from "./compare/sides.js";
-import { makeDetails, makeNumbers, makeVerdict } from "./compare/verdict.js";
+import { makeDetails, makeNumbers, makeSides, makeVerdict } from "./compare/verdict.js";
 import { makeComparing } from "./picture/comparing.js";
 import { displayOf } from "./picture/controls.js";
 import { makeFrame, refuse } from "./picture/frame.js";
 
 export const title = "Compare";
 
-/** @import { Read } from "./compare/pictures.js" @import { Side } from "./compare/sides.js" */
+/** @import { Read } from "./compare/pictures.js" @import { Encoding } from "./compare/references.js" */
+/** @import { Side } from "./compare/verdict.js" */
 
 // Instead of a job's id: a file still to be chosen.
 const FILE = "file";
@@ -27,42 +27,39 @@ const TABS = [
   ["scenes", "Scenes"],
 ];
 
+/** @type {[Encoding, string][]} */
+const ENCODINGS = [
+  ["", "the default of its format"],
+  ["srgb", "sRGB"],
+  ["linear", "linear"],
+];
+
 /** @param {HTMLElement} root @param {ViewParams} params */
-export function mount(root, { a, b }) {
-  const life = new AbortController();
-  /** @type {(() => void)[]} */
-  const unmounts = [];
-  open(root, a, b, life.signal, unmounts).catch(
-    (error) => life.signal.aborted || refuse(root, "These pictures cannot be compared", error),
+export function mount(root, params) {
+  open(root, params).catch(
+    (error) => params.signal.aborted || refuse(root, "These pictures cannot be compared", error),
   );
-  return () => {
-    life.abort();
-    for (const unmount of unmounts) unmount();
-  };
 }
 
 /**
  * Show A, and B as soon as it is there; without it, what to compare A with instead.
  *
  * @param {HTMLElement} root
- * @param {string} a
- * @param {string} b
- * @param {AbortSignal} signal
- * @param {(() => void)[]} unmounts
+ * @param {ViewParams} params
  */
-async function open(root, a, b, signal, unmounts) {
+async function open(root, { a, b, signal }) {
   const [one, film] = await Promise.all([sideOf(a, signal), filmOfJob(a, signal)]);
   signal.throwIfAborted();
-  const frame = makeFrame(root, "Compare", TABS);
+  const frame = makeFrame(root, "Compare", TABS, signal);
   const pair = makePair(frame, film, signal);
-  unmounts.push(frame.close, pair.close);
+  signal.addEventListener("abort", pair.close);
   pair.explain(a, one.scene, "A");
   pair.expose(displayOf(one.scene));
 
   const { verdict: panel, scenes } = frame.drawer.panels;
-  const result = h("section", { className: "compared-verdict", "aria-label": "Verdict" });
-  const sides = h("div", {}, makeSides(one, null));
-  const details = h("div", { className: "compared-details" });
+  const result = h("section.compared-verdict", { "aria-label": "Verdict" });
+  const sides = h("div", makeSides(one, null));
+  const details = h("div.compared-details");
   const another = makeComparing(one.job, pair.screen, signal);
   const picker = b === FILE ? makePicker((file, encoding) => compare(ofFile(file, encoding))) : "";
   panel.append(picker, result, sides, details, another.element);
@@ -72,7 +69,7 @@ async function open(root, a, b, signal, unmounts) {
 
   /** @typedef {{reference: object, read: Read | null}} Other B for the service; null if only that can read it. */
 
-  /** @param {File} file @param {import("./compare/references.js").Encoding} encoding @returns {Promise<Other>} */
+  /** @param {File} file @param {Encoding} encoding @returns {Promise<Other>} */
   async function ofFile(file, encoding) {
     const [content, read] = await Promise.all([encoded(file), filmOfFile(file, encoding)]);
     return { reference: { content, ...(encoding && { encoding }) }, read };
@@ -89,7 +86,7 @@ async function open(root, a, b, signal, unmounts) {
   /** @param {Promise<Other>} reading */
   async function compare(reading) {
     result.setAttribute("aria-busy", "true");
-    result.replaceChildren(h("p", { className: "soft", role: "status" }, "Comparing …"));
+    result.replaceChildren(h("p.soft", { role: "status" }, "Comparing …"));
     try {
       const { reference, read } = await reading;
       /** @type {Promise<ComparisonDocument>} */
@@ -101,7 +98,7 @@ async function open(root, a, b, signal, unmounts) {
       if (second.scene) pair.explain(b, second.scene, "B");
       details.replaceChildren(makeNumbers(metricsOf(film, second.film, film.whole)));
       const answer = await asking;
-      const note = h("p", { className: "soft small" }, second.note);
+      const note = h("p.soft.small", second.note);
       result.replaceChildren(makeVerdict(answer), note);
       details.replaceChildren(makeDetails(answer, pair.showRegion));
       announce(answer.reason);
@@ -110,6 +107,23 @@ async function open(root, a, b, signal, unmounts) {
     }
     result.removeAttribute("aria-busy");
   }
+}
+
+/** The form that chooses a file to compare with. @param {(file: File, encoding: Encoding) => void} chosen */
+function makePicker(chosen) {
+  const file = h("input", { id: "reference-file", type: "file", accept: ".png,.npy,.exr", required: true });
+  const encoding = makeSelect({ id: "reference-encoding" }, ENCODINGS);
+  const submit = (/** @type {SubmitEvent} */ event) => {
+    event.preventDefault();
+    if (file.files?.[0]) chosen(file.files[0], /** @type {Encoding} */ (encoding.value));
+  };
+  return h(
+    "form.comparing",
+    { onsubmit: submit },
+    field("Reference: a PNG, NPY or EXR file", file),
+    field("Its values are", encoding),
+    h("button.primary", { type: "submit" }, "Compare"),
+  );
 }
 
 /** @param {string} id @param {AbortSignal} signal @returns {Promise<Side>} */
@@ -125,5 +139,5 @@ async function sideOf(id, signal) {
 function refusalOf(error) {
   const details = error instanceof Problem ? error.errors.map(({ detail }) => detail) : [];
   const text = details.length ? details.join(" ") : messageOf(error);
-  return h("p", { className: "problem", role: "alert" }, text);
+  return h("p.problem", { role: "alert" }, text);
 }

@@ -5,7 +5,6 @@ import { h, pause } from "../dom.js";
 import { signInButton } from "../session.js";
 import { Watch } from "../watch.js";
 import * as actions from "./job/actions.js";
-import * as bar from "./job/bar.js";
 import * as convergence from "./job/convergence.js";
 import * as picture from "./job/picture.js";
 import * as plan from "./job/plan.js";
@@ -18,9 +17,9 @@ export const title = "Job";
 
 /** @import { Frame } from "./picture/frame.js" */
 
-// In the order of the drawer. What they hear ends with the watch; `mount` returns what else is to be ended.
-/** @type {{mount: (frame: Frame, watch: Watch) => () => void}[]} */
-const PARTS = [bar, progress, warnings, actions, picture, convergence, plan];
+// In the order of the drawer. What they hear ends with the watch; what else is to be ended, with the view.
+/** @type {{mount: (frame: Frame, watch: Watch, signal: AbortSignal) => void}[]} */
+const PARTS = [progress, warnings, actions, picture, convergence, plan];
 
 /** @type {[string, string][]} */
 const TABS = [
@@ -34,17 +33,8 @@ const TABS = [
 const RETRY_MS = 2000;
 
 /** @param {HTMLElement} root @param {ViewParams} params */
-export function mount(root, { id }) {
-  const life = new AbortController();
-  /** @type {(() => void)[]} */
-  const unmounts = [];
-  open(root, id, life.signal, unmounts).catch(
-    (error) => !life.signal.aborted && refuse(root, "This job cannot be shown", error),
-  );
-  return () => {
-    life.abort();
-    for (const unmount of unmounts.splice(0)) unmount();
-  };
+export function mount(root, { id, signal }) {
+  open(root, id, signal).catch((error) => !signal.aborted && refuse(root, "This job cannot be shown", error));
 }
 
 /**
@@ -61,40 +51,35 @@ async function found(root, id, signal) {
       return await get(jobPath(id), { signal });
     } catch (error) {
       if (signal.aborted || (error instanceof Problem && error.status < 500)) throw error;
-      root.replaceChildren(
-        h("p", { className: "lead", role: "status" }, `${messageOf(error)} Trying again …`),
-      );
+      root.replaceChildren(h("p.lead", { role: "status" }, `${messageOf(error)} Trying again …`));
       await pause(RETRY_MS, signal);
     }
   }
 }
 
-/** @param {HTMLElement} root @param {string} id @param {AbortSignal} signal @param {(() => void)[]} unmounts */
-async function open(root, id, signal, unmounts) {
+/** @param {HTMLElement} root @param {string} id @param {AbortSignal} signal */
+async function open(root, id, signal) {
   const watch = new Watch(await found(root, id, signal));
-  unmounts.push(() => watch.stop());
+  signal.throwIfAborted();
+  signal.addEventListener("abort", () => watch.stop());
   const entitle = () => (document.title = tabTitle(watch.job));
   watch.on("job", entitle);
   entitle();
-  const frame = makeFrame(root, nameOf(watch.job), TABS);
+  const frame = makeFrame(root, nameOf(watch.job), TABS, signal);
   frame.stage.append(makeNotice(watch));
-  unmounts.push(frame.close);
-  for (const part of PARTS) unmounts.push(part.mount(frame, watch));
+  for (const part of PARTS) part.mount(frame, watch, signal);
   watch.start();
 }
 
 /** What interrupts the watch, over the picture so that nothing moves. @param {Watch} watch */
 function makeNotice(watch) {
-  const notice = h("p", { className: "problem stage-notice", role: "status", hidden: true });
-  const report = (/** @type {string} */ text, /** @type {Node[]} */ ...more) => {
-    notice.replaceChildren(text, ...more);
-    notice.hidden = !text;
-  };
+  const notice = h("p.problem.stage-notice", { role: "status" });
+  const report = (/** @type {string} */ text) => (notice.textContent = text);
   watch.on("connection", (live) => report(live ? "" : "The service does not answer. Trying again …"));
   watch.on("gone", () => report("This job was deleted."));
   watch.on("lost", (error) => report(error.message));
-  watch.on("locked", (error) =>
-    report(`${error.message} The page no longer follows this job. `, signInButton()),
+  watch.on("locked", ({ message }) =>
+    notice.replaceChildren(`${message} The page no longer follows this job. `, signInButton()),
   );
   return notice;
 }

@@ -2,11 +2,11 @@
 
 import { get, messageOf } from "../api.js";
 import { debounced, h, pause } from "../dom.js";
-import { skeleton } from "../elements.js";
+import { makeSelect, skeleton } from "../elements.js";
 import { plural } from "../format.js";
 import { amend } from "../navigation.js";
 import { FINAL } from "../watch.js";
-import { NAMES, mayChange, stateName } from "./job/state.js";
+import { CHOICES, mayChange } from "./job/state.js";
 import { makeChosen } from "./jobs/chosen.js";
 import { COLUMNS, makeRow } from "./jobs/row.js";
 
@@ -26,9 +26,7 @@ const NEWEST_FIRST = "-created";
 /** @typedef {{number: number, top: number}} Place How many jobs are shown, and how far the page is scrolled. */
 
 /** @param {HTMLElement} root @param {ViewParams} params */
-export function mount(root, { query }) {
-  const life = new AbortController();
-  const { signal } = life;
+export function mount(root, { query, signal }) {
   /** @type {Map<string, import("./jobs/row.js").Row>} */
   const rows = new Map();
   /** @type {Listing} */
@@ -60,43 +58,30 @@ export function mount(root, { query }) {
   };
   const body = h("tbody");
   const waiting = skeleton(5);
-  const lead = h("p", { className: "lead", role: "status" });
-  const trouble = h("p", { className: "problem", role: "alert", hidden: true });
-  const more = h("button", { type: "button", onclick: showMore, hidden: true }, "More jobs");
+  const lead = h("p.lead", { role: "status" });
+  const trouble = h("p.problem", { role: "alert" });
+  const more = h("button", { onclick: showMore, hidden: true }, "More jobs");
   const heads = COLUMNS.map(([column, name, key]) =>
     h("th", { scope: "col", className: column }, key ? sorter(name, key) : name),
   );
   const table = h(
-    "table",
-    { className: "jobs", hidden: true },
-    h(
-      "thead",
-      {},
-      h(
-        "tr",
-        {},
-        h("td", { className: "pick" }, h("label", {}, chosen.all)),
-        h("td", { className: "thumbnail" }),
-        heads,
-        h("td", { className: "act" }),
-      ),
-    ),
+    "table.jobs",
+    { hidden: true },
+    h("thead", h("tr", h("td.pick", h("label", chosen.all)), h("td.thumbnail"), heads, h("td.act"))),
     body,
   );
   /** @type {HTMLSelectElement} */
-  const state = h(
-    "select",
+  const state = makeSelect(
     { onchange: () => change({ state: state.value }) },
-    h("option", { value: "" }, "all states"),
-    NAMES.map((name) => h("option", { value: name }, stateName(name))),
+    [["", "all states"], ...CHOICES],
+    wanted.state,
   );
-  state.value = wanted.state;
   const search = h("input", { type: "search", value: wanted.search, autocomplete: "off" });
   search.addEventListener(
     "input",
     debounced(TYPING_MS, () => change({ search: search.value.trim() }), signal),
   );
-  const label = h("button", { type: "button", className: "label", onclick: () => change({ label: "" }) });
+  const label = h("button.label", { onclick: () => change({ label: "" }) });
 
   /** @param {Partial<Listing>} part */
   function change(part) {
@@ -111,7 +96,7 @@ export function mount(root, { query }) {
   /** @param {string} name @param {string} key */
   function sorter(name, key) {
     const sort = () => change({ sort: wanted.sort === key ? `-${key}` : key });
-    return h("button", { type: "button", className: "plain", onclick: sort }, name);
+    return h("button.plain", { onclick: sort }, name);
   }
 
   function showOrder() {
@@ -144,12 +129,11 @@ export function mount(root, { query }) {
       if (current !== reloads || signal.aborted) return;
       known = jobs;
       show();
-      trouble.hidden = true;
+      trouble.textContent = "";
     } catch (error) {
       if (current !== reloads || signal.aborted) return;
       waiting.remove();
       trouble.textContent = messageOf(error);
-      trouble.hidden = false;
     }
   }
 
@@ -215,14 +199,9 @@ export function mount(root, { query }) {
 
   /** @param {() => Promise<unknown>} action */
   async function attempt(action) {
-    const failure = await action().then(
-      () => "",
-      (error) => messageOf(error),
-    );
+    const failure = await action().then(() => "", messageOf);
     await reload();
-    if (!failure) return;
-    trouble.textContent = failure;
-    trouble.hidden = false;
+    if (failure) trouble.textContent = failure;
   }
 
   async function follow() {
@@ -236,15 +215,8 @@ export function mount(root, { query }) {
   }
 
   root.append(
-    h("div", { className: "row jobs-head" }, h("h1", {}, "Jobs"), lead),
-    h(
-      "div",
-      { className: "row filters" },
-      field("Name or label", search),
-      field("State", state),
-      label,
-      chosen.element,
-    ),
+    h("div.row.jobs-head", h("h1", "Jobs"), lead),
+    h("div.row.filters", field("Name or label", search), field("State", state), label, chosen.element),
     trouble,
     waiting,
     table,
@@ -257,12 +229,10 @@ export function mount(root, { query }) {
     { signal },
   );
   follow();
-  return () => life.abort();
 }
 
 /** @param {string} name @param {HTMLElement} control */
-const field = (name, control) =>
-  h("label", { className: "row" }, h("span", { className: "soft small" }, name), control);
+const field = (name, control) => h("label.row", h("span.soft.small", name), control);
 
 /** @param {number} total @param {Listing} wanted */
 function summary(total, { state, label, search }) {

@@ -6,33 +6,16 @@ export const title = "No such page";
 
 /** @param {HTMLElement} root */
 export function mount(root) {
-  if (/^\/compare(\/|$)/.test(location.pathname)) return comparing(root);
-  root.append(
-    h("h1", {}, "There is no such page"),
-    h(
-      "p",
-      { className: "lead" },
-      "Try the list of ",
-      h("a", { href: "/jobs" }, "jobs"),
-      ", or start with a ",
-      h("a", { href: "/" }, "scene"),
-      ".",
-    ),
-  );
-  return () => {};
-}
-
-/** @param {HTMLElement} root */
-function comparing(root) {
-  root.append(
-    h("h1", {}, "Compare two pictures"),
-    h(
-      "p",
-      { className: "lead" },
-      "Choose two finished ",
-      h("a", { href: "/jobs" }, "jobs"),
-      " and compare them.",
-    ),
-  );
-  return () => {};
+  const jobs = h("a", { href: "/jobs" }, "jobs");
+  const scene = h("a", { href: "/" }, "scene");
+  if (/^\/compare(\/|$)/.test(location.pathname))
+    root.append(
+      h("h1", "Compare two pictures"),
+      h("p.lead", "Choose two finished ", jobs, " and compare them."),
+    );
+  else
+    root.append(
+      h("h1", "There is no such page"),
+      h("p.lead", "Try the list of ", jobs, ", or start with a ", scene, "."),
+    );
 }

@@ -30,12 +30,12 @@ const LAYERS = ["depth", "normal", "shape", "samples", "error"];
 const RETRY_MS = 2000;
 
 /** @param {HTMLElement} root @param {ViewParams} params */
-export function mount(root, { query }) {
-  const life = new AbortController();
-  const { signal } = life;
+export function mount(root, { query, signal }) {
   /** @type {OpenedScene["files"]} */
   const files = new Map();
   const job = query.get("job");
+  // The draft of the start page itself is what opens there again.
+  if (job) signal.addEventListener("abort", leave);
   /** @type {string | null} */
   let ready = null;
   // What was opened: the scene is edited if its text differs from this.
@@ -262,12 +262,6 @@ export function mount(root, { query }) {
     for (const [path, file] of onService(kept.files)) files.set(path, file);
     restore(kept);
   }
-
-  return () => {
-    // The draft of the start page itself is what opens there again.
-    if (job) leave();
-    life.abort();
-  };
 }
 
 /** @param {string} id @param {AbortSignal} signal @returns {Promise<OpenedScene>} */

@@ -18,11 +18,7 @@ function relative(a, b) {
   return largest(a, b, (one, other) => Math.abs(one - other) / Math.sqrt(other * other + RELATIVE_FLOOR));
 }
 
-/**
- * @param {Film} a
- * @param {Film} b
- * @param {(one: number, other: number) => number} apart
- */
+/** @param {Film} a @param {Film} b @param {(one: number, other: number) => number} apart */
 function largest({ values: a }, { values: b }, apart) {
   const found = new Float32Array(a.length / 3);
   for (let pixel = 0, i = 0; pixel < found.length; pixel++, i += 3)

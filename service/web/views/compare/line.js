@@ -1,5 +1,7 @@
 // The line between two pictures, dragged on the picture, and the key that shows the second one alone.
 
+import { strokeCased } from "../picture/screen.js";
+
 // CSS pixels beside the line at which it is still caught, and the size of its handle.
 const REACH = 12;
 const HANDLE = 9;
@@ -23,13 +25,10 @@ export function catchLine(screen, { at, move }) {
 export function drawLine(context, screen, column) {
   const x = screen.left + screen.scale * column;
   const height = screen.element.clientHeight;
-  for (const [style, width] of /** @type {[string, number][]} */ ([
-    ["#000", 3],
-    ["#fff", 1],
-  ])) {
-    context.fillStyle = style;
-    context.fillRect(x - width / 2, 0, width, height);
-  }
+  context.beginPath();
+  context.moveTo(x, 0);
+  context.lineTo(x, height);
+  strokeCased(context, "#fff");
   drawHandle(context, x, height);
   label(context, "A", x - LABEL_GAP, "right");
   label(context, "B", x + LABEL_GAP, "left");

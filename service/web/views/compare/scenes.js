@@ -1,6 +1,7 @@
 // Where two scenes differ.
 
 import { h } from "../../dom.js";
+import { makeTable } from "../../elements.js";
 import { plural } from "../../format.js";
 
 const MOST_ROWS = 100;
@@ -33,41 +34,21 @@ const isNested = (value) =>
 /** @param {SceneDocument} a @param {SceneDocument} b */
 export function makeScenes(a, b) {
   const found = differencesOf(a, b);
-  if (!found.length) return h("p", {}, "Both scenes are the same.");
+  if (!found.length) return h("p", "Both scenes are the same.");
   const rest = found.length - MOST_ROWS;
   return h(
     "div",
-    {},
-    h(
-      "table",
-      { className: "sides" },
-      h(
-        "thead",
-        {},
-        h(
-          "tr",
-          {},
-          ["Field", "A", "B"].map((name) => h("th", { scope: "col" }, name)),
-        ),
-      ),
-      h("tbody", {}, found.slice(0, MOST_ROWS).map(row)),
-    ),
-    rest > 0 ? h("p", { className: "soft small" }, `${plural(rest, "more difference")}.`) : "",
+    makeTable(".sides", ["Field", "A", "B"], found.slice(0, MOST_ROWS).map(row)),
+    rest > 0 ? h("p.soft.small", `${plural(rest, "more difference")}.`) : "",
   );
 }
 
 /** @param {Difference} difference */
-function row({ pointer, a, b }) {
-  return h(
-    "tr",
-    {},
-    h("th", { scope: "row" }, h("code", {}, pointer)),
-    [a, b].map((value) => h("td", {}, value === undefined ? "–" : h("code", {}, brief(value)))),
-  );
-}
+const row = ({ pointer, a, b }) => [h("code", pointer), brief(a), brief(b)];
 
 /** @param {unknown} value */
 function brief(value) {
+  if (value === undefined) return "–";
   const text = JSON.stringify(value);
-  return text.length > MOST_LETTERS ? `${text.slice(0, MOST_LETTERS)} …` : text;
+  return h("code", text.length > MOST_LETTERS ? `${text.slice(0, MOST_LETTERS)} …` : text);
 }

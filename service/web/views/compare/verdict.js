@@ -1,7 +1,13 @@
 // The result of a comparison, in words and numbers.
 
 import { h } from "../../dom.js";
+import { makeList, makeTable } from "../../elements.js";
+import { cpuSeconds, percent, qualityName, seconds } from "../../format.js";
+import { errorOf } from "../job/progress.js";
+import { existedAlready, nameOf } from "../job/state.js";
 import { short } from "../picture/numbers.js";
+
+/** @typedef {{job: JobDocument, scene: SceneDocument}} Side */
 
 const VERDICTS = {
   match: ["✓", "The same", "good"],
@@ -22,62 +28,40 @@ const METRICS = [
 export function makeVerdict({ verdict, reason }) {
   const [mark, word, kind] = VERDICTS[verdict];
   const sign = h("span", { "aria-hidden": "true" }, `${mark} `);
-  return h("div", {}, h("h2", { className: `verdict ${kind}` }, sign, word), h("p", {}, reason));
+  return h("div", h("h2", { className: `verdict ${kind}` }, sign, word), h("p", reason));
 }
 
 /** Probable mistakes, worst regions and metrics. @param {ComparisonDocument} answer @param {(region: ComparedRegion) => void} showRegion */
 export function makeDetails({ diagnosis: causes, worst_regions: worst, metrics }, showRegion) {
   return h(
     "div",
-    {},
-    causes.length ? diagnosis(causes) : "",
-    worst.length ? regions(worst, showRegion) : "",
+    causes.length > 0 && h("h3", "Probable mistake"),
+    makeList("ul.causes", causes, mistake),
+    worst.length > 0 && h("h3", "Worst regions"),
+    makeList("ol.regions", worst, (region, i) => [
+      h(
+        "button",
+        { onclick: () => showRegion(region) },
+        `Region ${i + 1}${region.name ? `: ${region.name}` : ""}`,
+      ),
+      h("p.soft.small", placeOf(region)),
+    ]),
     makeNumbers(metrics),
   );
 }
 
-/** @param {ComparisonDocument["diagnosis"]} causes */
-function diagnosis(causes) {
-  const entry = (
-    /** @type {ComparisonDocument["diagnosis"][0]} */ { cause, hint, rmse_before: before, rmse_after: after },
-  ) =>
-    h(
-      "li",
-      {},
-      h("strong", {}, cause.replaceAll("_", " ")),
-      h("p", {}, hint),
-      h(
-        "p",
-        { className: "soft small" },
-        `With it undone, the RMSE falls from ${short(before)} to ${short(after)}.`,
-      ),
-    );
-  return h("div", {}, h("h3", {}, "Probable mistake"), h("ul", { className: "causes" }, causes.map(entry)));
-}
+/** @param {ComparisonDocument["diagnosis"][0]} found */
+const mistake = ({ cause, hint, rmse_before: before, rmse_after: after }) => [
+  h("strong", cause.replaceAll("_", " ")),
+  h("p", hint),
+  h("p.soft.small", `With it undone, the RMSE falls from ${short(before)} to ${short(after)}.`),
+];
 
-/** @param {ComparedRegion[]} worst @param {(region: ComparedRegion) => void} showRegion */
-function regions(worst, showRegion) {
-  const entry = (/** @type {ComparedRegion} */ region, /** @type {number} */ i) => {
-    const { x0, y0, x1, y1, share, rmse, brightness, name } = region;
-    const place = `columns ${x0} to ${x1 - 1}, rows ${y0} to ${y1 - 1}`;
-    const button = h(
-      "button",
-      { type: "button", onclick: () => showRegion(region) },
-      `Region ${i + 1}${name ? `: ${name}` : ""}`,
-    );
-    const kind = brightness > 0 ? "too bright" : "too dark";
-    return h(
-      "li",
-      {},
-      button,
-      h(
-        "p",
-        { className: "soft small" },
-        `${place}; ${Math.round(100 * share)} % of the squared difference; RMSE ${short(rmse)}; ${kind} by ${short(Math.abs(brightness))}`,
-      ),
-    );
-  };
-  return h("div", {}, h("h3", {}, "Worst regions"), h("ol", { className: "regions" }, worst.map(entry)));
+/** @param {ComparedRegion} region */
+function placeOf({ x0, y0, x1, y1, share, rmse, brightness }) {
+  const place = `columns ${x0} to ${x1 - 1}, rows ${y0} to ${y1 - 1}`;
+  const kind = `${brightness > 0 ? "too bright" : "too dark"} by ${short(Math.abs(brightness))}`;
+  return `${place}; ${percent(share)} of the squared difference; RMSE ${short(rmse)}; ${kind}`;
 }
 
 /** @param {number | null} value */
@@ -85,17 +69,24 @@ const shown = (value) => (value === null ? "–" : short(value));
 
 /** A table of those metrics that are there. @param {Record<string, number | null>} values */
 export function makeNumbers(values) {
-  const row = (/** @type {[string, string, string]} */ [key, name, what]) =>
-    h(
-      "tr",
-      {},
-      h("th", { scope: "row" }, name, h("span", { className: "soft small" }, ` ${what}`)),
-      h("td", { className: "number" }, shown(values[key])),
-    );
-  return h(
-    "div",
-    {},
-    h("h3", {}, "Numbers"),
-    h("table", { className: "metrics" }, h("tbody", {}, METRICS.filter(([key]) => key in values).map(row))),
-  );
+  const rows = METRICS.filter(([key]) => key in values).map(([key, name, what]) => [
+    [name, h("span.soft.small", ` ${what}`)],
+    h("td.number", shown(values[key])),
+  ]);
+  return h("div", h("h3", "Numbers"), makeTable(".metrics", [], rows));
+}
+
+/** @type {[string, (job: JobDocument) => string | Node][]} */
+const OF_JOBS = [
+  ["Job", (job) => h("a", { href: `/jobs/${job.id}` }, nameOf(job))],
+  ["Quality", ({ quality }) => qualityName(quality)],
+  ["Time", (job) => (existedAlready(job) ? "existed already" : seconds(job.run_seconds ?? 0))],
+  ["CPU time", ({ cost }) => cpuSeconds(cost.cpu_seconds)],
+  ["Error", (job) => (job.error ? errorOf(job).join(", ") : "no estimate")],
+];
+
+/** Quality, time and error of two pictures beside each other. @param {Side} a @param {Side | null} b - Null for one that is no job. */
+export function makeSides({ job: a }, b) {
+  const rows = OF_JOBS.map(([name, of]) => [name, of(a), b ? of(b.job) : "–"]);
+  return makeTable(".sides", ["", "A", "B"], rows);
 }

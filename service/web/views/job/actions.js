@@ -3,6 +3,7 @@
 import { get, jobPath, messageOf, post, request } from "../../api.js";
 import { confirmed } from "../../dialog.js";
 import { h } from "../../dom.js";
+import { makeList } from "../../elements.js";
 import { navigate } from "../../navigation.js";
 import { makePopover } from "../picture/popover.js";
 import { cancel } from "./cancel.js";
@@ -15,24 +16,23 @@ export function mount({ drawer }, watch) {
   const { job } = watch;
   /** @type {{user: string, role: string} | null} */
   let who = null;
-  const trouble = h("p", { className: "problem", role: "alert", hidden: true });
+  const trouble = h("p.problem", { role: "alert" });
   const act = (/** @type {() => Promise<unknown>} */ action) => async () => {
-    trouble.hidden = true;
+    trouble.textContent = "";
     try {
       await action();
       watch.refresh();
     } catch (error) {
       trouble.textContent = messageOf(error);
-      trouble.hidden = false;
     }
   };
   const button = (/** @type {string} */ label, /** @type {() => Promise<unknown>} */ action) =>
-    h("button", { type: "button", onclick: act(action) }, label);
+    h("button", { onclick: act(action) }, label);
   const hold = button("Pause", () => post(watch.job.paused ? job.links.resume : job.links.pause, {}));
   const stop = button("Cancel", () => cancel(watch.job));
   const remove = button("Delete", removed);
-  const again = h("a", { className: "button", href: `/?job=${watch.id}` }, "Change and render again");
-  const files = makePopover("Download", "downloads", h("ul", { className: "files" }, downloads(job)));
+  const again = h("a.button", { href: `/?job=${watch.id}` }, "Change and render again");
+  const files = makePopover("Download", "downloads", downloads(job));
 
   async function removed() {
     if (!(await confirmed(`Delete ${nameOf(job)} and its picture?`, "Delete"))) return;
@@ -60,13 +60,8 @@ export function mount({ drawer }, watch) {
     // The watch tells that the service does not answer.
     () => {},
   );
-  drawer.panels.render.querySelector(".hero")?.append(h("div", { className: "row hero-acts" }, hold, stop));
-  drawer.panels.render.append(
-    h("div", { className: "row acts" }, again, files.button, remove),
-    files.panel,
-    trouble,
-  );
-  return () => {};
+  drawer.panels.render.querySelector(".hero")?.append(h("div.row.hero-acts", hold, stop));
+  drawer.panels.render.append(h("div.row.acts", again, files.button, remove), files.panel, trouble);
 }
 
 // Letters that file systems or shells take for something else.
@@ -82,14 +77,9 @@ function downloads(job) {
     ["NPY", links.image_npy, "linear, for NumPy"],
     ["EXR", links.image_exr, "linear, with layers"],
   ];
-  return files
-    .filter(([, path]) => path)
-    .map(([kind, path, what]) =>
-      h(
-        "li",
-        {},
-        h("a", { href: path, download: `${name}.${kind.toLowerCase()}` }, kind),
-        h("span", { className: "soft small" }, ` ${what}`),
-      ),
-    );
+  const there = files.filter(([, path]) => path);
+  return makeList("ul.files", there, ([kind, path, what]) => [
+    h("a", { href: path, download: `${name}.${kind.toLowerCase()}` }, kind),
+    h("span.soft.small", ` ${what}`),
+  ]);
 }

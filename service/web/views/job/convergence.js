@@ -2,22 +2,27 @@
 
 import { get, jobPath } from "../../api.js";
 import { h } from "../../dom.js";
+import { makeTable } from "../../elements.js";
 import { CODE_VALUE, codeValues, digits, plural, seconds } from "../../format.js";
 import { makePlot } from "../../plots.js";
 
 /** @import { Frame } from "../picture/frame.js" @import { Watch } from "../../watch.js" */
 
+const HEADINGS = ["Seconds", "Error, code values", "95 % interval"];
+
+const AXES = {
+  label: "Error in code values against time",
+  xLabel: "seconds",
+  yLabel: "error, code values",
+};
+
 /** @param {Frame} frame @param {Watch} watch */
 export function mount({ drawer }, watch) {
-  const plot = makePlot({
-    label: "Error in code values against time",
-    xLabel: "seconds",
-    yLabel: "error, code values",
-  });
-  const words = h("p", { className: "small" });
-  const rows = h("tbody");
-  const numbers = h("details", { hidden: true }, h("summary", {}, "Show table"), table(rows));
-  drawer.panels.render.append(h("h2", {}, "Accuracy against time"), plot.element, words, numbers);
+  const plot = makePlot(AXES);
+  const words = h("p.small");
+  const table = h("div");
+  const numbers = h("details", { hidden: true }, h("summary", "Show table"), table);
+  drawer.panels.render.append(h("h2", "Accuracy against time"), plot.element, words, numbers);
   let known = "";
 
   /** @param {ConvergenceDocument} convergence */
@@ -32,7 +37,7 @@ export function mount({ drawer }, watch) {
       others.map(({ seconds: x }) => x),
     );
     numbers.hidden = !passes.length;
-    rows.replaceChildren(...passes.map(row));
+    table.replaceChildren(makeTable(".numbers", HEADINGS, passes.map(row)));
     words.replaceChildren(...summary(convergence));
   }
 
@@ -51,7 +56,6 @@ export function mount({ drawer }, watch) {
 
   watch.on("job", refresh);
   refresh(watch.job);
-  return () => {};
 }
 
 /** @param {number} x - Seconds. @param {PredictedNumber} error */
@@ -59,27 +63,11 @@ function point(x, error) {
   return { x, y: error.estimate / CODE_VALUE, low: error.low / CODE_VALUE, high: error.high / CODE_VALUE };
 }
 
-/** @param {HTMLElement} rows */
-function table(rows) {
-  const head = h(
-    "tr",
-    {},
-    h("th", { scope: "col" }, "Seconds"),
-    h("th", { scope: "col" }, "Error, code values"),
-    h("th", { scope: "col" }, "95 % interval"),
-  );
-  return h("table", { className: "numbers" }, h("thead", {}, head), rows);
-}
-
 /** @param {ConvergencePass} pass */
 function row({ seconds: x, error }) {
-  return h(
-    "tr",
-    {},
-    h("td", {}, digits(x, 3)),
-    h("td", {}, error ? digits(error.estimate / CODE_VALUE, 3) : "–"),
-    h("td", {}, error ? `${codeValues(error.low)} to ${codeValues(error.high)}` : "no estimate"),
-  );
+  if (!error) return [digits(x, 3), "–", "no estimate"];
+  const range = `${codeValues(error.low)} to ${codeValues(error.high)}`;
+  return [digits(x, 3), digits(error.estimate / CODE_VALUE, 3), range];
 }
 
 /** @param {ConvergenceDocument} convergence */
@@ -95,7 +83,7 @@ function summary({ next_halving: half, target_error: target, reason, passes }) {
     const range = high === null ? `at least ${seconds(low)}` : `${seconds(low)} to ${seconds(high)}`;
     sentences.push(
       "Half this error would cost ",
-      h("strong", {}, `about ${seconds(estimate)} more`),
+      h("strong", `about ${seconds(estimate)} more`),
       ` (${range}). `,
     );
   }

@@ -14,8 +14,8 @@ import { nameOf } from "./state.js";
 
 /** @import { Frame } from "../picture/frame.js" @import { Watch } from "../../watch.js" */
 
-/** @param {Frame} frame @param {Watch} watch */
-export function mount(frame, watch) {
+/** @param {Frame} frame @param {Watch} watch @param {AbortSignal} life */
+export function mount(frame, watch, life) {
   const { stage, drawer } = frame;
   const { job, signal } = watch;
   const film = new Film(job.width, job.height);
@@ -27,8 +27,8 @@ export function mount(frame, watch) {
     signal,
   });
   const { screen, developer } = viewer;
-  const refusal = h("p", { className: "problem stage-notice", role: "alert", hidden: true });
-  const nothing = h("p", { className: "stage-nothing", hidden: true });
+  const refusal = h("p.problem.stage-notice", { role: "alert" });
+  const nothing = h("p.stage-nothing", { hidden: true });
   const first = makeFirst(watch, screen, () => viewer.pixel);
   const arrivals = makeArrivals(screen);
   const comparing = makeComparing(job, screen, signal);
@@ -81,7 +81,7 @@ export function mount(frame, watch) {
   /** @param {string} chosen - The name of a layer, or empty for the picture. */
   async function chooseLayer(chosen) {
     wanted = chosen;
-    refusal.hidden = true;
+    refusal.textContent = "";
     try {
       const { final } = watch;
       const layer = chosen ? await fetchLayer(watch.id, chosen, signal) : null;
@@ -92,7 +92,6 @@ export function mount(frame, watch) {
       if (signal.aborted || wanted !== chosen) return;
       isEarly = true;
       refusal.textContent = messageOf(error);
-      refusal.hidden = false;
       viewer.show(null);
     }
   }
@@ -104,7 +103,7 @@ export function mount(frame, watch) {
     },
     () => signal.aborted || viewer.expose(displayOf({})),
   );
-  return viewer.close;
+  life.addEventListener("abort", viewer.close);
 }
 
 /** @param {string} layer @returns {[string, string]} */

@@ -2,6 +2,7 @@
 
 import { get, jobPath, messageOf, text } from "../../api.js";
 import { h } from "../../dom.js";
+import { makeList } from "../../elements.js";
 import { makeEditor } from "../../editor.js";
 import { plural } from "../../format.js";
 import { places, pointerParts } from "../../json_text.js";
@@ -17,14 +18,14 @@ const SHOWN = 3;
 /** @param {Frame} frame @param {Watch} watch */
 export function mount({ drawer }, watch) {
   const editor = makeEditor({ label: "The scene of this job", readOnly: true, signal: watch.signal });
-  const stages = h("div", { className: "plan-stages" });
+  const stages = h("div.plan-stages");
   drawer.panels.plan.append(
-    h("h2", { className: "unseen" }, "What runs, and why"),
+    h("h2.unseen", "What runs, and why"),
     stages,
-    h("div", { className: "plan-scene" }, editor.element),
+    h("div.plan-scene", editor.element),
   );
   fill().catch((error) => {
-    if (!watch.signal.aborted) stages.replaceChildren(h("p", { className: "problem" }, messageOf(error)));
+    if (!watch.signal.aborted) stages.replaceChildren(h("p.problem", messageOf(error)));
   });
 
   async function fill() {
@@ -37,42 +38,23 @@ export function mount({ drawer }, watch) {
     const { scene } = takenApart(body);
     editor.text = scene;
     const lines = makeLines(scene, plan, editor);
-    stages.replaceChildren(...makeStages(plan.stages, lines), ...rest(plan, lines));
+    stages.replaceChildren(h("div", makeStages(plan.stages, lines), rest(plan, lines)));
   }
-
-  return () => {};
 }
 
 /** @param {PlanDocument} plan @param {Lines} lines */
 function rest({ pilot_samples: pilots, left_out: out }, lines) {
+  const title = `Pilot samples for the target error: ${plural(pilots.length, "stage")}`;
+  const omitted = makeList("ul.left-out", out, ({ effect, reason, pointers }) => [
+    h("strong", effect.replaceAll(/[._]/g, " ")),
+    h("span.soft", ` ${reason}`),
+    pointers.length > 0 && lines(pointers),
+  ]);
   return [
-    pilots.length
-      ? folded(`Pilot samples for the target error: ${plural(pilots.length, "stage")}`, pilots, lines)
-      : "",
-    out.length
-      ? h(
-          "details",
-          { open: true },
-          h("summary", {}, `Left out: ${plural(out.length, "effect")}`),
-          h(
-            "ul",
-            { className: "left-out" },
-            out.map((effect) => omission(effect, lines)),
-          ),
-        )
-      : "",
+    pilots.length > 0 && folded(title, pilots, lines),
+    omitted &&
+      h("details", { open: true }, h("summary", `Left out: ${plural(out.length, "effect")}`), omitted),
   ];
-}
-
-/** @param {PlanDocument["left_out"][0]} omitted @param {Lines} lines */
-function omission({ effect, reason, pointers }, lines) {
-  return h(
-    "li",
-    {},
-    h("strong", {}, effect.replaceAll(/[._]/g, " ")),
-    h("span", { className: "soft" }, ` ${reason}`),
-    pointers.length ? lines(pointers) : null,
-  );
 }
 
 /**
@@ -94,32 +76,27 @@ function makeLines(scene, plan, editor) {
   function link(inRequest) {
     const pointer = inScene(inRequest);
     const place = where.get(pointer);
-    if (!place) return h("li", { className: "small soft" }, pointer);
+    if (!place) return h("li.small.soft", pointer);
     const button = h(
-      "button",
-      {
-        type: "button",
-        className: "line-link",
-        onclick: () => editor.point(place.start, place.end, { focus: false }),
-      },
-      h("span", { className: "soft" }, `line ${place.line}`),
+      "button.line-link",
+      { onclick: () => editor.point(place.start, place.end, { focus: false }) },
+      h("span.soft", `line ${place.line}`),
       ` ${named(document, pointer)}`,
     );
-    return h("li", {}, button);
+    return h("li", button);
   }
 
   return (pointers) => {
     const shown = pointers.length > SHOWN + 1 ? pointers.slice(0, SHOWN) : pointers;
     const hidden = pointers.slice(shown.length);
-    const list = h("ul", { className: "line-links" }, shown.map(link));
+    const list = h("ul.line-links", shown.map(link));
     if (hidden.length) {
       /** @type {HTMLLIElement} */
       const more = h(
         "li",
-        {},
         h(
-          "button",
-          { type: "button", className: "line-link", onclick: () => more.replaceWith(...hidden.map(link)) },
+          "button.line-link",
+          { onclick: () => more.replaceWith(...hidden.map(link)) },
           `${hidden.length} more`,
         ),
       );

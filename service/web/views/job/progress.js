@@ -2,23 +2,18 @@
 
 import { announce, h } from "../../dom.js";
 import { figure } from "../../elements.js";
-import { ago, codeValues, count, cpuSeconds, plural, qualityName, seconds } from "../../format.js";
-import { existedAlready, standing, stateName } from "./state.js";
+import { ago, codeValues, count, cpuSeconds, percent, plural, qualityName, seconds } from "../../format.js";
+import { existedAlready, standing, stateMark, stateName } from "./state.js";
 
 /** @import { Frame } from "../picture/frame.js" @import { Watch } from "../../watch.js" */
 
 /** @param {Frame} frame @param {Watch} watch */
-export function mount({ drawer }, watch) {
-  const large = h("p", { className: "hero-time" });
-  const small = h("p", { className: "soft small" });
-  const list = h("dl", { className: "figures" });
-  const trouble = h("div", { className: "problem", role: "alert", hidden: true });
-  drawer.panels.render.append(
-    h("h2", { className: "unseen" }, "Progress"),
-    h("div", { className: "hero" }, large, small),
-    trouble,
-    list,
-  );
+export function mount(frame, watch) {
+  const large = h("p.hero-time");
+  const small = h("p.soft.small");
+  const list = h("dl.figures");
+  const trouble = h("div.problem", { role: "alert" });
+  frame.drawer.panels.render.append(h("h2.unseen", "Progress"), h("div.hero", large, small), trouble, list);
   /** @type {string | null} */
   let state = null;
 
@@ -26,17 +21,16 @@ export function mount({ drawer }, watch) {
   function show(job) {
     const [time, ...rest] = headline(job);
     large.textContent = time;
-    small.replaceChildren(...rest.map((line) => h("span", {}, line || "\u00a0")));
+    small.replaceChildren(...rest.map((line) => h("span", line || "\u00a0")));
     list.replaceChildren(...figures(job));
     trouble.textContent = job.damage ?? job.failure?.message ?? "";
-    trouble.hidden = !trouble.textContent;
     if (state !== null && state !== standing(job)) announce(`The job is ${stateName(standing(job))}.`);
     state = standing(job);
   }
 
   watch.on("job", show);
   show(watch.job);
-  return () => {};
+  mountBar(frame, watch);
 }
 
 /** The large line, and two small ones below it. @param {JobDocument} job */
@@ -95,7 +89,7 @@ function figures(job) {
     ),
     figure("Error", ...errorOf(job)),
     figure("Picture", `${job.width} × ${job.height}`, qualityName(job.quality)),
-    figure("Job", h("code", {}, job.id), `submitted ${ago(job.created_at)}`),
+    figure("Job", h("code", job.id), `submitted ${ago(job.created_at)}`),
   ];
 }
 
@@ -106,4 +100,38 @@ export function errorOf({ error }) {
     `${codeValues(error.estimate)} code values`,
     `95\u00a0% interval ${codeValues(error.low)} to ${codeValues(error.high)}`,
   ];
+}
+
+/** State and progress in the toolbar of the viewer. @param {Frame} frame @param {Watch} watch */
+function mountBar({ bar, state }, watch) {
+  const line = h("progress.bar-line", { max: 1, "aria-label": "Progress" });
+  bar.append(line);
+
+  let isWhole = false;
+  // Its place stays.
+  const settle = () => line.classList.toggle("done", watch.final && isWhole);
+
+  /** @param {JobDocument} job */
+  function show(job) {
+    const rest = h("span.bar-rest.number", remark(job));
+    state.replaceChildren(h("div.job-progress", stateMark(standing(job)), rest));
+    line.value = job.progress.share;
+    settle();
+  }
+  watch.on("job", show);
+  watch.on("received", (share) => {
+    isWhole = share === 1;
+    if (watch.final) line.value = share;
+    settle();
+  });
+  show(watch.job);
+}
+
+/** @param {JobDocument} job */
+function remark(job) {
+  if (standing(job) !== "running") return "";
+  const left = job.progress.remaining_seconds;
+  return left === null
+    ? percent(job.progress.share)
+    : `${percent(job.progress.share)}, ${seconds(left)} left`;
 }

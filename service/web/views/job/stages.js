@@ -1,16 +1,17 @@
 // The stages of a plan by their share of the time: one bar, the five largest, and the others folded.
 
 import { h } from "../../dom.js";
+import { makeList } from "../../elements.js";
 import { percent, plural } from "../../format.js";
 
 const SHOWN = 5;
 // A light by its number, in the name or the sentence of a stage.
 const LIGHT = /\blight \d+/;
 
-/** @import { Lines } from "./plan.js" */
+/** @import { Child } from "../../dom.js" @import { Lines } from "./plan.js" */
 /** @typedef {(place: number) => Node | null} Sign Marks a stage by its place in the list. */
 
-/** @param {PlanStage[]} stages @param {Lines} lines @returns {(Node | string)[]} */
+/** @param {PlanStage[]} stages @param {Lines} lines @returns {Child[]} */
 export function makeStages(stages, lines) {
   const ranked = grouped(stages).sort((one, other) => (other.share ?? 0) - (one.share ?? 0));
   const parts = ranked
@@ -22,15 +23,14 @@ export function makeStages(stages, lines) {
   return [
     bar(parts, rest),
     listed(parts, lines, (i) => h("span", { className: `part part-${i}`, "aria-hidden": "true" })),
-    others.length
-      ? folded(`${plural(others.length, "more stage")}, ${small(rest)} of the time`, others, lines)
-      : "",
+    others.length > 0 &&
+      folded(`${plural(others.length, "more stage")}, ${small(rest)} of the time`, others, lines),
   ];
 }
 
 /** A list of stages behind a line that opens it. @param {string} title @param {PlanStage[]} stages @param {Lines} lines */
 export function folded(title, stages, lines) {
-  return h("details", {}, h("summary", {}, title), listed(stages, lines));
+  return h("details", h("summary", title), listed(stages, lines));
 }
 
 /** Stages that differ in the number of their light become one. @param {PlanStage[]} stages */
@@ -67,45 +67,30 @@ function bar(parts, rest) {
   };
   const words = parts.map(({ name, share }) => `${name} ${small(share)}`).join(", ");
   return h(
-    "div",
-    { className: "stages-bar", role: "img", "aria-label": `Shares of the time: ${words}` },
+    "div.stages-bar",
+    { role: "img", "aria-label": `Shares of the time: ${words}` },
     parts.map(({ share }, i) => piece(share, `part-${i}`)),
-    rest > 0 ? piece(rest, "part-rest") : null,
+    rest > 0 && piece(rest, "part-rest"),
   );
 }
 
 /** @param {PlanStage[]} stages @param {Lines} lines @param {Sign} sign */
-function listed(stages, lines, sign = () => null) {
-  return h(
-    "ol",
-    { className: "stages" },
-    stages.map((stage, i) => entry(stage, lines, sign(i))),
-  );
-}
+const listed = (stages, lines, sign = () => null) =>
+  makeList("ol.stages", stages, (stage, i) => entry(stage, lines, sign(i)));
 
 /** @param {PlanStage} stage @param {Lines} lines @param {Node | null} sign */
 function entry({ name, detail, share, pointers }, lines, sign) {
   const known = share !== null && share !== undefined;
-  return h(
-    "li",
-    {},
+  return [
     h(
-      "div",
-      { className: "stage-name" },
-      h("strong", {}, name),
-      known
-        ? h(
-            "span",
-            { className: "soft small" },
-            small(share),
-            h("span", { className: "unseen" }, " of the time"),
-          )
-        : null,
+      "div.stage-name",
+      h("strong", name),
+      known && h("span.soft.small", small(share), h("span.unseen", " of the time")),
       sign,
     ),
-    h("p", { className: "soft small" }, detail),
-    pointers.length ? lines(pointers) : null,
-  );
+    h("p.soft.small", detail),
+    pointers.length > 0 && lines(pointers),
+  ];
 }
 
 /** @param {number} share */

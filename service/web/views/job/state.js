@@ -17,8 +17,14 @@ const STATES = {
   deleted: ["✕", "deleted"],
 };
 
-/** States to filter by: a paused job counts as queued or running, and a deleted one is in no list. */
-export const NAMES = Object.keys(STATES).filter((name) => name !== "paused" && name !== "deleted");
+/**
+ * States to filter by: a paused job counts as queued or running, and a deleted one is in no list.
+ *
+ * @type {[string, string][]}
+ */
+export const CHOICES = Object.entries(STATES)
+  .filter(([name]) => name !== "paused" && name !== "deleted")
+  .map(([name, [, word]]) => [name, word]);
 
 /**
  * The state to show: a paused job shows as paused, not as queued or running.

@@ -15,7 +15,7 @@ const NUMERICS = [
 
 /** @param {Frame} frame @param {Watch} watch */
 export function mount({ drawer }, watch) {
-  const list = h("ul", { className: "warnings", "aria-label": "Warnings" });
+  const list = h("ul.warnings", { "aria-label": "Warnings" });
 
   function show() {
     const { warnings, numerics } = watch.job;
@@ -27,16 +27,15 @@ export function mount({ drawer }, watch) {
   watch.on("job", show);
   show();
   drawer.panels.render.append(list);
-  return () => {};
 }
 
 /** @param {ProblemEntry} found */
 function warning({ pointer, detail }) {
-  return h("li", {}, detail, " ", h("code", { className: "small soft" }, inScene(pointer) || "/"));
+  return h("li", detail, " ", h("code.small.soft", inScene(pointer) || "/"));
 }
 
 /** @param {NonNullable<JobDocument["numerics"]>} numerics */
 const problems = (numerics) =>
   NUMERICS.filter(([name]) => numerics[name] > 0).map(([name, noun, what]) =>
-    h("li", {}, `${plural(numerics[name], noun)} ${what}.`),
+    h("li", `${plural(numerics[name], noun)} ${what}.`),
   );

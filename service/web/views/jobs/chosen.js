@@ -17,16 +17,10 @@ import { nameOf } from "../job/state.js";
 export function makeChosen(rows, mayChange, attempt) {
   let last = "";
   const all = h("input", { type: "checkbox", onchange: pickAll, "aria-label": "Choose all jobs shown" });
-  const compare = h("button", { type: "button", onclick: openComparison }, "Compare");
-  const stop = h("button", { type: "button", onclick: () => cancelAll(open()) });
-  const delete_ = h("button", { type: "button", onclick: () => removeAll(changeable()) });
-  const element = h(
-    "div",
-    { className: "row chosen", role: "group", "aria-label": "Chosen jobs" },
-    compare,
-    stop,
-    delete_,
-  );
+  const compare = h("button", { onclick: openComparison }, "Compare");
+  const stop = h("button", { onclick: () => cancelAll(open()) });
+  const delete_ = h("button", { onclick: () => removeAll(changeable()) });
+  const element = h("div.row.chosen", { role: "group", "aria-label": "Chosen jobs" }, compare, stop, delete_);
 
   const chosen = () => rows().flatMap(({ pick, job }) => (pick.checked ? [job] : []));
   const changeable = () => chosen().filter(mayChange);

@@ -37,18 +37,17 @@ export function makeRow(first, acts) {
     onclick: (event) => acts.onPick(first.id, event),
     "aria-label": `Choose ${name}`,
   });
-  const act = h("button", { type: "button", className: "plain", onclick: () => perform() });
-  const link = h("a", { className: "name", href: `/jobs/${first.id}`, title: name }, name);
-  const labels = h("span", { className: "labels" });
+  const act = h("button.plain", { onclick: () => perform() });
+  const link = h("a.name", { href: `/jobs/${first.id}`, title: name }, name);
+  const labels = h("span.labels");
   const cells = COLUMNS.slice(1).map(([column]) => h("td", { className: column }));
   const element = h(
     "tr",
-    {},
-    h("td", { className: "pick" }, h("label", {}, pick)),
-    h("td", { className: "thumbnail" }, picture),
-    h("th", { scope: "row", className: "name" }, h("div", { className: "named" }, link, labels)),
+    h("td.pick", h("label", pick)),
+    h("td.thumbnail", picture),
+    h("th.name", { scope: "row" }, h("div.named", link, labels)),
     ...cells,
-    h("td", { className: "act" }, act),
+    h("td.act", act),
   );
   /** @type {string | null} */
   let shown = null;
@@ -96,13 +95,8 @@ const hasPicture = ({ last_seq: seq, state }) =>
 /** @param {string} label @param {(label: string) => void} onLabel */
 function labelButton(label, onLabel) {
   return h(
-    "button",
-    {
-      type: "button",
-      className: "label",
-      "aria-label": `Show only jobs with the label ${label}`,
-      onclick: () => onLabel(label),
-    },
+    "button.label",
+    { "aria-label": `Show only jobs with the label ${label}`, onclick: () => onLabel(label) },
     label,
   );
 }
@@ -115,7 +109,7 @@ function labelsOf({ labels = {} }) {
 /** What the columns after the name show. @param {JobDocument} job @returns {(string | Node)[]} */
 function valuesOf(job) {
   return [
-    h("span", {}, stateMark(standing(job)), ahead(job)),
+    h("span", stateMark(standing(job)), ahead(job)),
     job.user,
     `${job.width} × ${job.height}`,
     job.damage ?? job.failure?.message ?? qualityName(job.quality),

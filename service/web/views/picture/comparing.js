@@ -19,9 +19,8 @@ export function makeComparing(job, screen, signal) {
   /** @type {HTMLSelectElement} */
   const select = h("select", { id: "compared-with" });
   const form = h(
-    "form",
+    "form.comparing",
     {
-      className: "comparing",
       hidden: true,
       onsubmit: (event) => (event.preventDefault(), navigate(`/compare/${job.id}/${select.value}${at()}`)),
     },

@@ -1,13 +1,15 @@
-// Controls of the viewer: layer, exposure, transfer function, zoom, background, full screen.
+// Controls of the viewer: layer, channel, exposure, transfer function, zoom, background, full screen.
 
 import { announce, h } from "../../dom.js";
-import { field } from "../../elements.js";
+import { field, makeSelect } from "../../elements.js";
 import { keep, kept } from "../../storage.js";
-import { makeIcon } from "./icons.js";
+import { exposureFor } from "./histogram.js";
+import { makeIcon, makeIconButton } from "./icons.js";
 import { copied } from "./readout.js";
 import { TRANSFERS } from "./transfer.js";
 
-/** @type {Record<string, string>} */
+/** @typedef {import("./develop.js").Developer} Developer @typedef {import("./look.js").Channel} Channel */
+
 const WORDS = { srgb: "sRGB", linear: "Linear", "gamma 2.2": "Gamma 2.2" };
 const MOST_STOPS = 10;
 
@@ -26,15 +28,11 @@ export function makeDisplay(changed) {
     oninput: update,
   });
   const stops = h("output", { htmlFor: exposure.id });
-  const transfer = h(
-    "select",
-    { id: "display-transfer", onchange: changed },
-    Object.keys(TRANSFERS).map((name) => h("option", { value: name }, WORDS[name])),
-  );
+  const transfer = makeSelect({ id: "display-transfer", onchange: changed }, Object.entries(WORDS));
   const scene = { exposure: 0, transfer: "srgb" };
   const reset = h(
-    "button",
-    { type: "button", className: "plain", title: "Use the settings of the scene", onclick: () => set(scene) },
+    "button.plain",
+    { title: "Use the settings of the scene", onclick: () => set(scene) },
     "Reset",
   );
 
@@ -58,13 +56,7 @@ export function makeDisplay(changed) {
   }
 
   return {
-    element: h(
-      "div",
-      { className: "display" },
-      field("Exposure", exposure, stops),
-      field("Transfer", transfer),
-      reset,
-    ),
+    element: h("div.display", field("Exposure", exposure, stops), field("Transfer", transfer), reset),
     get exposure() {
       return Number(exposure.value);
     },
@@ -101,11 +93,7 @@ export function makeDisplay(changed) {
  */
 export function makeChoice(choices, changed) {
   /** @type {HTMLSelectElement} */
-  const select = h(
-    "select",
-    { id: "shown-layer", onchange: () => changed(select.value) },
-    choices.map(([value, label]) => h("option", { value }, label)),
-  );
+  const select = makeSelect({ id: "shown-layer", onchange: () => changed(select.value) }, choices);
   return { element: field("Shown", select), select };
 }
 
@@ -115,20 +103,17 @@ export function makeChoice(choices, changed) {
  * @param {PictureScreen} screen
  */
 export function makeZoom(screen) {
-  /** @param {string} name @param {string} label @param {() => void} action */
-  const sign = (name, label, action) =>
-    h("button", { type: "button", "aria-label": name, title: name, onclick: action }, label);
-  /** @param {string} label @param {string} title @param {() => void} action */
-  const button = (label, title, action) => h("button", { type: "button", title, onclick: action }, label);
-  const zoom = h("output", { className: "number", title: "Zoom", "aria-label": "Zoom" });
+  /** @param {string} label @param {string} title @param {() => void} onclick @param {string} [name] */
+  const button = (label, title, onclick, name) => h("button", { title, "aria-label": name, onclick }, label);
+  const zoom = h("output.number", { title: "Zoom", "aria-label": "Zoom" });
   const show = () => (zoom.textContent = `${short(100 * screen.zoomed)} %`);
   screen.on("view", show);
   return h(
-    "div",
-    { className: "zoom", role: "group", "aria-label": "Zoom" },
-    sign("Zoom out", "−", () => screen.zoom(screen.scale / 2)),
+    "div.zoom",
+    { role: "group", "aria-label": "Zoom" },
+    button("−", "Zoom out", () => screen.zoom(screen.scale / 2), "Zoom out"),
     zoom,
-    sign("Zoom in", "+", () => screen.zoom(screen.scale * 2)),
+    button("+", "Zoom in", () => screen.zoom(screen.scale * 2), "Zoom in"),
     button("1:1", "A pixel of the picture as one of the display", () => screen.zoom(1 / devicePixelRatio)),
     button("Fit", "Show the whole picture", () => screen.fit()),
   );
@@ -137,20 +122,16 @@ export function makeZoom(screen) {
 /** @param {number} value */
 const short = (value) => (value < 9.95 ? value.toFixed(1) : String(Math.round(value)));
 
-/** @type {Record<string, string>} */
 const BACKGROUNDS = { grey: "Grey", black: "Black", white: "White", checks: "Checks" };
 const BACKGROUND = "penumbra:background";
 
 /** A choice of what lies behind the picture, kept for the next one. @param {HTMLElement} stage */
 export function makeBackground(stage) {
-  const begun = kept("localStorage", BACKGROUND);
   /** @type {HTMLSelectElement} */
-  const select = h(
-    "select",
+  const select = makeSelect(
     { id: "background", onchange: () => (keep("localStorage", BACKGROUND, select.value), show()) },
-    Object.entries(BACKGROUNDS).map(([value, name]) =>
-      h("option", { value, selected: value === begun }, name),
-    ),
+    Object.entries(BACKGROUNDS),
+    kept("localStorage", BACKGROUND),
   );
   const show = () => (stage.dataset.background = select.value);
   show();
@@ -161,18 +142,11 @@ export function makeBackground(stage) {
 export function makeFullscreen(viewer) {
   const toggle = () =>
     document.fullscreenElement ? document.exitFullscreen() : viewer.requestFullscreen().catch(() => {});
-  return h(
-    "button",
-    {
-      type: "button",
-      className: "icon",
-      title: "Full screen",
-      "aria-label": "Full screen",
-      hidden: !document.fullscreenEnabled,
-      onclick: toggle,
-    },
-    makeIcon("fullscreen"),
-  );
+  return makeIconButton("fullscreen", {
+    title: "Full screen",
+    hidden: !document.fullscreenEnabled,
+    onclick: toggle,
+  });
 }
 
 // Milliseconds for which a button shows that it has copied.
@@ -180,11 +154,7 @@ const DONE_MS = 2000;
 
 /** A button that copies the address of what is shown. @param {() => void} write - Brings the address up to date. */
 export function makeLink(write) {
-  const button = h(
-    "button",
-    { type: "button", className: "icon", title: "Copy link", "aria-label": "Copy link", onclick: copy },
-    makeIcon("link"),
-  );
+  const button = makeIconButton("link", { title: "Copy link", onclick: copy });
 
   async function copy() {
     write();
@@ -196,4 +166,44 @@ export function makeLink(write) {
   }
 
   return button;
+}
+
+/** @type {[Channel, string][]} */
+const CHANNELS = [
+  ["rgb", "All"],
+  ["red", "Red"],
+  ["green", "Green"],
+  ["blue", "Blue"],
+  ["luminance", "Luminance"],
+];
+
+/**
+ * A choice of the channel that is shown.
+ *
+ * @param {Developer} developer
+ * @param {string | null} begun - The channel to begin with.
+ * @param {() => void} changed
+ */
+export function makeChannels(developer, begun, changed) {
+  /** @type {HTMLSelectElement} */
+  const select = makeSelect({ id: "shown-channel", onchange: () => (show(), changed()) }, CHANNELS, begun);
+  const show = () => developer.change({ channel: /** @type {Channel} */ (select.value) });
+  if (select.selectedIndex > 0) show();
+  return field("Channel", select);
+}
+
+/**
+ * A button that chooses an exposure.
+ *
+ * @param {import("./film.js").Film} film
+ * @param {(exposure: number) => void} expose
+ */
+export function makeAutoExposure(film, expose) {
+  const title = "Expose so that the brightest 1 % of the pixels are white";
+  function choose() {
+    const exposure = exposureFor(film);
+    if (exposure !== null) expose(exposure);
+    announce(exposure === null ? "The picture is black." : `Exposure ${exposure} stops`);
+  }
+  return h("button", { title, onclick: choose }, "Auto exposure");
 }

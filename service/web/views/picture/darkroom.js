@@ -1,10 +1,11 @@
 // Develops a film on a canvas, on the graphics card where there is one.
 
-import { area } from "./film.js";
+import { UNKNOWN, area } from "./film.js";
 import { Gpu, hasGpuFor } from "./gpu.js";
-import { develop } from "./software.js";
+import { CHANNELS } from "./look.js";
 
 /** @typedef {import("./film.js").Film} Film @typedef {import("./film.js").Rectangle} Rectangle */
+/** @typedef {import("./look.js").Look} Look */
 
 /** A canvas to paint on. @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Context */
 
@@ -30,13 +31,7 @@ export class Darkroom {
     if (area(place)) this.#gpu?.upload(place);
   }
 
-  /**
-   * Paint a rectangle of the film.
-   *
-   * @param {Context} context
-   * @param {import("./look.js").Look} look
-   * @param {Rectangle} place
-   */
+  /** Paint a rectangle of the film. @param {Context} context @param {Look} look @param {Rectangle} place */
   paint(context, look, place) {
     if (!area(place)) return;
     const { x0, y0, x1, y1 } = place;
@@ -59,4 +54,37 @@ export class Darkroom {
     this.#sheet ??= new ImageData(this.film.width, this.film.height);
     return this.#sheet;
   }
+}
+
+/**
+ * Write the colours of a rectangle of a film without a card; unknown pixels are transparent.
+ *
+ * @param {Film} film
+ * @param {Look} look
+ * @param {Rectangle} place
+ * @param {Uint32Array} packed - A word of RGBA codes for each pixel of the rectangle.
+ */
+export function develop(film, look, { x0, y0, x1, y1 }, packed) {
+  const count = x1 - x0;
+  for (let y = y0; y < y1; y++) {
+    const from = y * film.width + x0;
+    const to = (y - y0) * count;
+    encode(film, look, from, packed, to, count);
+    for (let i = 0; i < count; i++) if (film.bits[3 * (from + i)] === UNKNOWN) packed[to + i] = 0;
+  }
+}
+
+/**
+ * @param {Film} film
+ * @param {Look} look
+ * @param {number} from
+ * @param {Uint32Array} packed
+ * @param {number} to
+ * @param {number} count
+ */
+function encode(film, { encoder, channel }, from, packed, to, count) {
+  if (channel === "rgb") encoder.write(film.bits, 3 * from, packed, to, count);
+  else if (channel === "luminance")
+    encoder.writeGrey(new Uint32Array(film.luminance.buffer), from, 1, packed, to, count);
+  else encoder.writeGrey(film.bits, 3 * from + CHANNELS[channel], 3, packed, to, count);
 }

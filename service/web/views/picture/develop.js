@@ -1,11 +1,10 @@
 // Draws films or a layer on a screen, and the numbers in its pixels. Of two films, the second begins at a column.
 
 import { unpack } from "./colormaps.js";
-import { Darkroom } from "./darkroom.js";
+import { Darkroom, develop } from "./darkroom.js";
 import { area } from "./film.js";
 import { plainLook } from "./look.js";
 import { drawNumbers, short } from "./numbers.js";
-import { develop } from "./software.js";
 import { Encoder } from "./transfer.js";
 
 /** @typedef {import("./film.js").Film} Film @typedef {import("./film.js").Rectangle} Rectangle */

@@ -29,12 +29,11 @@ export class Drawer extends EventTarget {
       ]),
     );
     this.element = h(
-      "aside",
-      { id: "drawer", className: "drawer", "aria-label": "Panel" },
+      "aside.drawer",
+      { id: "drawer", "aria-label": "Panel" },
       h(
-        "div",
+        "div.drawer-tabs",
         {
-          className: "drawer-tabs",
           role: "tablist",
           "aria-label": "Panel",
           onkeydown: (event) => this.#key(event),
@@ -52,7 +51,6 @@ export class Drawer extends EventTarget {
       "button",
       {
         id: `tab-${name}`,
-        type: "button",
         role: "tab",
         "aria-controls": `panel-${name}`,
         onclick: () => this.show(name),

@@ -1,6 +1,6 @@
 // The picture received so far, as linear floats.
 
-import { luma } from "./colors.js";
+import { luma } from "./transfer.js";
 
 /** The bits of a pixel that is not there yet: a NaN that no arithmetic makes. */
 export const UNKNOWN = 0xffffffff;
@@ -11,12 +11,7 @@ export const UNKNOWN = 0xffffffff;
 /** How many pixels there are in a rectangle. @param {Rectangle} place */
 export const area = ({ x0, y0, x1, y1 }) => (x1 - x0) * (y1 - y0);
 
-/**
- * @param {Tile} tile
- * @param {number} width
- * @param {number} height
- * @returns {Rectangle}
- */
+/** @param {Tile} tile @param {number} width @param {number} height @returns {Rectangle} */
 const clipped = (tile, width, height) => ({
   x0: Math.min(tile.x0, width),
   y0: Math.min(tile.y0, height),
@@ -69,12 +64,7 @@ export class Film {
     return place;
   }
 
-  /**
-   * The linear values of a pixel, or null while it is not known.
-   *
-   * @param {number} x
-   * @param {number} y
-   */
+  /** The linear values of a pixel, or null while it is not known. @param {number} x @param {number} y */
   at(x, y) {
     const from = 3 * (y * this.width + x);
     return this.bits[from] === UNKNOWN ? null : Array.from(this.values.subarray(from, from + 3));

@@ -1,6 +1,6 @@
 // Renders a part of a running picture first.
 
-import { jobPath, messageOf, request } from "../../api.js";
+import { jobPath, messageOf, post } from "../../api.js";
 import { announce, h } from "../../dom.js";
 
 // Size of the part around a pixel, as a share of the picture's sides, while all of it is shown.
@@ -15,7 +15,7 @@ const SHARE = 1 / 4;
  * @param {() => PixelPlace | null} chosen
  */
 export function makeFirst(watch, screen, chosen) {
-  const button = h("button", { type: "button", className: "stage-first", onclick: ask }, "This part first");
+  const button = h("button.stage-first", { onclick: ask }, "This part first");
   const self = { element: button, region: /** @type {PixelRectangle | null} */ (null), show };
 
   function wanted() {
@@ -27,13 +27,7 @@ export function makeFirst(watch, screen, chosen) {
   async function ask() {
     const region = wanted();
     try {
-      const body = JSON.stringify(region);
-      await request(`${jobPath(watch.id)}/focus`, {
-        method: "POST",
-        type: "application/json",
-        body,
-        signal: watch.signal,
-      });
+      await post(`${jobPath(watch.id)}/focus`, region, { signal: watch.signal });
       self.region = region;
       screen.redraw();
       announce("This part is now rendered first.");

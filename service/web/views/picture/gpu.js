@@ -151,12 +151,7 @@ export class Gpu {
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, size[0], size[1], gl.RG_INTEGER, gl.UNSIGNED_INT, encoder.table);
   }
 
-  /**
-   * @param {number} unit
-   * @param {Rectangle} place
-   * @param {number} format
-   * @param {Uint32Array} words
-   */
+  /** @param {number} unit @param {Rectangle} place @param {number} format @param {Uint32Array} words */
   #copy(unit, { x0, y0, x1, y1 }, format, words) {
     const { gl } = this;
     gl.activeTexture(gl.TEXTURE0 + unit);

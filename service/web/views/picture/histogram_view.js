@@ -17,8 +17,8 @@ const CALM_MS = 300;
  *   something else is shown.
  */
 export function makeHistogram(developer, signal) {
-  const canvas = h("canvas", { className: "histogram", width: WIDTH, height: HEIGHT, role: "img" });
-  const caption = h("figcaption", { className: "soft small" });
+  const canvas = h("canvas.histogram", { width: WIDTH, height: HEIGHT, role: "img" });
+  const caption = h("figcaption.soft.small");
   /** @type {import("./histogram.js").Histogram | null} */
   let histogram = null;
   let exposure = 0;
@@ -41,7 +41,7 @@ export function makeHistogram(developer, signal) {
     isVisible = entries[entries.length - 1].isIntersecting;
     if (isVisible) show();
   });
-  const element = h("figure", { className: "histogram-figure" }, canvas, caption);
+  const element = h("figure.histogram-figure", canvas, caption);
   observer.observe(element);
   signal.addEventListener("abort", () => observer.disconnect());
 

@@ -1,6 +1,6 @@
 // Signs on buttons; the buttons have names of their own.
 
-import { svg } from "../../dom.js";
+import { h, svg } from "../../dom.js";
 
 // Lines on a square of 16.
 const LINES = {
@@ -18,3 +18,7 @@ export function makeIcon(name) {
     svg("path", { d: LINES[name] }),
   );
 }
+
+/** A button with a sign in place of its title. @param {keyof typeof LINES} name @param {ElementProperties<HTMLButtonElement>} properties */
+export const makeIconButton = (name, properties) =>
+  h("button.icon", { "aria-label": properties.title, ...properties }, makeIcon(name));

@@ -2,7 +2,7 @@
 
 import { jobPath, messageOf, post } from "../../api.js";
 import { announce, h } from "../../dom.js";
-import { quoted } from "../../elements.js";
+import { makeList, makeTable, quoted } from "../../elements.js";
 import { MARKS, makePath } from "./path.js";
 import { makeRay } from "./ray.js";
 import { short } from "./numbers.js";
@@ -27,12 +27,7 @@ export function makeInspector({ id, scene, name, film, copy, close, signal }) {
   const body = h("div");
   const heading = h("h2", { id: `inspector-title${name}` });
   const source = makeSource(id, name, signal);
-  const element = h(
-    "section",
-    { className: "inspector", "aria-labelledby": heading.id, tabIndex: -1 },
-    heading,
-    body,
-  );
+  const element = h("section.inspector", { "aria-labelledby": heading.id, tabIndex: -1 }, heading, body);
   const drawPath = makePath(scene);
   /** @type {PixelPlace | null} */
   let wanted = null;
@@ -42,7 +37,7 @@ export function makeInspector({ id, scene, name, film, copy, close, signal }) {
   function clear() {
     wanted = found = null;
     heading.textContent = name ? `Why this colour of ${name}?` : "Why this colour?";
-    body.replaceChildren(h("p", { className: "soft" }, HINT));
+    body.replaceChildren(h("p.soft", HINT));
   }
 
   /** @param {PixelPlace} pixel */
@@ -55,8 +50,7 @@ export function makeInspector({ id, scene, name, film, copy, close, signal }) {
       const answer = await post(`${jobPath(id)}/inspections`, pixel, { signal });
       if (wanted === pixel) fill((found = answer));
     } catch (error) {
-      if (!signal.aborted)
-        body.replaceChildren(h("p", { className: "problem", role: "alert" }, messageOf(error)));
+      if (!signal.aborted) body.replaceChildren(h("p.problem", { role: "alert" }, messageOf(error)));
     }
     body.removeAttribute("aria-busy");
   }
@@ -64,33 +58,30 @@ export function makeInspector({ id, scene, name, film, copy, close, signal }) {
   /** @param {InspectionDocument} found */
   function fill(found) {
     heading.textContent = `Pixel ${found.x}, ${found.y}${name && ` of ${name}`}`;
-    const reasons = found.reasons.map(({ text, pointers }) =>
-      h("li", {}, h("p", {}, quoted(text)), links(pointers)),
-    );
+    const reasons = makeList("ul.reasons", found.reasons, ({ text, pointers }) => [
+      h("p", quoted(text)),
+      links(pointers),
+    ]);
     body.replaceChildren(
       h(
-        "div",
-        { className: "explained" },
+        "div.explained",
         h(
           "div",
-          {},
-          h("ul", { className: "reasons" }, reasons),
+          reasons,
           colours(found, film.at(found.x, found.y)),
           h(
-            "div",
-            { className: "row" },
-            h("button", { type: "button", onclick: () => copy({ x: found.x, y: found.y }) }, "Copy values"),
-            h("button", { type: "button", onclick: close }, "Remove lines"),
+            "div.row",
+            h("button", { onclick: () => copy({ x: found.x, y: found.y }) }, "Copy values"),
+            h("button", { onclick: close }, "Remove lines"),
           ),
           source.element,
         ),
         h(
           "div",
-          {},
-          h("h3", {}, "The ray and what it hits"),
-          h("ol", { className: "rays" }, makeRay(found.ray, links, 1)),
-          found.ray.surface ? h("p", { className: "soft small" }, MARKS) : "",
-          found.complete ? "" : h("p", { className: "soft small" }, "Not all rays are listed."),
+          h("h3", "The ray and what it hits"),
+          makeList("ol.rays", [found.ray], (ray) => makeRay(ray, links, 1)),
+          found.ray.surface && h("p.soft.small", MARKS),
+          !found.complete && h("p.soft.small", "Not all rays are listed."),
         ),
       ),
     );
@@ -103,14 +94,8 @@ export function makeInspector({ id, scene, name, film, copy, close, signal }) {
   function links(pointers) {
     const buttons = pointers
       .filter(Boolean)
-      .map((pointer) =>
-        h(
-          "button",
-          { type: "button", className: "plain pointer", onclick: () => source.show(pointer) },
-          pointer,
-        ),
-      );
-    return buttons.length ? h("span", { className: "pointers" }, buttons) : "";
+      .map((pointer) => h("button.plain.pointer", { onclick: () => source.show(pointer) }, pointer));
+    return buttons.length ? h("span.pointers", buttons) : "";
   }
 
   clear();
@@ -132,32 +117,10 @@ function colours(found, mean) {
     ["One ray through the centre", found.color],
     ["The picture, the mean of all samples", mean],
   ];
-  return h(
-    "table",
-    { className: "colours" },
-    h("caption", { className: "unseen" }, "Linear colours"),
-    h(
-      "thead",
-      {},
-      h(
-        "tr",
-        {},
-        ["Linear", "red", "green", "blue"].map((name) => h("th", { scope: "col" }, name)),
-      ),
-    ),
-    h(
-      "tbody",
-      {},
-      rows.map(([name, values]) =>
-        h(
-          "tr",
-          {},
-          h("th", { scope: "row" }, name),
-          (values ?? [NaN, NaN, NaN]).map((value) =>
-            h("td", { className: "number" }, values ? short(value) : "–"),
-          ),
-        ),
-      ),
-    ),
-  );
+  const cells = rows.map(([name, values]) => [
+    name,
+    ...[0, 1, 2].map((i) => h("td.number", values ? short(values[i]) : "–")),
+  ]);
+  const caption = h("caption.unseen", "Linear colours");
+  return makeTable(".colours", ["Linear", "red", "green", "blue"], cells, caption);
 }

@@ -47,5 +47,5 @@ export function hearKeys(screen) {
     else return;
     event.preventDefault();
   };
-  screen.element.addEventListener("keydown", listener, { signal: screen.life.signal });
+  screen.element.addEventListener("keydown", listener, { signal: screen.signal });
 }

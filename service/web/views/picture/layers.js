@@ -72,12 +72,7 @@ export class Layer {
   }
 }
 
-/**
- * The greatest of the channels of each pixel.
- *
- * @param {ArrayLike<number>} values
- * @param {number} channels
- */
+/** The greatest of the channels of each pixel. @param {ArrayLike<number>} values @param {number} channels */
 function worst(values, channels) {
   const greatest = new Float32Array(values.length / channels);
   for (let pixel = 0, at = 0; pixel < greatest.length; pixel++) {
@@ -104,12 +99,7 @@ function writeScale(packed, numbers, scale, begin, end) {
   }
 }
 
-/**
- * @param {Uint32Array} packed
- * @param {ArrayLike<number>} values
- * @param {number} begin
- * @param {number} end
- */
+/** @param {Uint32Array} packed @param {ArrayLike<number>} values @param {number} begin @param {number} end */
 function writeNames(packed, values, begin, end) {
   /** @type {Map<number, number>} */
   const known = new Map();

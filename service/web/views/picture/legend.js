@@ -1,6 +1,7 @@
 // The scale beside false colours, whose ends and colours can be changed.
 
 import { h } from "../../dom.js";
+import { makeSelect } from "../../elements.js";
 import { COLORMAPS, paletteOf, unpack } from "./colormaps.js";
 import { short } from "./numbers.js";
 import { isScale, leastPositive, middleOf } from "./scales.js";
@@ -33,14 +34,10 @@ const MEANINGS = {
  * @returns {HTMLElement}
  */
 export function makeLegend(layer, changed) {
-  if (layer.kind in MEANINGS) return h("p", { className: "legend soft small" }, MEANINGS[layer.kind]);
+  if (layer.kind in MEANINGS) return h("p.legend.soft.small", MEANINGS[layer.kind]);
   if (layer.kind === "colours") {
     const [low, high] = [layer.scale.low, layer.scale.high].map(short);
-    return h(
-      "p",
-      { className: "legend soft small" },
-      `Each channel from ${low} to ${high}. Grey has no value.`,
-    );
+    return h("p.legend.soft.small", `Each channel from ${low} to ${high}. Grey has no value.`);
   }
   const unit = UNITS[layer.name] ?? "";
   const caption = `${layer.name}${unit && `, ${unit}`}. Grey is infinite or has no value.`;
@@ -62,7 +59,7 @@ const typed = (value) => String(Number(value.toPrecision(4)));
 function makeScale(begun, least, caption, changed) {
   let scale = begun;
   const ramp = h("canvas", { width: WIDTH, height: HEIGHT, role: "img", "aria-label": "Colour scale" });
-  const middle = h("output", { className: "number" });
+  const middle = h("output.number");
   const low = end("Lowest value", (value) => ({ low: value }));
   const high = end("Highest value", (value) => ({ high: value }));
   /** @type {HTMLInputElement} */
@@ -72,12 +69,11 @@ function makeScale(begun, least, caption, changed) {
     onchange: () => set(logarithmic()),
   });
   /** @type {HTMLSelectElement} */
-  const colors = h(
-    "select",
+  const colors = makeSelect(
     { "aria-label": "Colours", onchange: () => set({ colors: colors.value }) },
-    COLORMAPS.map((name) => h("option", { value: name }, name)),
+    COLORMAPS.map((name) => [name, name]),
   );
-  const reset = h("button", { type: "button", className: "plain", onclick: () => set(begun) }, "Reset");
+  const reset = h("button.plain", { onclick: () => set(begun) }, "Reset");
 
   /** @param {string} label @param {(value: number) => Partial<Scale>} part */
   function end(label, part) {
@@ -109,12 +105,11 @@ function makeScale(begun, least, caption, changed) {
 
   show();
   return h(
-    "figure",
-    { className: "legend" },
+    "figure.legend",
     ramp,
-    h("div", { className: "legend-ends small" }, low, middle, high),
-    h("div", { className: "row small legend-choices" }, h("label", {}, log, " logarithmic"), colors, reset),
-    h("figcaption", { className: "soft small" }, caption),
+    h("div.legend-ends.small", low, middle, high),
+    h("div.row.small.legend-choices", h("label", log, " logarithmic"), colors, reset),
+    h("figcaption.soft.small", caption),
   );
 }
 

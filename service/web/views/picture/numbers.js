@@ -1,6 +1,6 @@
 // Numbers inside pixels, once they are large enough to hold them.
 
-import { luma } from "./colors.js";
+import { luma } from "./transfer.js";
 
 // CSS pixels a side from which three lines of linear value and code are readable.
 const READABLE = 64;

@@ -1,5 +1,7 @@
 // What is drawn over a picture: tiles that fade in, brackets around those at work, and lines between pixels.
 
+import { strokeCased } from "./screen.js";
+
 // Tiles that arrive fade in over what was there before, for so long.
 const LASTS_MS = 350;
 // Snapshots cost memory and time: with more tiles at once, the picture changes at once.
@@ -65,14 +67,7 @@ export function drawTiles(context, screen, tiles) {
   if (!parts.length) return;
   context.beginPath();
   for (const tile of parts) bracket(context, screen, tile);
-  for (const [style, line] of /** @type {[string, number][]} */ ([
-    ["#000", 3.5],
-    [AT_WORK, 1.75],
-  ])) {
-    context.strokeStyle = style;
-    context.lineWidth = line;
-    context.stroke();
-  }
+  strokeCased(context, AT_WORK);
 }
 
 /** @param {CanvasRenderingContext2D} context @param {PictureScreen} screen @param {PixelRectangle} tile */

@@ -2,6 +2,7 @@
 
 import { middleOf, outlineOf } from "./outlines.js";
 import { Projection, add } from "./projection.js";
+import { strokeCased } from "./screen.js";
 
 const CONTINUED = "#6fd0ff";
 const SEEN = "#ffe27a";
@@ -80,25 +81,6 @@ const endOf = ({ origin, direction, surface }, far) => surface?.position ?? add(
 const seen = ({ left, top, scale }, { x, y }) => [left + scale * x, top + scale * y];
 
 /**
- * Stroke what a path draws, visible on light and dark pixels.
- *
- * @param {CanvasRenderingContext2D} context
- * @param {string} color
- * @param {number[]} dashes
- */
-function cased(context, color, dashes) {
-  for (const [style, width] of [
-    ["rgb(0 0 0 / 75%)", 3.5],
-    [color, 1.5],
-  ]) {
-    Object.assign(context, { strokeStyle: style, lineWidth: width });
-    context.setLineDash(dashes);
-    context.stroke();
-  }
-  context.setLineDash([]);
-}
-
-/**
  * @param {CanvasRenderingContext2D} context
  * @param {PictureScreen} screen
  * @param {[PixelPlace, PixelPlace]} ends
@@ -110,7 +92,7 @@ function line(context, screen, [a, b], color, dashed) {
   context.beginPath();
   context.moveTo(...seen(screen, a));
   context.lineTo(x, y);
-  cased(context, color, dashed ? DOTS : []);
+  strokeCased(context, color, dashed ? DOTS : []);
   context.beginPath();
   context.arc(x, y, END, 0, 2 * Math.PI);
   context.fillStyle = color;
@@ -125,5 +107,5 @@ function outline(context, screen, places) {
   context.closePath();
   context.fillStyle = "rgb(255 80 64 / 22%)";
   context.fill();
-  cased(context, BLOCKED, []);
+  strokeCased(context, BLOCKED);
 }

@@ -11,12 +11,11 @@ const LINE = 36;
 
 /** @param {PictureScreen} screen */
 export function hearPointers(screen) {
-  const { element, life } = screen;
+  const { element, signal } = screen;
   /** @type {Fingers} */
   const down = new Map();
   let dragged = false;
   let gripped = false;
-  const { signal } = life;
   /** @param {"down" | "move" | "up" | "cancel" | "leave"} type @param {(event: PointerEvent) => void} listener */
   const on = (type, listener) => element.addEventListener(`pointer${type}`, listener, { signal });
 

@@ -6,10 +6,10 @@ import { h } from "../../dom.js";
 const WIDTH = 288;
 const MARGIN = 8;
 
-/** A button and a panel, both to be put on the page. @param {string} label @param {string} id @param {Node[]} content */
+/** A button and a panel, both to be put on the page. @param {string} label @param {string} id @param {import("../../dom.js").Child[]} content */
 export function makePopover(label, id, ...content) {
-  const button = h("button", { type: "button", className: "opens", popovertarget: id }, label);
-  const panel = h("div", { id, className: "popover", popover: "auto", "aria-label": label }, ...content);
+  const button = h("button.opens", { popovertarget: id }, label);
+  const panel = h("div.popover", { id, popover: "auto", "aria-label": label }, ...content);
   panel.addEventListener("beforetoggle", () => {
     const { bottom, right } = button.getBoundingClientRect();
     const most = innerWidth - WIDTH - MARGIN;

@@ -4,9 +4,9 @@ import { announce, h } from "../../dom.js";
 
 /** @param {PictureScreen} screen @param {import("./develop.js").Developer} developer */
 export function makeReadout(screen, developer) {
-  const swatch = h("span", { className: "swatch", "aria-hidden": "true" });
-  const line = h("p", { className: "readout number" });
-  const element = h("div", { className: "stage-readout", hidden: true }, swatch, line);
+  const swatch = h("span.swatch", { "aria-hidden": "true" });
+  const line = h("p.readout.number");
+  const element = h("div.stage-readout", { hidden: true }, swatch, line);
 
   return {
     element,
@@ -38,7 +38,7 @@ export async function copied(text) {
     return true;
   } catch {
     // Browsers have a clipboard on secure addresses alone, and a service in a local network has none.
-    const area = h("textarea", { className: "unseen", value: text, readOnly: true });
+    const area = h("textarea.unseen", { value: text, readOnly: true });
     const focused = document.activeElement;
     document.body.append(area);
     area.select();

@@ -7,11 +7,11 @@
  * @param {(region: import("./film.js").Rectangle) => void} chosen
  */
 export function hearRegion(screen, chosen) {
-  const { element, life } = screen;
+  const { element, signal } = screen;
   /** @type {{x: number, y: number} | null} */
   let begun = null;
   // Before the listeners that pan.
-  const options = { signal: life.signal, capture: true };
+  const options = { signal, capture: true };
 
   const pixel = (/** @type {PointerEvent} */ event) => {
     const { x, y } = screen.placeOf(event);

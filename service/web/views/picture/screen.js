@@ -1,6 +1,6 @@
 // A picture with zoom, pan and a cursor, for mouse, touch and keyboard. The caller draws the overlay.
 
-import { h } from "../../dom.js";
+import { Emitter, h } from "../../dom.js";
 import { hasGpuFor } from "./gpu.js";
 import { hearKeys } from "./keys.js";
 import { hearPointers } from "./pointers.js";
@@ -8,6 +8,8 @@ import { hearPointers } from "./pointers.js";
 const LARGEST = 128;
 // In smaller pixels the cursor would hide the pixel.
 const CURSOR_FROM = 3;
+// CSS pixels between a rectangle and the middle of its frame.
+const AROUND = 0.5;
 
 /**
  * @typedef {object} ScreenEvents
@@ -18,8 +20,8 @@ const CURSOR_FROM = 3;
  * @property {null} view - The visible part changed.
  */
 
-/** Events: those of `ScreenEvents`. */
-export class Screen extends EventTarget {
+/** @extends {Emitter<ScreenEvents>} */
+export class Screen extends Emitter {
   #resize;
   #frame = 0;
   // Of the element, when the place of the picture was last set.
@@ -42,15 +44,15 @@ export class Screen extends EventTarget {
     this.width = width;
     this.height = height;
     this.overlay = overlay;
-    this.canvas = h("canvas", { className: "pixels", width, height });
+    this.canvas = h("canvas.pixels", { width, height });
     // In main memory, unless a graphics card writes its pixels.
     this.context = /** @type {CanvasRenderingContext2D} */ (
       this.canvas.getContext("2d", { willReadFrequently: !hasGpuFor(width * height) })
     );
-    this.over = h("canvas", { className: "over" });
+    this.over = h("canvas.over");
     this.element = h(
-      "div",
-      { className: "screen", tabIndex: 0, role: "application", "aria-label": label },
+      "div.screen",
+      { tabIndex: 0, role: "application", "aria-label": label },
       this.canvas,
       this.over,
     );
@@ -58,34 +60,12 @@ export class Screen extends EventTarget {
     this.left = 0;
     this.top = 0;
     this.fitted = true;
-    this.life = new AbortController();
     hearPointers(this);
     hearKeys(this);
     for (const type of ["focus", "blur"])
-      this.element.addEventListener(type, () => this.redraw(), { signal: this.life.signal });
+      this.element.addEventListener(type, () => this.redraw(), { signal: this.signal });
     this.#resize = new ResizeObserver(() => this.#resized());
     this.#resize.observe(this.element);
-  }
-
-  /**
-   * Hear an event until the screen is closed.
-   *
-   * @template {keyof ScreenEvents} Type
-   * @param {Type} type
-   * @param {(detail: ScreenEvents[Type]) => void} listener
-   */
-  on(type, listener) {
-    const heard = (/** @type {Event} */ event) => listener(/** @type {CustomEvent} */ (event).detail);
-    this.addEventListener(type, heard, { signal: this.life.signal });
-  }
-
-  /**
-   * @template {keyof ScreenEvents} Type
-   * @param {Type} type
-   * @param {ScreenEvents[Type]} detail
-   */
-  emit(type, detail) {
-    this.dispatchEvent(new CustomEvent(type, { detail }));
   }
 
   close() {
@@ -217,7 +197,7 @@ export class Screen extends EventTarget {
 
   /** Draw the overlay again, once before the next frame. */
   redraw() {
-    if (!this.#frame && !this.life.signal.aborted) this.#frame = requestAnimationFrame(() => this.#draw());
+    if (!this.#frame && !this.signal.aborted) this.#frame = requestAnimationFrame(() => this.#draw());
   }
 
   /** Keep what is in the middle there. */
@@ -254,29 +234,31 @@ export class Screen extends EventTarget {
       this.outline(context, square(this.cursor));
   }
 
-  /**
-   * Draw a frame around a rectangle, visible on light and dark pixels; inside it if `grown` is below 0.
-   *
-   * @param {CanvasRenderingContext2D} context
-   * @param {PixelRectangle} place
-   */
-  outline(context, { x0, y0, x1, y1 }, color = "#fff", grown = 0.5) {
-    /** @type {[number, number, number, number]} */
-    const sides = [
-      this.left + this.scale * x0 - grown,
-      this.top + this.scale * y0 - grown,
-      this.scale * (x1 - x0) + 2 * grown,
-      this.scale * (y1 - y0) + 2 * grown,
-    ];
-    for (const [style, width] of /** @type {[string, number][]} */ ([
-      ["#000", 3],
-      [color, 1.25],
-    ])) {
-      context.strokeStyle = style;
-      context.lineWidth = width;
-      context.strokeRect(...sides);
-    }
+  /** Draw a frame around a rectangle. @param {CanvasRenderingContext2D} context @param {PixelRectangle} place */
+  outline(context, { x0, y0, x1, y1 }, color = "#fff") {
+    const { left, top, scale } = this;
+    context.beginPath();
+    context.rect(
+      left + scale * x0 - AROUND,
+      top + scale * y0 - AROUND,
+      scale * (x1 - x0) + 2 * AROUND,
+      scale * (y1 - y0) + 2 * AROUND,
+    );
+    strokeCased(context, color);
   }
+}
+
+/** Stroke a path, visible on light and dark pixels. @param {CanvasRenderingContext2D} context @param {string} color */
+export function strokeCased(context, color, dashes = /** @type {number[]} */ ([])) {
+  context.setLineDash(dashes);
+  for (const [strokeStyle, lineWidth] of /** @type {const} */ ([
+    ["#000", 3.5],
+    [color, 1.5],
+  ])) {
+    Object.assign(context, { strokeStyle, lineWidth });
+    context.stroke();
+  }
+  context.setLineDash([]);
 }
 
 /** One pixel as a rectangle. @param {PixelPlace} pixel @returns {PixelRectangle} */

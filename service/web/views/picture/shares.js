@@ -1,6 +1,6 @@
 // What each part of an inspected pixel adds to its brightness.
 
-import { luma } from "./colors.js";
+import { luma } from "./transfer.js";
 
 // A share up to this would be shown as 0.0 %.
 const NOTHING = 0.0005;

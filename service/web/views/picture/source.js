@@ -11,12 +11,7 @@ const MOST_LINES = 24;
 export function makeSource(id, name, signal) {
   const title = h("h3", { id: `source-title${name}` });
   const lines = h("pre", { tabIndex: 0, "aria-labelledby": title.id });
-  const element = h(
-    "section",
-    { className: "source", hidden: true, "aria-labelledby": title.id },
-    title,
-    lines,
-  );
+  const element = h("section.source", { hidden: true, "aria-labelledby": title.id }, title, lines);
   /** @type {string | null} */
   let scene = null;
 

@@ -1,6 +1,7 @@
 // Statistics of a part of the picture, in a table.
 
 import { announce, h } from "../../dom.js";
+import { makeTable } from "../../elements.js";
 import { plural } from "../../format.js";
 import { short } from "./numbers.js";
 import { hearRegion } from "./region.js";
@@ -16,11 +17,11 @@ const NAMES = ["Red", "Green", "Blue"];
  * @param {() => {values: ArrayLike<number>, channels: number}} shown - What is on the screen.
  */
 export function makeStatistics(screen, shown) {
-  const hint = h("p", { className: "soft small" }, "Drag with Shift over a part of the picture, or take");
+  const hint = h("p.soft.small", "Drag with Shift over a part of the picture, or take");
   const button = (/** @type {string} */ label, /** @type {() => Rectangle} */ place) =>
-    h("button", { type: "button", onclick: () => (show(place()), announce(spoken())) }, label);
-  const table = h("div", { className: "statistics" });
-  const remove = h("button", { type: "button", hidden: true, onclick: removed }, "Remove");
+    h("button", { onclick: () => (show(place()), announce(spoken())) }, label);
+  const table = h("div.statistics");
+  const remove = h("button", { hidden: true, onclick: removed }, "Remove");
   /** @type {Rectangle | null} */
   let region = null;
 
@@ -49,13 +50,12 @@ export function makeStatistics(screen, shown) {
   hearRegion(screen, show);
   return {
     element: h(
-      "section",
-      { className: "statistics-section", "aria-label": "Statistics" },
-      h("h3", {}, "Statistics"),
+      "section.statistics-section",
+      { "aria-label": "Statistics" },
+      h("h3", "Statistics"),
       hint,
       h(
-        "div",
-        { className: "row" },
+        "div.row",
         button("What is visible", () => screen.visible()),
         button("All of it", () => ({ x0: 0, y0: 0, x1: screen.width, y1: screen.height })),
         remove,
@@ -80,34 +80,10 @@ function tableOf({ x0, y0, x1, y1 }, channels) {
   const infinite = channels.reduce((sum, { count }) => sum + pixels - count, 0);
   const rest = infinite ? `; ${plural(infinite, "value")} left out as infinite or without a number` : "";
   const name = (/** @type {number} */ i) => (channels.length === 1 ? "Value" : (NAMES[i] ?? `Channel ${i}`));
-  return h(
-    "table",
-    {},
-    h(
-      "caption",
-      {},
-      `Columns ${x0} to ${x1 - 1}, rows ${y0} to ${y1 - 1}: ${x1 - x0} × ${y1 - y0} pixels, linear${rest}`,
-    ),
-    h(
-      "thead",
-      {},
-      h(
-        "tr",
-        {},
-        ["", ...COLUMNS].map((column) => h("th", { scope: "col" }, column)),
-      ),
-    ),
-    h(
-      "tbody",
-      {},
-      channels.map((found, i) =>
-        h(
-          "tr",
-          {},
-          h("th", { scope: "row" }, name(i)),
-          COLUMNS.map((column) => h("td", { className: "number" }, found.count ? short(found[column]) : "–")),
-        ),
-      ),
-    ),
-  );
+  const words = `Columns ${x0} to ${x1 - 1}, rows ${y0} to ${y1 - 1}: ${x1 - x0} × ${y1 - y0} pixels, linear${rest}`;
+  const rows = channels.map((found, i) => [
+    name(i),
+    ...COLUMNS.map((column) => h("td.number", found.count ? short(found[column]) : "–")),
+  ]);
+  return makeTable("", ["", ...COLUMNS], rows, h("caption", words));
 }

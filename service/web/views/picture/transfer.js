@@ -7,6 +7,9 @@ export const TRANSFERS = {
   "gamma 2.2": (x) => x ** (1 / 2.2),
 };
 
+/** Luminance (ITU-R BT.709). @param {number} red @param {number} green @param {number} blue */
+export const luma = (red, green, blue) => 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+
 const float = new Float32Array(1);
 const word = new Uint32Array(float.buffer);
 

@@ -1,8 +1,16 @@
 // The viewer of a picture: display controls, readout, legend, and why a pixel has its colour.
 
 import { announce, debounced, h } from "../../dom.js";
-import { makeAutoExposure, makeChannels } from "./channels.js";
-import { makeBackground, makeChoice, makeDisplay, makeFullscreen, makeLink, makeZoom } from "./controls.js";
+import {
+  makeAutoExposure,
+  makeBackground,
+  makeChannels,
+  makeChoice,
+  makeDisplay,
+  makeFullscreen,
+  makeLink,
+  makeZoom,
+} from "./controls.js";
 import { Developer } from "./develop.js";
 import { makeHistogram } from "./histogram_view.js";
 import { makeInspector } from "./inspector.js";
@@ -51,15 +59,14 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
   const statistics = makeStatistics(screen, () => developer.shown);
   const recount = debounced(CALM_MS, statistics.changed, signal);
   const readout = makeReadout(screen, developer);
-  const why = h("div", { className: "why" });
-  const keys = h("p", { className: "soft small", id: "picture-keys" }, `${KEYS} ${options.keys ?? ""}`);
-  const legend = h("div", { className: "stage-legend" });
+  const why = h("div.why");
+  const keys = h("p.soft.small", { id: "picture-keys" }, `${KEYS} ${options.keys ?? ""}`);
+  const legend = h("div.stage-legend");
   const choice = makeChoice(choices, choose);
   const zebra = makeZebra(developer);
   // Layers have no exposure and no white.
   const tools = h(
-    "div",
-    { className: "display" },
+    "div.display",
     makeAutoExposure(film, (exposure) => display.set({ exposure })),
     makeChannels(developer, address.asked.get("channel"), address.changed),
     zebra.element,
