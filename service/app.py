@@ -72,14 +72,14 @@ DESCRIPTION = "Send a scene as JSON, watch its tiles arrive, fetch the picture b
 MAX_BODIES = 16
 """Requests with the largest scene that are held in memory at once; smaller ones may be more."""
 MAX_READERS = 4
-"""Documents that are read at once: the largest take some hundred megabytes each, and Python reads one."""
+"""Documents parsed concurrently: the largest take some hundred megabytes, and Python parses one at a time."""
 MAX_WRITERS = 8
-"""Requests that write at once: the database takes one at a time, and each may wait for the store before."""
+"""Concurrent writing requests: the database runs one at a time, and each may first wait for the store."""
 
 ENCODED_PIXELS = 1 << 24
 """Pixels of the pictures that are encoded at once, of which PNG files take 4 bytes each in memory."""
 MAX_PROBES = 2
-"""Probes at once that look for what jobs need: all other threads may be busy."""
+"""Concurrent readiness checks, which have threads of their own: all others may be busy."""
 
 LOOPBACK = "127.0.0.1 ::1"
 """Proxies that are believed by default: those of this machine."""
@@ -190,7 +190,7 @@ def _document_bodies(app: FastAPI) -> None:
 
 
 def started(settings: Settings, job_events: JobEvents, telemetry: Telemetry) -> Service:
-    """Put a service together and start it."""
+    """Assemble a service and start it."""
     service = assemble(settings, job_events, telemetry=telemetry)
     service.dispatcher.start()
     service.retention_thread.start()
@@ -215,7 +215,7 @@ def assemble(
     *,
     telemetry: Telemetry = SILENT,
 ) -> Service:
-    """Put a service together, with a database of this version; nothing runs yet.
+    """Assemble a service, with a database of this version; nothing runs yet.
 
     Parameters
     ----------

@@ -21,11 +21,11 @@ class BodyTooLargeError(RequestError):
 
 
 class BodyIncompleteError(RequestError):
-    """The connection ended before the body did."""
+    """The connection ended before the body was complete."""
 
 
 class BodySlowError(RequestError):
-    """A request body comes so slowly that it is not waited for."""
+    """A request body arrived too slowly."""
 
 
 class MediaTypeError(RequestError):
@@ -128,7 +128,7 @@ class ForbiddenError(ServiceError):
 
 
 class CrossSiteError(ForbiddenError):
-    """A page of another site has sent a browser to change something."""
+    """A browser sent a changing request for a page of another site."""
 
     def __init__(self) -> None:
         super().__init__(

@@ -15,7 +15,7 @@ from structlog.typing import EventDict
 _TRACEBACKS = structlog.processors.ExceptionRenderer(
     structlog.tracebacks.ExceptionDictTransformer(show_locals=False)
 )
-# Enough to see an attack begin, last and end, and no more than a disk holds.
+# Enough to see an attack begin, last and end, without filling the disk.
 BURST_SECONDS = 1.0
 
 
@@ -26,7 +26,7 @@ Line = Callable[[dict[str, int]], None]
 class Bursts:
     """Writes one line of each kind a second: the first at once, and then how many more there were.
 
-    Strangers cause lines without end, such as one for each request that is none.
+    Strangers can cause any number of lines, such as one for each malformed request.
     """
 
     def __init__(self) -> None:

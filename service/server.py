@@ -57,7 +57,7 @@ log = structlog.get_logger()
 
 
 class _Server(uvicorn.Server):
-    """Sends watchers away before it waits for requests to end: they would stay for ever."""
+    """Ends event streams before it waits for requests to end: they would last for ever."""
 
     def __init__(self, config: uvicorn.Config, app: FastAPI) -> None:
         super().__init__(config)

@@ -8,7 +8,7 @@ from service.errors import ServiceError
 
 
 class NoKeysError(ServiceError):
-    """A service without keys was to listen beyond this machine.
+    """A service without keys must not listen beyond this machine.
 
     Parameters
     ----------
@@ -20,13 +20,13 @@ class NoKeysError(ServiceError):
 
     def __init__(self, host: str, data: Path) -> None:
         super().__init__(
-            f"Anyone who reaches {host} could use this service, for there are no keys. Make one with "
+            f"Anyone who reaches {host} could use this service, because it has no keys. Make one with "
             f"'penumbra keys add NAME --data {data}', or give --behind-proxy if a proxy authenticates users."
         )
 
 
 class PortTakenError(ServiceError):
-    """Another program listens there.
+    """Another program listens at this address.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class OpenFilesError(ServiceError):
     Parameters
     ----------
     limit, needed : int
-        Files that it may open, and that it needs.
+        Numbers of files that it may open, and that it needs.
     """
 
     def __init__(self, limit: int, needed: int) -> None:

@@ -1,4 +1,4 @@
-"""Threads that the service cannot do without: after an error their work begins again, or the process ends."""
+"""Supervised threads: after an error their work is restarted, or the process ends."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class SupervisedThread:
     work : callable
         Runs until ``stopping`` is set, and calls `note_success` whenever something is done.
     expected : tuple of type, optional
-        Errors of what is outside of the service: their kind is logged alone, without a traceback.
+        Errors from outside of the service: only their kind is logged, without a traceback.
     most_failures : int, optional
-        After so many errors in a row the process ends with ``os.EX_SOFTWARE``, for what has started it to
-        start another one: nothing is lost by that, and jobs are not left to a service that does none. Without
-        it the work is tried for ever.
+        After so many errors in a row the process ends with ``os.EX_SOFTWARE``, so that its supervisor
+        restarts it: nothing is lost, and jobs are not left with a service that cannot work. By default the
+        work is retried for ever.
 
     Attributes
     ----------

@@ -23,14 +23,14 @@ from service.supervision import SupervisedThread
 CACHE_SECONDS = 1.0
 # Most cached answers, so that guessed keys do not fill the memory.
 MOST_CACHED = 4096
-# Uses are written together, this often: a request never waits for the lock of the database.
+# Uses are written in batches, so that no request waits for the lock of the database.
 USE_SECONDS = 60.0
 
 Answer = TypeVar("Answer")
 
 
 class CredentialCache:
-    """Remembers for a second what the database says about keys and sessions. Used by many threads."""
+    """Caches keys and sessions of the database for a second. Thread-safe."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
@@ -49,7 +49,7 @@ class CredentialCache:
             self.write_uses()
 
     def cached_keys_made(self) -> bool | None:
-        """Whether a key was ever made, without asking the database; None if that is not cached."""
+        """Whether a key was ever created, from the cache alone; None if that is not cached."""
         at, answer = self._answers.get(("any", ""), (-CACHE_SECONDS, None))
         return bool(answer) if time.monotonic() - at < CACHE_SECONDS else None
 

@@ -1,7 +1,7 @@
 """Names under which a service answers, and who can reach an address.
 
-A page of another site can have its own name lead to loopback after it was loaded (DNS rebinding). To the
-browser it then is of one origin with the service, and only the name distinguishes them.
+A page of another site can make its own name resolve to loopback after it was loaded (DNS rebinding). The
+browser then treats both as one origin, and only the host name distinguishes them.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ def is_loopback(host: str) -> bool:
 def check_host(request: Request, settings: Settings, *, asks_for_keys: bool) -> None:
     """Refuse a request that was sent to another name than those of this service.
 
-    With authentication no check is needed: a browser sends neither key nor cookie to another name. Behind a
-    proxy the settings list the names that it passes on.
+    With authentication no check is needed, since browsers send neither key nor cookie to another name. Behind
+    a proxy the settings list the allowed names.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """API keys and browser sessions: secrets, and their rows in the database.
 
-Keys and tokens are 256 random bits. A fast hash is right for them: slow ones are for words that people
-choose, which can be guessed; these cannot.
+Keys and tokens are 256 random bits, which cannot be guessed, so a fast hash suffices: slow ones protect
+passwords.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from service.storage.database.models import KeyRow, SessionRow
 SECRET_BYTES = 32
 KEY = re.compile(r"pnm_([0-9a-f]{12})_([A-Za-z0-9_-]{43})", re.ASCII)
 UNMATCHED = "0" * 64
-"""A digest that no secret has."""
+"""Compared with for unknown keys; no secret has this digest."""
 SESSION_LIFE = timedelta(hours=12)
 
 

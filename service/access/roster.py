@@ -1,4 +1,4 @@
-"""Rosters: a class list as CSV, of which each user gets one key."""
+"""Rosters: class lists as CSV, from which each user gets one key."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from service.errors import (
 from service.jobs.context import Here
 
 MIN_BODY_RATE = 16 * 1024
-"""Bytes a second at which a body must arrive after ``first_seconds``: a modem is fast enough."""
+"""Least bytes per second of a body after ``first_seconds``: a modem is fast enough."""
 # No real Content-Length has more digits.
 _MOST_DIGITS = 18
 
@@ -81,7 +81,7 @@ async def _arriving(request: Request, first_seconds: float) -> AsyncIterator[byt
     await end_turn(request.scope)
     try:
         while True:
-            # A body that has come fast may not pause for as long as a slow one would have taken.
+            # A fast body must not pause for the time that a slow one would have taken.
             async with asyncio.timeout_at(min(begun + size / MIN_BODY_RATE, now()) + first_seconds):
                 chunk = await anext(stream, None)
             if chunk is None:
@@ -137,7 +137,7 @@ TraceBody = Annotated[bytes, Depends(_trace_body)]
 async def while_connected(request: Request, answer: Awaitable[Answer]) -> Answer:
     """Await the answer to a request; cancel it as soon as the client disconnects.
 
-    A thread that it waits for is waited for, unless it calls ``anyio.from_thread.check_cancelled``.
+    A running thread is awaited, unless it calls ``anyio.from_thread.check_cancelled``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Connections: how many there may be, of all clients and of one address, and how long each may be idle."""
+"""Connection limits: of all clients, of one address, and of idle time."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from service.jobs.request_limits import SharedRoom
 from service.settings import Settings
 
 PROBES = ("/livez", "/readyz")
-"""Paths that are answered beyond the limits as well."""
+"""Paths that are also answered beyond the limits."""
 MOST_PROBES = 32
 """Connections beyond the limits, for probes alone."""
 
 HALF_CLOSED_SECONDS = 1.0
-"""A client that has closed its side may read on: most answers come sooner. One that is gone looks alike."""
+"""Seconds until a client that closed its side counts as gone. It may still read; most answers come sooner."""
 
 log = structlog.get_logger()
 
@@ -38,13 +38,12 @@ CROWDED_ADDRESS = (
 
 
 class Connection(H11Protocol):
-    """A connection that is counted, and closed where a head does not come or an answer is not read in time.
+    """A counted connection, with timeouts for the head of a request and for reading the answer.
 
-    Otherwise a few clients could hold all connections there may be. Uvicorn has no such timeout: it waits for
-    readers for ever, and its ``timeout_keep_alive`` begins with the end of an answer, so it never closes a
-    connection that has sent nothing yet, and it ends with the next byte; ``h11_max_incomplete_event_size``
-    bounds the bytes of a head, and not how long it takes to come. Its ``limit_concurrency`` refuses
-    everything, probes too.
+    Otherwise a few clients could hold all connections. Uvicorn has no such timeouts: it waits for readers for
+    ever; its ``timeout_keep_alive`` begins at the end of an answer and ends with the next byte, so it never
+    closes a connection that sent nothing; ``h11_max_incomplete_event_size`` bounds the bytes of a head, not
+    its time; and ``limit_concurrency`` refuses probes too.
     """
 
     limits: ConnectionLimits
@@ -176,7 +175,7 @@ class ConnectionLimits:
         self._beyond: dict[Connection, None] = {}
 
     def enter(self, connection: Connection) -> Exception | None:
-        """Count a connection; where it is beyond a limit, return what is answered to all but probes."""
+        """Count a connection; beyond a limit, return the answer to everything but probes."""
         claimant = self._claimant(connection)
         held = self._room.held(claimant)
         if held < (self._most_of_address or math.inf) and self._room.take(claimant):
@@ -193,7 +192,7 @@ class ConnectionLimits:
         return str(id(connection)) if self._most_of_address is None else connection.address
 
     def leave(self, connection: Connection) -> None:
-        """Count a connection that has ended no more."""
+        """Remove a connection from the count."""
         self._beyond.pop(connection, None)
         if connection in self._within:
             self._within.remove(connection)

@@ -23,7 +23,7 @@ HEADER = "X-Request-ID"
 _GOOD = re.compile(r"[A-Za-z0-9._-]{1,64}")
 """Request ids that are safe in a log and in a header."""
 BY_PROXY = "penumbra.by_proxy"
-"""Name in the scope of a request of whether it came by a trusted proxy."""
+"""Name in the scope of a request that marks one from a trusted proxy."""
 TURN_KEY = "penumbra.turn"
 AT_ONCE = 8
 """Requests of one client that are handled at once. There are 40 threads, and Python runs one at a time."""
@@ -73,7 +73,7 @@ def _log(scope: Scope, name: str, status: int, seconds: float) -> None:
         # Watchers poll all the time: success is logged for debugging only.
         log.debug("request", **details)
     elif status == HTTPStatus.SERVICE_UNAVAILABLE:
-        # Anybody may open more connections than there may be.
+        # Anybody may exceed the limit of connections.
         bursts.write(("request", status), lambda more: log.warning("request", **details, **more))
     else:
         log.warning("request", **details)

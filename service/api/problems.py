@@ -208,7 +208,7 @@ def _known(request: Request, error: Exception) -> Response:
     kind = kind_of(error)
     headers = {"Retry-After": str(RETRY_AFTER_SECONDS)} if kind.retry else {}
     if not kind.is_public:
-        # A database that is away is no fault of the code, and logged for each request meanwhile.
+        # An unreachable database is no fault of the code, and each request would log it.
         trace = None if kind.retry else error
         names = {"path": request.url.path, "error": type(error).__name__, "status": kind.status}
         log.error("request failed", exc_info=trace, **names)

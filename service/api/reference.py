@@ -21,7 +21,7 @@ TITLES = {
 """Headings of the calls, by their tags."""
 METHODS = ("get", "head", "put", "post", "delete")
 SHARED_CODES = frozenset({"unauthenticated", "key_expired", "cross_site", "unknown_host", "parameters"})
-"""Codes with which every call may refuse a request: they are described once."""
+"""Codes that every call may answer; they are described once."""
 PROBLEM = "application/problem+json"
 LEAF = "Scene"
 """The scene language has a reference of its own."""

@@ -18,7 +18,7 @@ TAG = re.compile(r'(W/)?("[^"]*")')
 
 
 def joined(request: Request, name: str) -> str:
-    """Return a header that is a list, all its lines together; empty without it."""
+    """Return a list header, with all its lines joined; empty if it is missing."""
     return ", ".join(request.headers.getlist(name))
 
 
@@ -28,8 +28,8 @@ def check_preconditions(request: Request, headers: Mapping[str, str]) -> Respons
     Parameters
     ----------
     headers
-        Those of the answer: a strong ``ETag``, and ``Last-Modified`` where a date tells versions apart; none
-        where there is no version yet.
+        Those of the answer: a strong ``ETag``, and ``Last-Modified`` if a date distinguishes versions; empty
+        if there is no version yet.
 
     Raises
     ------

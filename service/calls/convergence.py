@@ -35,7 +35,7 @@ def etag_of(service: Service, job_id: str, form: Form) -> str:
 
 
 def convergence(service: Service, job_id: str) -> Convergence:
-    """Report the passes of a job and what they say of its error."""
+    """Report the passes of a job and the convergence of its error."""
     with service.database.reading() as session:
         row = jobs.find(session, job_id)
         render, passes = row.render, passes_of(row)

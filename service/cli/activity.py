@@ -1,4 +1,4 @@
-"""``penumbra doctor --server``: what the workers of a running service are at, and what its users use."""
+"""``penumbra doctor --server``: tasks of the workers of a running service, and use by each user."""
 
 from __future__ import annotations
 

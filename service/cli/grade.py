@@ -31,7 +31,7 @@ YAML = (".yaml", ".yml")
 COLORS = {"passed": "green", "partial": "yellow", "failed": "red"}
 NO_POINTS = "-"
 FILES = "files"
-"""In place of a time: submissions are as old as their newest file."""
+"""Stands for a time: that of the newest file of each submission."""
 
 Table = TypeVar("Table")
 

@@ -166,7 +166,7 @@ CODES = {
     signal.SIGHUP: ExitCode.HUNG_UP,
 }
 CLEAN_UP_SECONDS = 1.0
-"""Longest clean-up, seconds: removing files and ending workers takes a tenth of it."""
+"""Most seconds for clean-up; removing files and ending workers takes a tenth of that."""
 
 AGAIN_SECONDS = 0.01
 """Wait for the end of a finalizer that dropped a signal's exception, seconds."""

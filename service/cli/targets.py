@@ -99,7 +99,7 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
     if not folder.is_dir():
         raise CommandError(f"The folder {folder} does not exist. Create it first, or write elsewhere.")
     try:
-        # Permissions are not enough: a file system may be full or read-only.
+        # Checking permissions is not enough: a file system may be full or read-only.
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         reason = error.strerror or error

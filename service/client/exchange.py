@@ -36,7 +36,7 @@ LONGEST_PAUSE = 1.0
 """Seconds between two requests where the server does not ask for more."""
 
 QUIET_SECONDS = 3.0
-"""Repeating for no longer than this is not logged: a service that was just started is ready by then."""
+"""Shorter repetitions are not logged: a service that was just started is ready by then."""
 
 log = logging.getLogger(__name__)
 

@@ -26,7 +26,7 @@ AsyncOnProgress = Callable[[TileBatch], Awaitable[None] | None]
 """A function or a coroutine function."""
 
 LONGEST_HOLD = 20.0
-"""Seconds for which the server is asked to hold back an answer; proxies tend to cut connections after 30."""
+"""Seconds that the server may hold back an answer; many proxies cut connections after 30."""
 
 
 @dataclass(slots=True)

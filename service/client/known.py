@@ -15,7 +15,7 @@ from schemas.api.jobs import Job, JobState, TileBatch
 from service.client.pictures import PNG
 
 SECONDS_BETWEEN_PICTURES = 1.0
-"""A browser decodes each of them, and the service encodes it."""
+"""Least seconds between two pictures of a card: the service encodes each, and a browser decodes it."""
 
 CARD_PIXELS = 512
 """Pixels of a picture in a card; larger ones are shown smaller."""

@@ -1,4 +1,4 @@
-"""Scenes of ShanghaiTech's course CS171, as its skeleton code reads them.
+"""Scenes of ShanghaiTech's course CS171, as read by its skeleton code.
 
 The fields are those of `struct Config` in the published skeleton of assignment 4, and of students' programs
 that grew from it: there an object is named by `path` and moved by `position`, and a light may be a point.

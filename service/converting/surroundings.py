@@ -20,7 +20,7 @@ DEFAULT_GREY = 0.75
 FIELD_OF_VIEW = 40.0
 PICTURE_SIZE = 512
 SPHERE_MARGIN = 1.05
-"""The mesh's sphere is taken so much larger: a border around it, and room for the rounding below."""
+"""Enlargement of the mesh's bounding sphere, for a border and for rounding."""
 SCENE_DIGITS = 3
 """Decimals of the numbers that are written to the scene, relative to the power of ten above its radius."""
 FROM_VIEWER = (1.0, 1.0, 2.0)

@@ -1,7 +1,7 @@
-"""Passes of target quality: each follows from the one before, until the error is reached.
+"""Passes of target quality: each is planned from the one before, until the error is reached.
 
-A pass is some tiles, numbered from 1, and then their merging into the picture of the whole, which is entered
-as a finished step of tile 0. As in ``ledger.py`` every function works in a transaction of its caller.
+A pass has tiles, numbered from 1. Merging them into the whole picture is recorded as a finished step with the
+tile number 0. As in ``ledger.py``, every function runs in its caller's transaction.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from service.workers.tasks import WHOLE_PICTURE, AdvanceDone, AdvanceTask, pass_
 Step = tuple[Pass, Tile]
 
 MOST_WORK = 1e15
-"""Most work of a render, where a pass is predicted to add no progress."""
+"""Most total work of a render: without a bound, a pass that is predicted to add no progress makes it
+infinite."""
 
 # Only the time columns: there may be a row for each waiting job.
 _LIMITED = select(
@@ -64,12 +65,12 @@ def begin(outline: Outline, target: TargetQuality, tile_size: int | None) -> dic
 
 
 def _share(expected: Forecast, spent: float) -> float:
-    """Say which part of a render is done when its next pass is."""
+    """Predict the finished share of a render after its next pass."""
     return expected.share(spent + expected.next, 1.0)
 
 
 def _total_work(counted: int, rays: int, before: float, after: float) -> int:
-    """Return the total work at which a pass of these rays moves the share from ``before`` to ``after``."""
+    """Return the total work for which these rays move the finished share from ``before`` to ``after``."""
     return counted + max(1, round(min(rays * (1.0 - before) / max(after - before, 1e-6), MOST_WORK)))
 
 
@@ -118,14 +119,14 @@ def expire(session: Session) -> float | None:
 
 
 def quarter(session: Session, render: RenderRow, step: TileRow) -> None:
-    """Cut a step in four, of which it is the first itself, or in two where it is one pixel wide or high."""
+    """Divide a step into quarters, or into halves if it is one pixel wide or high; it becomes the first."""
     place = TileRow.render == render.number, TileRow.pass_index == step.pass_index
     newest = session.scalars(select(func.max(TileRow.tile)).where(*place)).one()
     first, *others = _quarters(rows.tile_of(step))
     step.x1, step.y1 = first.x1, first.y1
     for number, part in enumerate(others, newest + 1):
         values = rows.new_step(render.number, pass_of(step.pass_index), replace(part, index=number))
-        # Never an attempt number that a tile of this number may have had before `undo_merge`.
+        # The tile number may be in use before `undo_merge`, so its attempt numbers must not repeat.
         session.add(TileRow(**values, attempt=step.attempt))
     render.total_steps += len(others)
 
@@ -162,7 +163,7 @@ def advance_task(session: Session, render: RenderRow) -> AdvanceTask:
 
 
 def fresh(session: Session, render: RenderRow) -> list[StoredTile]:
-    """Return the finished tiles of the pass that is not merged yet."""
+    """Return the finished tiles of the unmerged pass."""
     return _finished(session, render, len(render.merges))
 
 
@@ -192,9 +193,9 @@ def merge(session: Session, render: RenderRow, task: AdvanceTask, done: AdvanceD
 
 
 def undo_merge(session: Session, render: RenderRow) -> None:
-    """Have the newest merged pass merged again, whose files are lost; the store has what that needs.
+    """Have the newest merged pass merged again after its files were lost.
 
-    The tiles of the pass after it go: what they are follows from merging.
+    The store keeps what that needs. The tiles of the next pass are deleted, since merging determines them.
     """
     if not render.merges:
         return
@@ -212,7 +213,7 @@ def undo_merge(session: Session, render: RenderRow) -> None:
 
 
 def _checksums(render: RenderRow, done: AdvanceDone) -> dict[str, Any]:
-    """Return the checksums of what the two newest merged passes have left, as `undo_merge` needs them."""
+    """Return the checksums of the files of the two newest merged passes, which `undo_merge` needs."""
     before = pass_prefix(len(render.merges) - 2)
     kept = {name: found for name, found in (render.checksums or {}).items() if name.startswith(before)}
     return kept | rows.documents_of(done.checksums)
@@ -248,7 +249,7 @@ def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDo
 
 
 def _record(render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> dict[str, Any]:
-    """Describe a pass: who merged it, what it has cost by itself, and what is known after it."""
+    """Describe a merged pass: its attempt, its own cost, and the error and forecast after it."""
     assert render.started_at is not None
     seconds = clock.since(render.started_at)
     rays = {

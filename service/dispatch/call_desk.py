@@ -1,8 +1,8 @@
-"""The calls desk: who waits for a trace, a quote or another call, and whose turn it is.
+"""The call desk: the queue of traces, quotes and other calls, and its order.
 
-Calls alternate with tiles. Of those that wait, the next is that of the user for whom the fewest run, and who
-has used the least worker time since somebody last waited. What calls cost is charged to their users' shares
-of the workers, as tiles are.
+Calls alternate with tiles. The next call is that of the user with the fewest running ones, and then of the
+one with the least worker time since the queue was last empty. Calls are charged to their users' shares of the
+workers, as tiles are.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class CallDesk:
     most
         Calls of one user at once; more are refused.
     workers
-        No user's calls occupy more than half of them: a call may take a minute, and cannot be put aside.
+        No user's calls occupy more than half of them: a call may take a minute, and cannot be preempted.
     wake
         Wakes the dispatcher.
 
@@ -61,7 +61,7 @@ class CallDesk:
 
     @contextmanager
     def place(self, user: str) -> Iterator[None]:
-        """Count a call of a user until the block ends: what leads to its task takes time, too.
+        """Count a call of a user until the block ends, since preparing its task takes time, too.
 
         Raises
         ------
@@ -117,7 +117,7 @@ class CallDesk:
         if isinstance(outcome, Interrupted) and not call.answer.cancelled():
             self._waiting.appendleft(call)
             return
-        # One that was stopped, or has lost its worker, has not measured itself.
+        # A call that was stopped, or lost its worker, has not measured its cost.
         passed = time.monotonic() - call.begun
         seconds = getattr(outcome, "cpu_seconds", passed)
         self._used[task.user] += seconds
@@ -130,7 +130,7 @@ class CallDesk:
             call.answer.set_result(outcome)
 
     def unwanted(self) -> set[CallTask]:
-        """Return the tasks that workers have and nobody waits for any more."""
+        """Return the running tasks for which nobody waits any more."""
         return {task for task, call in self._running.items() if call.answer.cancelled()}
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The one thread that hands out work and records its outcome: a loop, and what it hands out.
+"""The dispatcher: the thread that hands out work and records its outcome.
 
 It sleeps until something happens: a job arrives, a task ends, a job is cancelled. Then one round writes all
 results and claims in one transaction, gives the claimed tasks to the engine, and notifies the watchers.
@@ -132,7 +132,8 @@ class Dispatcher:
             while self._listen():
                 self._work()
         except Exception:
-            # How far the round came is unknown: what was handed out is taken back, as from another server.
+            # The progress of the round is unknown, so all handed-out tasks are taken back, as from another
+            # server.
             self._forget_tasks()
             self._leadership.forget()
             self._in_doubt = True
@@ -301,7 +302,7 @@ class Dispatcher:
     def _hand_out(self, task: JobTask, *, spare: bool) -> None:
         self._spans.handed_out(task)
         self._engine.submit(task, spare=spare)
-        # Not before: what the engine never got would be waited for.
+        # Not before the commit: tasks that the engine never got would be awaited.
         self._flights.tasks.add(task)
         self.desk.is_next = True
         self.throughput.watch(busy=True)

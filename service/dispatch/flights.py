@@ -16,7 +16,7 @@ class Flights:
     Attributes
     ----------
     tasks : set
-        The tasks that a round expects something of.
+        The tasks whose outcome is expected.
     reports : list
         Outcomes that no round has recorded yet.
     leaving : dict
@@ -31,7 +31,7 @@ class Flights:
         self._stale: set[JobTask] = set()
 
     def land(self, task: JobTask, outcome: Outcome) -> bool:
-        """Note the outcome of a task; False if nothing was expected of it any more."""
+        """Record the outcome of a task; False if it was no longer expected."""
         if task in self._stale:
             self._stale.discard(task)
             return False
@@ -64,7 +64,7 @@ class Flights:
         return [render for render in ended if render not in busy]
 
     def forget(self) -> None:
-        """Stop all tasks: the database expects nothing of them any more."""
+        """Stop all tasks: the database no longer expects their outcomes."""
         self._stale |= self.tasks - self._held.forget()
         self.tasks, self.reports, self.leaving = set(), [], {}
 

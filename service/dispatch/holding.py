@@ -1,7 +1,7 @@
-"""Tasks that wait before their next attempt, which would end as the last one did if it began at once.
+"""Tasks that wait before their next attempt, because an immediate one would probably end like the last.
 
-Those that have killed a worker wait longer each time. A tile that a worker has given up as late while its job
-has time left by the server's clock would be given up again at once, thousands of times until the job ends.
+Tasks that killed a worker wait longer each time. A tile that its worker gave up as late, while its job has
+time left by the server's clock, would be given up thousands of times until the job ends.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Leader election: which of the servers on one database hands out work.
 
-The leader's lease is kept in the database and counted by its clock: the leader renews it with what it writes,
-and once it is late, another server may lead. In each of its transactions the leader checks that it still
-leads, and of those one writes at a time: a server that was stopped, or cut off, for a while writes nothing as
-a leader once another leads. Where a database has one server alone, that one leads.
+The leader's lease is in the database and timed by its clock. The leader renews it with its writes; once it
+has expired, another server may lead. Each transaction of the leader checks that it still leads, and writing
+transactions exclude each other, so a server that was suspended or cut off writes nothing once another leads.
+A server that does not share its database always leads.
 
 The renewals are the service's signs of life: the time between two of them is known after a crash, too.
 """
@@ -55,7 +55,7 @@ class Leadership:
     Attributes
     ----------
     term : int or None
-        In which this server leads, as far as it knows.
+        The term in which this server leads, as far as it knows.
     """
 
     def __init__(self, database: Database) -> None:
@@ -65,7 +65,7 @@ class Leadership:
         self._next_stand = 0.0
 
     def is_due(self) -> bool:
-        """Whether to stand: always, or now and then where another server leads."""
+        """Whether to stand for election: always, or now and then while another server leads."""
         if self.term is None:
             if time.monotonic() < self._next_stand:
                 return False

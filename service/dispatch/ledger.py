@@ -70,7 +70,7 @@ _RENDERED = (
 
 
 def recover(session: Session) -> int:
-    """Take back what a service that is gone had handed out, and count it: finished steps stay finished."""
+    """Take back the unfinished steps that a service that is gone had handed out, and count them."""
     handed_out = update(TileRow).where(TileRow.state == RUNNING)
     waiting_again = handed_out.values(state=WAITING, payer=None, charge=0.0).returning(TileRow.tile)
     taken_back = len(session.execute(waiting_again).all())
@@ -119,7 +119,7 @@ def tile_claims(session: Session, room: int, served: Collection[str] = ()) -> It
         if share is None:
             return
         claimed = 0
-        # One by one: those before a damaged render are handed out.
+        # One by one, so that the steps before a damaged render are handed out.
         for task in _turn(session, share, until, room, begun):
             claimed += 1
             yield task
@@ -254,7 +254,7 @@ def note_death(session: Session, render: RenderRow, task: TileTask) -> int:
 
 
 def repair(session: Session, render: RenderRow, damaged: InputDamaged, most: int) -> bool:
-    """Have what was lost with damaged files rendered again; False if that was done ``most`` times before."""
+    """Have the contents of damaged files rendered again; False after ``most`` repairs."""
     if render.damage_count >= most:
         return False
     render.damage_count += 1
@@ -273,7 +273,7 @@ def repair(session: Session, render: RenderRow, damaged: InputDamaged, most: int
 
 
 def compose_claims(session: Session, composing: Collection[str]) -> Iterator[JobTask]:
-    """Hand out what puts the tiles of finished renders together, except those in ``composing``."""
+    """Hand out the tasks that assemble finished renders, except those in ``composing``."""
     for render in session.scalars(_RENDERED).all():
         if render.id not in composing:
             # Never reset: a worker of a former leader may still write files of the numbers before.

@@ -1,8 +1,8 @@
 """Notifications between the servers on one database: there is work, jobs have changed.
 
-As within one server, the database is the truth, and a notification only says that it has changed. After a
-lost connection everything is read once, for notifications may have been missed; until there is another one,
-again and again.
+The database is the truth, and a notification only says that it has changed. After a lost connection
+everything is read once, since notifications may have been missed, and repeatedly until the connection is
+restored.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class NotificationListener:
                 stopping.wait(RETRY_SECONDS)
 
     def _poll(self) -> None:
-        """Have everything read, if the database answers: those who wait need not learn that it does not."""
+        """Have everything read, unless the database is unreachable: watchers need not notice that."""
         try:
             with self._database.reading() as session:
                 session.connection()

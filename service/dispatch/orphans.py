@@ -1,4 +1,4 @@
-"""Orphans in the store: files that nothing in the database refers to, and tiles of what has ended."""
+"""Orphans in the store: files without a reference in the database, and tiles of ended renders."""
 
 from __future__ import annotations
 

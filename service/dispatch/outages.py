@@ -1,4 +1,4 @@
-"""Outages: times in which nothing could be rendered, and which no time limit counts.
+"""Outages: times in which nothing could be rendered, which time limits do not count.
 
 The service is away between its last sign of life and the next; the database, the disk and the workers may be
 away while it lives.

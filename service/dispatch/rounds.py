@@ -49,7 +49,7 @@ _SHARING = select(JobRow.id).join(RenderRow).where(RenderRow.id.in_(bindparam("r
 T = TypeVar("T")
 
 _OWN_CODES = (OUT_OF_MEMORY, TOOK_TOO_LONG, REQUEST_DAMAGED)
-"""Codes of tasks for a picture that are those of its jobs; others are details."""
+"""Failure codes of tasks that become those of their jobs; others are details."""
 
 NOT_ASSEMBLED = "The picture could not be assembled."
 
@@ -59,9 +59,9 @@ log = structlog.get_logger()
 
 @dataclass
 class Round:
-    """One round: what came in, and after ``decide`` what follows from it.
+    """One round of the dispatcher: its input, and after ``decide`` its decisions.
 
-    Nothing of it may be acted upon before the transaction is committed, and nothing at all if it is not.
+    These take effect only after the transaction is committed.
 
     Parameters
     ----------
@@ -155,8 +155,8 @@ class Round:
             self.tasks.append(task)
 
     def _claim_tiles(self, session: Session) -> None:
-        # Where several users want the workers, nothing waits behind a task of which nobody knows how long it
-        # takes: the next worker is free within a time slice, and goes to the user whose turn it is.
+        # If several users want the workers, no task waits behind one of unknown duration: the next worker is
+        # free within a time slice, and goes to the user whose turn it is.
         room = min(self.room, self.idle) if fairness.is_contended(session) else self.room
         for task in ledger.tile_claims(session, max(0, room - len(self.tasks))):
             self.tasks.append(task)
@@ -276,7 +276,7 @@ class Round:
 
 
 def _is_stale(render: RenderRow, task: ComposeTask | AdvanceTask) -> bool:
-    """Whether nothing is expected of a task any more: it has no effect, however it has ended."""
+    """Whether the outcome of a task is no longer expected, and has no effect."""
     if isinstance(task, AdvanceTask) and task.pass_.index != len(render.merges):
         # Reported again after a transaction of which it was unknown whether it was committed.
         return True

@@ -1,4 +1,4 @@
-"""The throughput of the queue: how fast it gets shorter."""
+"""The throughput of the queue."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collections.abc import Callable
 class Throughput:
     """CPU seconds rendered per second of wall time, recently. Written by one thread, read by many.
 
-    Only the time counts in which workers have something in hand: an idle service is not slow.
+    Only the time in which workers are busy counts: an idle service is not slow.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ WANTED = {
 }
 
 
-# More would hold up the event loop and all others who are answered by this process.
+# More would block the event loop and all other clients of this process.
 HERE_SECONDS = 0.2
 
 
@@ -153,7 +153,7 @@ def known_assets(service: Service, principal: Principal, assets: set[str]) -> di
         return {}
     with service.database.reading() as session:
         kinds = uploads.usable(session, wanted, principal)
-    # One whose file was damaged has been set aside.
+    # A damaged asset has been set aside.
     return {PREFIX + sha256: kind for sha256, kind in kinds.items() if service.assets.find(sha256)}
 
 

@@ -1,4 +1,4 @@
-"""Pictures and layers in bands of rows, so that little of one is in memory: final, or as far as finished."""
+"""Pictures and layers, final or partial, in bands of rows to save memory."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _so_far(store: TileStore, finished: Finished, names: Sequence[str]) -> Itera
 
 
 def _ground(store: TileStore, finished: Finished) -> Callable[[int, int], Pixels]:
-    """Return what shows where no tile is finished: the newest merged picture, the preview, or black."""
+    """Return the picture behind unfinished tiles: the newest merged one, the preview, or black."""
     render, coarse = finished.render, finished.coarse
     if render.merges:
         newest = len(render.merges) - 1, adaptive.merged_by(render)

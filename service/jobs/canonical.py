@@ -1,7 +1,7 @@
 """The canonical form of a request: requests for the same picture have the same form.
 
-Not everything that shows the same is found to be the same. Names of shapes, materials and textures count, for
-plans and answers name them: what one user has named is never shown to another.
+Not all requests for equal pictures have the same form. Names of shapes, materials and textures count, since
+plans and answers contain them: names of one user are never shown to another.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def spec_of(request: JobRequest) -> Spec:
 
 
 def private_spec(body: bytes) -> Spec:
-    """Return what a request renders that shares no picture."""
+    """Return the specification of a request that shares no picture."""
     return Spec(body, hashlib.sha256(body).hexdigest(), None)
 
 

@@ -1,7 +1,7 @@
 """Damaged or missing files of pictures, and their consequences.
 
-A file of a final picture that cannot be read marks the picture: its jobs say so, and it is never shared. An
-encoding of one is made again, and what an unfinished picture has lost is rendered again.
+A damaged file of a final picture marks the picture: its jobs report it, and it is never shared. Encodings are
+made again, and lost tiles of an unfinished picture are rendered again.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def lost(service: Service, render: RenderRow, file: str) -> Exception:
 
 
 def note_loss(service: Service, finished: Finished, error: Exception) -> None:
-    """Act on what was lost of a picture, so that it can be read again as it is then.
+    """Handle the loss of a file of a picture, so that it can be read again.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def _read_merged(store: TileStore, render: RenderRow) -> None:
 
 
 def _repair(service: Service, finished: Finished) -> None:
-    """Have what an unfinished picture has lost rendered again, unless its job has ended meanwhile."""
+    """Have lost tiles of an unfinished picture rendered again, unless its job has ended meanwhile."""
     store, render = service.store, finished.render
     with service.database.reading() as session:
         row = session.get(RenderRow, render.number)

@@ -1,6 +1,6 @@
 """Entry: in one transaction a job gets a render with all its steps, or shares an existing one.
 
-All users wait for it: what can be made before it is, and it waits for few answers of the database.
+All users wait for this transaction, so everything else is prepared before, and it makes few round trips.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def _needs_render(service: Service, prepared: Prepared, job: JobRow) -> bool:
 
 
 def _known(session: Session, prepared: Prepared) -> Row[Any]:
-    """Read in one statement all that decides about a job: others wait for its answer."""
+    """Read everything that decides about a job in one statement, since others wait for it."""
     sent, spec = prepared.sent, prepared.spec
     names = {"owner": sent.principal.name, "key": sent.key, "sha256": spec.sha256, "version": spec.version}
     return session.execute(_KNOWN, names).one()

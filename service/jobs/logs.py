@@ -1,4 +1,4 @@
-"""The log of a job, derived from its rows: no table is kept for it."""
+"""The log of a job, derived from its rows without a table of its own."""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ class Look:
 
 
 def look(service: Service, job_id: str, requested: ImageRequest) -> Look:
-    """Say what is known of a picture without encoding it."""
+    """Return the metadata of a picture without encoding it."""
     with service.database.reading() as session:
         row = _find(session, job_id, requested)
     render = row.render
@@ -229,12 +229,13 @@ def _enter(service: Service, encoded: RenderRow, file: str, checksum: Checksum) 
 
 
 def unnamed(folder: Path, write: Callable[[IO[bytes]], None]) -> Stored:
-    """Have something written to a file that is there as long as it is sent.
+    """Write to a temporary file that exists as long as it is sent.
 
     Parameters
     ----------
     folder
-        Where the system has no folder for such files. Otherwise a full disk of the service does not matter.
+        Used if the system has no folder for temporary files; otherwise a full disk of the service has no
+        effect.
     """
     with translate_errors(), _file_without_name(folder) as file:
         write(file)

@@ -17,7 +17,7 @@ from service.storage.objects import Stored
 
 
 class SharedRoom:
-    """Room that claimants share: none may hold more than is left free, so that there is some for the next.
+    """Shared capacity: no claimant may hold more than remains free, so that some is left for the next.
 
     One claimant holds at most half of it, and each of two a third (Choudhury and Hahne, "Dynamic queue length
     thresholds", 1998). Used by one thread, that of the event loop.
@@ -37,9 +37,9 @@ class SharedRoom:
         return self._held[claimant]
 
     def take(self, claimant: str, amount: int = 1) -> bool:
-        """Take some, and say whether there was as much for this claimant."""
+        """Take an amount; False if the claimant may not have as much."""
         held, left = self._held[claimant], self._free - amount
-        # The last of it goes to those who have none.
+        # The last of the capacity is for claimants without any.
         if left < (held + amount if held else 0):
             return False
         self._held[claimant] += amount
@@ -149,7 +149,7 @@ class PixelLimit:
             Who asks: a user or an address.
         """
         turn = _Turn(claimant, min(pixels, self.most), asyncio.Event())
-        # Who comes now has no claim to what others were given before.
+        # A new claimant is not owed what others got before.
         self._given.setdefault(claimant, min(self._given.values(), default=0))
         self._active[claimant] += 1
         self._turns.append(turn)

@@ -30,7 +30,7 @@ from service.storage.tiles import UNFINISHED_SECONDS, TileStore
 from service.supervision import SupervisedThread
 
 ASSET_GRACE = 86400.0
-"""Age from which on a file that was never entered into the database is deleted, seconds, without a rule."""
+"""Age at which a file without a row in the database is deleted, seconds, unless a rule says otherwise."""
 
 WITHOUT_SIZE = select(RenderRow.number, RenderRow.id).where(text(UNMEASURED)).order_by(RenderRow.number)
 
@@ -56,7 +56,7 @@ def deletes_too_much(session: Session, rules: Rules) -> bool:
 
 
 def measure(database: Database, store: TileStore) -> None:
-    """Enter the sizes of pictures that an earlier version has left; the store is listed once for them."""
+    """Record the sizes of pictures of an earlier version, by listing the store once."""
     with database.reading() as session:
         found = session.execute(WITHOUT_SIZE).all()
     sizes = store.sizes() if found else {}
@@ -75,7 +75,7 @@ def _enter_size(session: Session, number: int, size: int) -> None:
 SWEEP_SECONDS = 60.0
 """Interval between sweeps, seconds."""
 MOST_DELETED = 0.1
-"""Share of all jobs and assets that may go after a jump of the clock: all look old to one that is wrong."""
+"""Largest share of all jobs and assets to delete after a jump: to a wrong clock, all look old."""
 CLOCK_CURE = (
     "Set the clock right. If it is right, run 'penumbra prune': it deletes what is old, and sweeps go on."
 )
@@ -90,7 +90,7 @@ log = structlog.get_logger()
 class RetentionThread:
     """Applies the rules of retention to the database and to the disk.
 
-    Several services of one database may have one each: what one has deleted is not there for the other.
+    Several services on one database may each have one: what one has deleted is gone for the others.
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class RetentionThread:
         return self._thread.is_failing()
 
     def prune(self, rules: Rules) -> Swept:
-        """Delete what these rules do not keep, and report it: whoever asks for it believes the clock."""
+        """Delete what these rules do not keep, and report it; the caller vouches for the clock."""
         swept = self._pruned(rules)
         self._clock.trust()
         return swept

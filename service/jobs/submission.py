@@ -1,4 +1,4 @@
-"""Submission: a request is read, checked and priced, or found to be one that came before."""
+"""Submission: reads, checks and prices a request, or finds an earlier one with the same key."""
 
 from __future__ import annotations
 
@@ -93,8 +93,8 @@ class SubmittedJob:
 async def prepare(service: Service, sent: Submission) -> Prepared | SubmittedJob:
     """Read, check and price a request, or return the job of the same request that came before.
 
-    All that takes long for a large request is done here, before a transaction that others wait for. Raises as
-    `admit` does.
+    All slow work for a large request is done here, before a transaction that blocks others. Raises as `admit`
+    does.
     """
     user = sent.principal.name
     before = None if sent.key is None else await service.read(user, _same_before, service, sent)

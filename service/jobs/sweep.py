@@ -1,4 +1,4 @@
-"""One sweep over what is stored: by age, by bytes, and assets that no picture needs; and a dry run of it.
+"""A sweep of retention over stored pictures, jobs and assets, by age and by size; and its dry run.
 
 As in ``ledger.py`` a sweep works in a transaction of its caller.
 """
@@ -189,7 +189,7 @@ class Sweep:
 
 
 class DryRun(Sweep):
-    """Finds out what a sweep would delete, in a transaction that only reads: nobody waits for it."""
+    """A dry run of a sweep, in a read-only transaction that blocks nobody."""
 
     def __init__(self, session: Session, rules: Rules, held: Counter[str], most: int) -> None:
         super().__init__(session, rules, held, most)

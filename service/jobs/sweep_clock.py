@@ -1,4 +1,4 @@
-"""Jumps of the wall clock between two sweeps: a clock that is wrong must not make everything old."""
+"""Detection of jumps of the wall clock: a wrong clock must not make everything look old."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class SweepClock:
         self._trusted = wall(), steady()
 
     def start(self) -> None:
-        """Remember what the database saw last, before a clock that is wrong writes to it."""
+        """Read the last time in the database, before a wrong clock writes to it."""
         with self._database.reading() as session:
             swept = totals.read(session, totals.SWEPT_AT)
             seen = swept or _newest(session)
@@ -58,14 +58,14 @@ class SweepClock:
     def jump(self) -> timedelta:
         """Seconds that the wall clock has gained on elapsed time since it was trusted last.
 
-        It is nothing where the clocks differ by no more than a correction.
+        It is 0 if the clocks differ by at most a correction.
         """
         before, then = self._trusted
         ahead = self._wall() - before - timedelta(seconds=self._steady() - then)
         return ahead if ahead > MOST_CORRECTION else timedelta()
 
     def trust(self) -> None:
-        """Take the time of the wall clock for right."""
+        """Trust the wall clock from now on."""
         now = self._wall()
         self._trusted = now, self._steady()
         with self._database.writing() as session:

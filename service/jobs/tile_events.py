@@ -134,7 +134,7 @@ def pixel_batch(service: Service, job_id: str, after: int, encoding: int) -> Sto
 
 
 def _note_loss(service: Service, job_id: str, news: _News, error: Exception) -> None:
-    """Act on tiles that are lost; those of a job that ends meanwhile are not: it has taken them away."""
+    """Handle lost tiles, unless the job has ended meanwhile and deleted them."""
     with service.database.reading() as session:
         row = find(session, job_id)
         if row.state.final and news.state is not JobState.SUCCEEDED:

@@ -1,8 +1,8 @@
 """Uploaded assets: who may use them, and for how long they are needed.
 
-The bytes of an asset are kept once, however many users have sent them; for all others there is no such
-asset. So the hash of a file does not reveal whether another user has it. Users who see the jobs of all see
-their assets, too.
+The bytes of an asset are stored once, however many users have sent them; to all other users it does not
+exist, so that a hash does not reveal whether another user has the file. Users who see everybody's jobs see
+their assets.
 """
 
 from __future__ import annotations

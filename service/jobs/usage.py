@@ -1,4 +1,4 @@
-"""Use of the service: open jobs, stored bytes and CPU seconds of each user, and what each worker is at."""
+"""Use of the service: open jobs, stored bytes and CPU seconds of each user, and the tasks of workers."""
 
 from __future__ import annotations
 

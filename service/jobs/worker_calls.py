@@ -1,4 +1,4 @@
-"""Calls: what a worker computes while the client of a request waits for the answer."""
+"""Calls, which a worker computes while the client waits for the answer."""
 
 from __future__ import annotations
 

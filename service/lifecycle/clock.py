@@ -1,8 +1,7 @@
 """Seconds since a stored time, independent of changes to the wall clock.
 
-A time in the database is one of the wall clock, which an operator or NTP may set forward or back. Limits
-count elapsed seconds: each time is tied to a monotonic clock when it is taken, or first read
-after a restart.
+Times in the database are those of the wall clock, which an operator or NTP may change. Limits count elapsed
+seconds, so each time is tied to a monotonic clock when it is taken, or first read after a restart.
 """
 
 from __future__ import annotations

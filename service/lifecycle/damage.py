@@ -39,7 +39,7 @@ class UnreadableRow:
 
 
 def load(session: Session, query: Select[JobRow]) -> Sequence[JobRow | UnreadableRow]:
-    """Load jobs; those that cannot be loaded are left for `describe`, in their place."""
+    """Load jobs; a damaged one is represented by an object for `describe`."""
     try:
         return session.scalars(query).all()
     except UNREADABLE:

@@ -35,7 +35,7 @@ _NEXT = (
     .limit(2)
 )
 _CLOCK = aliased(ShareRow)
-# As a part of the statement that uses it: reading it first would take longer.
+# A part of the statement that uses it, since reading it first would take longer.
 _NOW = select(func.coalesce(func.max(_CLOCK.turn), 0.0)).scalar_subquery()
 _WANTING = select(JobRow.owner).where(JobRow.finished_at.is_(None), JobRow.paused_at.is_(None)).limit(1)
 # The ends of the index of open jobs: one user may have thousands of them.

@@ -20,9 +20,9 @@ NO_LIMIT = float("inf")
 
 
 def share(render: RenderRow) -> float:
-    """Return the finished share of a render, 0 to 1; it is 1 only where the picture is there.
+    """Return the finished share of a render, 0 to 1; it is 1 only once the picture exists.
 
-    With target quality a time limit that is spent ends it, too.
+    With target quality, an expired time limit completes it, too.
     """
     done = rows.share(render)
     if render.state == JobState.SUCCEEDED:

@@ -82,7 +82,7 @@ def leave_ended(session: Session, row: JobRow, state: JobState, failure: Failure
 
 
 def _pass_on_load(session: Session, row: JobRow, render: RenderRow | None) -> None:
-    """Let another job that waits for a render count what this one added to the queue: it is still rendered.
+    """Pass the queue load of a job on to another that waits for its render, which continues.
 
     It is the next of the same owner, if there is one, or else the oldest.
     """

@@ -1,4 +1,4 @@
-"""Sums over all that is kept, changed with each row: adding them up again takes longer the more there is.
+"""Sums over all stored rows, updated with each change: adding them up would slow down as rows accumulate.
 
 As in ``ledger.py`` every function works in a transaction of its caller, of which one writes at a time.
 """

@@ -103,7 +103,7 @@ class AssetStore:
 
     def _set_aside(self, sha256: str) -> None:
         """Give a damaged asset another name, so that it counts as missing and is uploaded again."""
-        # Of what the disk cannot read nothing is kept; any other error may pass, and the asset stays.
+        # An asset that the disk cannot read is set aside; after any other error, which may pass, it stays.
         with suppress(StoreDamagedError, FileNotFoundError):
             content = self._objects.get(sha256)
             if is_whole(content, sha256):

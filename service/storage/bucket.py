@@ -31,7 +31,7 @@ from service.storage.folder import translate_errors
 from service.storage.objects import Found, Stored
 from service.supervision import SupervisedThread
 
-# Each thread takes address space, of which a worker has a limit; few can wait for the network.
+# Each thread takes some of a worker's limited address space, so only a few may wait for the network.
 os.environ.setdefault("TOKIO_WORKER_THREADS", "2")
 try:
     import obstore
@@ -47,8 +47,8 @@ SMALL_BYTES = 256 << 10
 RECENT_BYTES = 256 << 20
 # Longest request, with its body, seconds.
 CALL_SECONDS = 5
-# Seconds of outage after which jobs wait and requests fail; less than a request, so that none is tried again
-# that has hung.
+# Seconds of outage after which jobs wait and requests fail; less than a request, so that no hung one is
+# retried.
 RETRY_SECONDS = 4
 # Other objects are moved in parts of this size, the smallest that S3 takes, so that a slow network fails no
 # large picture: 16 Mbit/s are enough for two of them at once, and for as many small objects as there are.

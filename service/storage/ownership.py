@@ -60,8 +60,8 @@ def held(folder: Path, *, shared: bool) -> Iterator[None]:
 def check(database: Database, place: Objects) -> None:
     """Check that a place belongs to a database; a new database takes an empty one.
 
-    A server whose place is another one, perhaps because a disk is not mounted, would remove files that it
-    knows nothing of, and write where they are not found.
+    A server with the wrong place, perhaps because a disk is not mounted, would delete unknown files as
+    orphans, and write files where others do not find them.
 
     Raises
     ------

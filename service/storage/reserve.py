@@ -1,4 +1,4 @@
-"""Room on the disk that is given up for deletions: a database needs some to delete what fills the disk."""
+"""Disk space reserved for deletions: a database needs some to delete what fills the disk."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Reserve:
             self._fill(RESERVE_BYTES)
 
     def give_up(self) -> bool:
-        """Give up the file if the disk is nearly full, and say whether it is."""
+        """Free the reserve if the disk is nearly full; return whether it is."""
         full = self._free() < RESERVE_BYTES
         if full:
             with self._lock, suppress(OSError):
@@ -48,7 +48,7 @@ class Reserve:
 
     @contextmanager
     def given_up(self) -> Iterator[None]:
-        """Give up the file until the block ends, if the disk is nearly full."""
+        """Free the reserve until the block ends, if the disk is nearly full."""
         full = self.give_up()
         try:
             yield

@@ -45,10 +45,10 @@ Checksums = Mapping[str, Checksum]
 """Checksums of the files of a job, by their names below its own."""
 NO_CHECKSUMS: Checksums = {}
 LAYERS_SUFFIX, SAMPLES_SUFFIX, UNFINISHED_SUFFIX = ".npz", ".samples", ".unfinished"
-"""End the names of what belongs to the pixels of a step."""
+"""Suffixes of the files that accompany the pixels of a step."""
 TILES, SPEC = "tiles", "spec.json"
 NPY_HEAD_BYTES = 4096
-"""More than the head of an .npy file has that was written here."""
+"""Bytes read for the header of an .npy file; those of this service are shorter."""
 MEMBERS = slice(-12, -10)
 """Offset of the number of members from the end of an .npz file."""
 UNFINISHED_SECONDS = 3600.0

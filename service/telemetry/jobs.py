@@ -1,8 +1,8 @@
 """Spans of jobs and of attempts at their tiles.
 
-A job outlives the process that has taken it, and another one may render it. So its span bears the job's own
-id, which is as long as that of a span, and lies in the trace that is kept with its render in the database:
-tiles find what they belong to, and the span itself is sent when all is over.
+A job outlives the process that accepted it, and another one may render it. So its span has the job's own id,
+which is as long as a span's, in the trace that is stored with its render: spans of tiles find their parent,
+and the span itself is sent when the job has ended.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class SentJobSpans(JobSpans):
         return carrier.get("traceparent")
 
     def taken(self, job: str, render: str | None, *, shared: bool) -> None:
-        """Note in the span that is under way which job it has brought, and what that shares in."""
+        """Record in the current span which job it submitted, and which render that shares."""
         span = trace.get_current_span()
         span.set_attribute(JOB, job)
         shown = self._of(render) if shared and render else None

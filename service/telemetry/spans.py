@@ -1,8 +1,7 @@
 """Spans of the service's work: dropped, unless ``sending.py`` sends them.
 
-A request that brings a job has a span, which is a part of the client's trace where the request names one.
-The job has one below it, from when it was taken until it has ended, and each attempt at a tile has one below
-that.
+A request that submits a job has a span, in the client's trace if the request names one. Below it the job has
+a span from acceptance to its end, and below that each attempt at a tile has one.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ class JobSpans:
         return None
 
     def taken(self, job: str, render: str | None, *, shared: bool) -> None:
-        """Note in the span that is under way which job it has brought, and what that shares in."""
+        """Record in the current span which job it submitted, and which render that shares."""
 
     def handed_out(self, task: JobTask) -> None:
         """Begin an attempt."""

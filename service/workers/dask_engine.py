@@ -1,7 +1,7 @@
 """The engine for many machines: tasks go to the workers of a Dask cluster, one slot each.
 
-Nothing is kept in the cluster: what is lost with a worker or with the scheduler comes back as interrupted,
-and the dispatcher hands it out again from the database.
+The cluster keeps no state: tasks lost with a worker or the scheduler are reported as interrupted, and the
+dispatcher hands them out again from the database.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from service.workers.states import WorkerState
 from service.workers.tasks import Interrupted, Outcome, Report, Task, WorkerDied
 from service.workers.worker import WorkerSetup
 
-# Tasks for each worker: one runs, and the others are there when it ends.
+# Tasks per worker: one runs, and the others are ready when it ends.
 TASKS_PER_WORKER = 3
 # Seconds between checks of the cluster's workers.
 WATCH_SECONDS = 1.0

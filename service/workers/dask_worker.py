@@ -142,7 +142,7 @@ def execute(key: str, task: Task) -> Outcome:
     """Execute a task in the slot of the Dask worker that calls this."""
     worker: Worker = get_worker()
     if PLUGIN_NAME not in worker.plugins:
-        # It has joined just now, and gets its slot in a moment.
+        # It has just joined, and gets its slot in a moment.
         time.sleep(LOOK_SECONDS)
         return Interrupted()
     return _slot(worker).run(key, task)

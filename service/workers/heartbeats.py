@@ -1,7 +1,7 @@
 """Heartbeats: a worker sends them through a pipe, and its parent measures time by them.
 
-No clock is read. A machine that slept, a service that was stopped for an hour, and a wall clock that was set
-all look alike: no worker was silent meanwhile, and no task has run.
+No clock is read, so a suspended machine, a service that was stopped for an hour, and a changed wall clock
+have no effect: no worker counts as silent meanwhile, and no task as running.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from multiprocessing.connection import Connection
 from typing import NamedTuple
 
 SLICE_SECONDS = 2.0
-"""Length of a time slice. Users take turns with these: one who comes waits for one of them, or two where a
-second task waits at each worker. Keeping an unfinished tile and reading it again takes some 10 ms."""
+"""Length of a time slice, seconds. Users take turns: a new one waits for one slice, or for two if a second
+task waits at each worker. Storing and reading an unfinished tile takes some 10 ms."""
 
 # Bytes of beats that are read at once.
 READ_BYTES = 4096

@@ -14,7 +14,7 @@ from renderer.accelerators.trees import forget_trees
 
 # The jobs whose tiles a worker usually gets in turns.
 MAX_PLANS = 4
-# A new job, which may need as much as may be, leaves this part of the memory to those before it.
+# Share of the memory for earlier jobs: a new one may need any amount.
 KEPT_SHARE = 0.5
 
 
@@ -49,7 +49,7 @@ class KeptPlans:
     def _make_room(self) -> None:
         while len(self._plans) >= MAX_PLANS:
             self._plans.popitem(last=False)
-        # Collecting takes longer than the smallest job, and is of use where memory is short alone.
+        # Collecting takes longer than the smallest job, and helps only if memory is short.
         while self._plans and address_space() > KEPT_SHARE * self._memory_bytes:
             self._plans.popitem(last=False)
             _collect()

@@ -24,7 +24,7 @@ def records(pass_: Pass, names: Sequence[str]) -> bool:
 
 
 def of_centres(name: str) -> bool:
-    """Whether a layer is of the centres of pixels, and not of their samples."""
+    """Whether a layer describes the centres of pixels, not their samples."""
     return LAYERS[name].values is not None
 
 

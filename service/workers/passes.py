@@ -131,7 +131,7 @@ class PassWorker:
         )
 
     def _driver(self, plan: TargetPlan, task: AdvanceTask) -> Driver:
-        """Return the driver of the picture as the pass before left it, with the tiles of this one."""
+        """Return the driver of the picture after the previous pass, with the tiles of this one."""
         if task.merged:
             arrays = self._state(task)
             estimate, prices = Estimate.restored(plan, arrays), task.prices or usual_prices(plan)

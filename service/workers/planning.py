@@ -129,8 +129,8 @@ def check_preview(scene: Scene, workers: int) -> None:
 def planning_seconds(request: JobRequest) -> float:
     """Predict what planning a request costs, in CPU seconds, mostly too high.
 
-    Measured with spheres and with meshes of a triangle, one by one and in products: target quality looks at
-    the light of each shape, and bounces are followed as deep as they go.
+    Measured with spheres and with meshes of one triangle, separately and combined: target quality examines
+    the lights of each shape, and bounces are followed to their full depth.
     """
     scene = request.scene
     shapes, lights = len(scene.shapes), len(scene.lights)

@@ -1,8 +1,8 @@
 """The engine for one machine: N slots, each a process with its own pipe.
 
-A slot loses what its process was given and nothing else, and the process is replaced. The process alone holds
-the far end of its pipe: one that dies in the middle of a large answer is an end of file here, where a pool
-with a queue would wait for the rest of the answer.
+If a process dies, its slot loses only its tasks, and the process is replaced. The process alone holds the far
+end of its pipe, so its death in the middle of a large answer is an end of file, while a pool with a queue
+would wait for the rest of the answer.
 """
 
 from __future__ import annotations

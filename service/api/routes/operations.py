@@ -74,7 +74,7 @@ def _checks(service: Service) -> dict[str, bool]:
         "the database cannot be written": _database_writable(service),
         "no worker is running": service.dispatcher.alive(),
         "jobs cannot be handed out": not service.dispatcher.is_failing(),
-        "what is no longer kept cannot be deleted": not service.retention_thread.is_failing(),
+        "expired files cannot be deleted": not service.retention_thread.is_failing(),
         "the disk is nearly full": _disk_free(service),
         _where(service): _store_usable(service),
     }
@@ -161,7 +161,7 @@ def list_users(
     response_description="The workers of the server that answers.",
 )
 def list_workers(here: Here, user: Admin) -> WorkerList:  # noqa: ARG001  (checked)
-    """List the workers of this server, what each is at, for whom and since when.
+    """List the workers of this server, with task, user and duration.
 
     Of several servers on one database each has its own, and one hands out jobs.
     """

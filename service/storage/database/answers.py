@@ -1,7 +1,7 @@
 """Connections to PostgreSQL with a timeout for every answer.
 
-A network that loses everything is found by the settings of TCP. They find no server that hangs, and no proxy
-that does: its machine still says that it has received what was sent.
+TCP's settings detect a network that loses everything, but no server or proxy that hangs: its machine still
+acknowledges what was sent.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from service.storage.database.urls import ANSWER_SECONDS, engine_of
 BUSY_SECONDS = 10.0
 """Seconds that a transaction waits for its turn to write."""
 LOG_BYTES = 4 << 20
-"""Of the log of SQLite, once it begins anew: about what it has where nothing keeps it from that."""
+"""Size of SQLite's log after a checkpoint, bytes: about the size that it has without long readers."""
 # A server that was stopped in the middle of a transaction, or cut off, delays others at most this long.
 SILENCE_TIMEOUT_MS = 3_000
 # Any numbers that other programs on the same database do not use.
@@ -36,7 +36,7 @@ START_TIMEOUT_MS = 60_000
 CHANNEL = "penumbra"
 # A notice has room for 8,000 bytes.
 MOST_NOTIFIED = 200
-# How soon a service that ends stops listening, seconds.
+# Seconds until a stopping service ends listening.
 LISTEN_SECONDS = 0.5
 # How often a service notifies itself, and how long the answer may take, seconds. A connection that is lost in
 # silence is one of which nothing else tells: who waits for a job waits for the sum of both.
