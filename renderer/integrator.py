@@ -159,7 +159,7 @@ def local_radiance(plan: RenderPlan, rays: Rays, counts: Counter[str]) -> tuple[
 
 
 def find_hits(plan: RenderPlan, rays: Rays, *, lights: bool = True) -> None:
-    """Write into rays what they hit first: a shape, or with `lights` a light that the camera sees."""
+    """Record the first hit of each ray: a shape, or with `lights` a light that the camera sees."""
     for stage in (*plan.intersectors, *(plan.visible_lights if lights else ())):
         stage.run(rays)
 

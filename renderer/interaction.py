@@ -198,7 +198,7 @@ class Points:
     derivatives : (6, M) float64
         Of the position by u and by v, on the outward side, scene units.
     footprints : (2, 2, M) float64
-        What offsets by a sample's share of the pixel, two of them, add to (u, v): coordinate, offset, point.
+        Changes of (u, v) for two offsets by a sample's share of the pixel: coordinate, offset, point.
     """
 
     rays: Integers
@@ -288,7 +288,7 @@ class Points:
 
 
 def points_of(rays: Rays, materials: Integers, *, bent: bool) -> Points:
-    """The points where rays hit shapes, with room for what the stages fill in.
+    """The points where rays hit shapes, with uninitialised attributes for the stages.
 
     Parameters
     ----------

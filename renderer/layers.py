@@ -181,7 +181,7 @@ class LayerBuffers:
         self._open: dict[tuple[Tile, str], Floats] = {}
 
     def take(self, tile: Tile, records: Layers) -> None:
-        """Add what a tile has recorded in a pass."""
+        """Add the records of a tile in a pass."""
         for name, record in records.items():
             if name not in self._layers:
                 continue

@@ -20,7 +20,7 @@ class Picture(Protocol):
     """A picture in progress, whose tasks and results are its own."""
 
     def tasks(self) -> list[Any]:
-        """Return what the next pass has to run."""
+        """Return the tasks of the next pass."""
 
     def take(self, task: Any, result: Any) -> None:
         """Add a result to the picture."""

@@ -76,7 +76,7 @@ def squares_of(parts: Sequence[tuple[Pass, Image]]) -> dict[int, Squares]:
         pass_, pixels = rounds[place]
         before = np.clip(compose(rounds[:place]).astype(np.float64), 0, 1)
         share = pass_.first / pass_.last
-        # What is no number may be as wrong as can be.
+        # NaN counts as the largest possible error.
         apart = np.nan_to_num(np.clip(pixels.astype(np.float64), 0, 1) - before, nan=1.0)
         squares = (apart**2).mean(axis=2) * (share * (1 - share))
         found[pass_.index] = Squares(float(squares.sum()), ESTIMATE_VARIANCE * float((squares**2).sum()))

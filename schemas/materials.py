@@ -78,7 +78,7 @@ class Surface(Closed):
 
     @model_validator(mode="after")
     def _no_more_than_all(self) -> Self:
-        # What is sent on sums to 1 at most, so no path weighs more than the one before it.
+        # The parts of scattered rays sum to 1 at most, so weights never grow along a path.
         if self.mirror + self.transmission > 1:
             raise PydanticCustomError(
                 "more_than_all",

@@ -36,7 +36,7 @@ def tokens(pointer: str) -> tuple[str, ...]:
 def existing(document: object, parts: Iterable[str | int]) -> Parts:
     """Shorten a location to its longest beginning that the document really has.
 
-    A missing field so becomes the object that lacks it, and a default the object that could set it.
+    So a missing field becomes the object that lacks it, and a default the object that could set it.
     """
     found: list[str | int] = []
     for part in parts:
@@ -50,7 +50,7 @@ def existing(document: object, parts: Iterable[str | int]) -> Parts:
 
 
 def value_at(document: object, parts: Iterable[str | int]) -> object:
-    """Give what an existing location of a document holds."""
+    """Give the value at an existing location of a document."""
     for part in parts:
         document = document[part]  # type: ignore[index]  # `existing` has walked it
     return document

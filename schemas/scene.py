@@ -100,7 +100,7 @@ def _undefined(kind: str, uses: Uses, defined: object) -> Iterator[InitErrorDeta
 
 
 def also_named(others: int) -> str:
-    """A sentence about other places where the same name stands; nothing where there are none.
+    """A sentence about other uses of the same name; empty if there are none.
 
     >>> also_named(2)
     ' 2 other places name it too.'

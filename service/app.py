@@ -82,7 +82,7 @@ MAX_PROBES = 2
 """Concurrent readiness checks, which have threads of their own: all others may be busy."""
 
 LOOPBACK = "127.0.0.1 ::1"
-"""Proxies that are believed by default: those of this machine."""
+"""Trusted proxies by default: those of this machine."""
 
 PUBLIC = (operations.router, page.router)
 """Routers without authentication."""
@@ -132,7 +132,7 @@ def create_app(settings: Settings) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         telemetry=telemetry.of_requests(),
-        # It would lead to whatever host the request names; unknown addresses are redirected to a path alone.
+        # It would redirect to the host of the request; unknown addresses are redirected to a path alone.
         redirect_slashes=False,
     )
     app.add_middleware(OriginForm)
@@ -170,7 +170,7 @@ def _document_bodies(app: FastAPI) -> None:
         )
     ]
 
-    # Many may ask for the first time at once.
+    # Several threads may ask for the first time at once.
     building = Lock()
 
     @cache
@@ -200,7 +200,7 @@ def started(settings: Settings, job_events: JobEvents, telemetry: Telemetry) -> 
 
 
 def stop(service: Service) -> None:
-    """Stop all that was started, and close the database."""
+    """Stop all parts of a service, and close its database."""
     service.retention_thread.stop()
     service.notifications.stop()
     service.dispatcher.stop()

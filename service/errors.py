@@ -255,7 +255,7 @@ class UnsafeClusterError(EngineError):
 
 
 class UnusableWorkerError(EngineError):
-    """A worker of a cluster could not render; it says what is missing there."""
+    """A worker of a cluster cannot render; the message says what it lacks."""
 
 
 class StoreError(ServiceError):
@@ -284,7 +284,7 @@ class StoreMissingError(StoreError):
 
 
 class StoreDamagedError(StoreError):
-    """A stored file is missing or not what was written.
+    """A stored file is missing or damaged.
 
     Attributes
     ----------
@@ -302,7 +302,7 @@ class StoreDamagedError(StoreError):
 
 
 class RequestDamagedError(StoreError):
-    """The stored request of a job is missing or not what was written."""
+    """The stored request of a job is missing or damaged."""
 
     def __init__(self) -> None:
         super().__init__("The stored request of this job is damaged. Submit the job again.")

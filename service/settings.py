@@ -85,7 +85,7 @@ class FileSource(PydanticBaseSettingsSource):
         self.content = _content()
 
     def get_field_value(self, field: FieldInfo, field_name: str) -> tuple[Any, str, bool]:  # noqa: ARG002  (an interface)
-        """Value of one setting; None where the file does not have it."""
+        """Value of one setting; None if the file does not have it."""
         return self.content.get(field_name), field_name, False
 
     def __call__(self) -> dict[str, Any]:
@@ -94,7 +94,7 @@ class FileSource(PydanticBaseSettingsSource):
 
 
 class Settings(BaseSettings):
-    """Settings of one service. What is not given is read from ``PENUMBRA_<NAME>``, else from a file.
+    """Settings of one service, from arguments, ``PENUMBRA_<NAME>``, or a file, in this order.
 
     Nested names take two underscores: ``PENUMBRA_LIMITS__MAX_PIXELS=1000000``. The file is TOML, and
     ``PENUMBRA_CONFIG`` names it.
@@ -353,7 +353,7 @@ class Settings(BaseSettings):
 
 
 def _content() -> dict[str, Any]:
-    """Content of the file that is named; nothing where none is.
+    """Content of the settings file; empty if none is named.
 
     Raises
     ------

@@ -54,7 +54,7 @@ class Bias:
 
     @classmethod
     def joined(cls, parts: Sequence["Bias"]) -> "Bias":
-        """Bias of a picture by that of its bands."""
+        """Bias of a picture, joined from its bands."""
         ratios, excess = (
             np.concatenate([getattr(each, name) for each in parts]) for name in ("ratios", "excess")
         )
@@ -120,7 +120,7 @@ def bias(difference: Floats, allowed: Floats, most: Floats | None = None) -> Bia
     inner = ordered[:, :, cut : pixels - cut]
     mean = inner.mean(axis=2)
     kept = pixels - 2 * cut
-    # The ends count as the last value kept.
+    # Winsorising: the ends are replaced by the last value kept.
     squares = ((inner - mean[:, :, None]) ** 2).sum(axis=2)
     low, high = inner[:, :, 0] - mean, inner[:, :, -1] - mean
     squares += cut * (low * low + high * high)

@@ -40,7 +40,7 @@ class Comparison:
     judgement : Judgement
     causes : tuple of Cause
     regions : tuple of Region
-        None where the pictures are equal but for rounding.
+        None if the pictures are equal but for rounding.
     names : sequence of str
         Names of the scene's shapes, by their indices.
     """

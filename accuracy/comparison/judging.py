@@ -54,7 +54,7 @@ class Judgement:
         The test that decided.
     margin : float or None
         Distance of the deciding number from its limit, as a share of the limit; below 0 for a mismatch. None
-        where no number decided.
+        if no number decided.
     samples_factor : float or None
         Factor of samples in both pictures with which the same difference would be significant; below 1 if it
         is now. None if nothing differs, or noise or a single block decided.
@@ -87,7 +87,7 @@ def judge(
     explained
         Undoing one mistake makes the pictures agree.
     noise
-        Noise of the blocks; None where any noise is allowed.
+        Noise of the blocks; None if any noise is allowed.
     """
     if equal:
         return Judgement("match", "No pixel differs by more than rounding.", "rounding", None, None)

@@ -128,5 +128,5 @@ def halving(power: Interval) -> Interval | None:
 
 
 def _times(power: float) -> float:
-    # Beyond 2^1000 a float ends.
+    # Beyond 2^1000 a float overflows.
     return 2 ** (-1 / power) if power < -1e-3 else math.inf

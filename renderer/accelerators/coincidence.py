@@ -30,7 +30,7 @@ Found = tuple[Integers, Integers]
 
 
 def overlaps_of(families: Sequence[Family], shapes: int) -> Overlaps | None:
-    """The stage that breaks ties between shapes of a scene of so many; None where there are none."""
+    """The stage that breaks ties between shapes of a scene of so many; None if there are none."""
     begins = np.cumsum([0, *(family.numbers.size for family in families)])
     earlier, later = (np.concatenate(part) for part in zip(*_pairs(families, begins), strict=True))
     if not earlier.size:
@@ -185,7 +185,7 @@ def _boxes(family: Family) -> tuple[Floats, Floats]:
 def _met(tree: Bvh, numbers: Integers, low: Floats, high: Floats, after: Integers) -> Found | None:
     """Boxes (3, N), and items of shapes after `after` (N,) in leaves that overlap them.
 
-    None where several boxes take too many visits together.
+    None if several boxes take too many visits together.
     """
     visits = from_root(np.arange(after.size))
     for level, last in zip(tree.levels, _last_shapes(tree, numbers), strict=True):

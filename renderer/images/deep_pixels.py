@@ -105,7 +105,7 @@ def _grey(image: Image.Image) -> tuple[Codes, int]:
 def floats(image: Image.Image) -> NDArray[np.float32]:
     """Numbers (H, W) of an opened picture of floating-point grey.
 
-    What unpacks compressed TIFF gives them in this machine's order, whatever that of the file is.
+    Decompressed TIFF has them in this machine's byte order, whatever that of the file is.
     """
     if any(tile.codec_name == "libtiff" for tile in getattr(image, "tile", ())):
         return _decoded(image, lambda _: "F;32NF")

@@ -36,7 +36,7 @@ class ExrPicture:
     image : (H, W, 3) float32
         Of the size of the display window; missing pixels are black.
     alpha : (H, W) float32 or None
-        None where there is none; 0 where no pixel is stored.
+        None if there is none; 0 where no pixel is stored.
     layers : mapping of str to array
         Layers of the file, of the size of the picture.
     grey : bool
@@ -239,7 +239,7 @@ def _layered(names: set[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _chosen(source: _Source, parts: int) -> tuple[str, ...]:
-    """Notes on what was chosen among parts and layers."""
+    """Notes on the choice among parts and layers."""
     named = f" ('{source.part.name}')" if source.part.name else ""
     part = f"part {source.number + 1} of {parts}{named}" if parts > 1 else ""
     layer = f"the layer '{source.prefix[:-1]}'" if source.prefix else ""
@@ -248,7 +248,7 @@ def _chosen(source: _Source, parts: int) -> tuple[str, ...]:
 
 
 def _check_size(parts: Sequence[_Part], shown: _Part, most: int) -> None:
-    """Refuse what is too large before anything is decoded."""
+    """Refuse too large files before anything is decoded."""
     width, height = shown.display[2] - shown.display[0], shown.display[3] - shown.display[1]
     if width * height > most:
         raise ImageFileError(too_many_pixels(most, f"{width} x {height} pixels, "))

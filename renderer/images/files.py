@@ -195,7 +195,7 @@ def layer_path(picture: Path, name: str) -> Path:
 
 
 def write_layer(path: Path, values: NDArray[Any]) -> None:
-    """Write a layer as .npy, whole or not at all; ImageFileError where it cannot be written."""
+    """Write a layer as .npy, whole or not at all; ImageFileError if it cannot be written."""
     _write(path, encode_layer(values))
 
 

@@ -32,7 +32,7 @@ def size_of(content: bytes) -> tuple[int, int]:
 
 
 def decode(content: bytes) -> DecodedImage:
-    """Decode such a picture; AssetError where it is damaged."""
+    """Decode such a picture; AssetError if it is damaged."""
     head = _header(content)
     body, size = content[head.end() :], (int(head[2]), int(head[1]))
     return (

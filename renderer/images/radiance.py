@@ -35,7 +35,7 @@ def size_of(content: bytes) -> tuple[int, int]:
 
 
 def decode(content: bytes) -> DecodedImage:
-    """Decode such a picture; AssetError where it is damaged, or stores no red, green and blue."""
+    """Decode such a picture; AssetError if it is damaged, or stores no red, green and blue."""
     head = _header(content)
     codes = _lines(content[head.end() :], int(head[4]), int(head[7]))
     signs = {head[3]: head[2], head[6]: head[5]}

@@ -42,7 +42,7 @@ class Emitter:
     orthogonal : bool
         Whether the edges are perpendicular.
     least_cosine : float or None
-        Of the angle at the light between `normal` and what it lights; None where it lights all around.
+        Of the angle at the light between `normal` and what it lights; None if it lights all around.
     count : int
         Light points L a shading point.
     pattern : str

@@ -190,7 +190,7 @@ class LightView:
         return self._inverse
 
     def positive_cosines(self, vectors: Floats) -> Masks | None:
-        """Pairs with m . l > 0 for vectors m (3, n); None where all are, with room for rounding."""
+        """Pairs with m . l > 0 for vectors m (3, n); None if all are, with room for rounding."""
         constant, by_u, by_v = terms = self.terms(vectors)
         # Pair work rounds these terms to float32, and its sums: 2**-18 is 64 such roundings of a term of 1.
         if np.all(constant - np.abs(by_u) / 2 - np.abs(by_v) / 2 > 2.0**-18):

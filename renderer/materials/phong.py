@@ -146,7 +146,7 @@ def _shows(view: LightView, mirror: Floats, faintest: Floats) -> Masks:
     emitter = view.emitter
     spread = np.abs(dot(mirror, emitter.first)) + np.abs(dot(mirror, emitter.second))
     nearest = np.maximum(view.distances() - emitter.extent / 2, 0)
-    # Wider by 64 roundings of float32: pair work decides what is nearly at the border.
+    # Wider by 64 roundings of float32: pair work decides near the border.
     return dot(mirror, view.towards) + spread / 2 > faintest * nearest - (nearest + spread) * 2.0**-18
 
 

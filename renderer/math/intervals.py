@@ -47,7 +47,7 @@ class Interval:
         return Interval(sqrt(self.estimate), sqrt(self.low), sqrt(self.high))
 
     def document(self) -> dict[str, float | None]:
-        """For JSON, which has no infinity: `high` is None where nothing bounds the value."""
+        """For JSON, which has no infinity: `high` is None if nothing bounds the value."""
         high = self.high if isfinite(self.high) else None
         return {"estimate": self.estimate, "low": self.low, "high": high}
 

@@ -18,7 +18,7 @@ _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 
 
 def split_glb(content: bytes) -> tuple[bytes, bytes | None]:
-    """The JSON text of a GLB, and the bytes after it, or None where it has none.
+    """The JSON text of a GLB, and the bytes after it, or None if it has none.
 
     Raises
     ------

@@ -41,7 +41,7 @@ def read_glb(content: bytes) -> tuple[Floats, Integers, Floats | None]:
     AssetError
         It is damaged, or a primitive has numbers that cannot be used.
     """
-    # What leaves the range is found by its vertices.
+    # Overflow is found at the vertices.
     with damage_reported(), np.errstate(over="ignore", invalid="ignore"):
         text, binary = split_glb(content)
         document = json.loads(text)

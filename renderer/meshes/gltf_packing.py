@@ -16,7 +16,7 @@ from renderer.meshes.gltf_containers import embedded, file_name, is_embedded, jo
 from renderer.meshes.gltf_geometry import COMPONENTS, WIDTHS
 
 ReadFile = Callable[[str], bytes]
-"""Gives the content of a file that is named relative to the mesh; AssetError where it cannot be read."""
+"""Gives the content of a file that is named relative to the mesh; AssetError if it cannot be read."""
 
 _NODE = ("children", "matrix", "mesh", "rotation", "scale", "translation")
 _ACCESSOR = ("byteOffset", "componentType", "count", "normalized", "type")

@@ -123,7 +123,7 @@ def read_obj(name: str, content: bytes) -> ObjFile:
 
 
 def cut_into_triangles(obj: ObjFile) -> tuple[Floats, Integers, Floats | None]:
-    """Vertices (3, V), triangles (3, T) and texture coordinates (2, V), or None where no face has any.
+    """Vertices (3, V), triangles (3, T) and texture coordinates (2, V), or None if no face has any.
 
     A face of which a corner has none has none at all: each of its triangles gets `CORNERS`.
     """

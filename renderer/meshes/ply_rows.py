@@ -148,7 +148,7 @@ class Body:
         )
 
     def _alike(self, element: Element, here: int) -> np.dtype[Any] | None:
-        """The type of all rows; None where their lists have different lengths, or the file ends before."""
+        """The type of all rows; None if their lists have different lengths, or the file ends before."""
         fields: list[Any] = []
         for place, each in enumerate(element.properties):
             code = self.header.order + each.code

@@ -56,7 +56,7 @@ def triangulate(points: Floats, sizes: Integers) -> tuple[Integers, Integers]:
     ways = np.sign(normals[np.arange(len(sizes)), axes])
     against = areas[np.arange(len(fans)), axes[faces]] * ways[faces] <= 0
     odd = np.unique(faces[against])
-    # What has no area to either side has no inside: it stays as it is.
+    # A face without area has no inside, and is left as it is.
     odd = odd[(sizes[odd] > 3) & (ways[odd] != 0)]
     if (sizes[odd] > MOST_CORNERS).any():
         raise AssetError(

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator
 
-# Some programs write 1.#QNAN for what is not a number: read as 1, it would be a wrong one.
+# Some programs write 1.#QNAN for NaN, which must not be read as 1.
 _COMMENT = re.compile(rb"#(?!(?<=\.#)[A-Z])")
 _MARK = b"\xef\xbb\xbf"
 # What follows these is a name, and a '#' may be part of it.

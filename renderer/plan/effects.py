@@ -106,7 +106,7 @@ class WeightEffect:
     field : str
         Field of the scene language that it comes from.
     asked : callable or None
-        Whether a light asks for it; None where all of the kind do.
+        Whether a light asks for it; None if all of the kind do.
     build : callable
         Makes the stage of a light.
     """
@@ -186,13 +186,13 @@ class TextureEffect(Effect):
     brightest : callable
         Greatest value of each channel of a texture that was built.
     heights : callable or None
-        Gives the image that bumps and displacement read; None where the scene language refuses heights of it.
+        Gives the image that bumps and displacement read; None if the scene language refuses heights of it.
     mean : callable or None
-        Gives the texture of the scene language whose value is the exact mean over a footprint; None where
+        Gives the texture of the scene language whose value is the exact mean over a footprint; None if
         there is none.
     single : callable or None
         Gives the colour that a texture of the scene language has everywhere, None if it has several; None
-        where the scene does not say.
+        if the scene does not say.
     """
 
     build: Callable[[Any, AssetSource], Texture]

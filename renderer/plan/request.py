@@ -88,7 +88,7 @@ class Request:
         return tuple(f"/materials/{escaped(self.names[number])}{part}" for number in chosen)
 
     def leave_out(self, effect: str, reason: str, *pointers: str) -> None:
-        """List what does not run."""
+        """List a part of the scene that does not run."""
         self.left_out.append(LeftOut(effect=effect, pointers=pointers, reason=reason))
 
     @property

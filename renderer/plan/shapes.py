@@ -28,7 +28,7 @@ FEW_COVERING = 8.0
 
 
 def list_geometry(request: Request, camera: Pinhole) -> None:
-    """List the shapes of a plan, and what was left out of them."""
+    """List the shapes of a plan, and those left out."""
     geometry = request.geometry
     request.left_out.extend(geometry.left_out)
     if geometry.displaced:
@@ -95,7 +95,7 @@ def list_points(request: Request) -> None:
 
 
 def location(request: Request) -> list[PointStage]:
-    """The stages that form points, with what other stages, which are all listed by now, read of them."""
+    """The stages that form points, with all attributes that the other stages, listed by now, read."""
     local = np.full((len(request.families), len(request.document.shapes)), -1, dtype=np.int64)
     for places, family in zip(local, request.families, strict=True):
         shapes, first = np.unique(family.numbers, return_index=True)

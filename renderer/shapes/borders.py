@@ -91,7 +91,7 @@ def _connected(count: int, a: Integers, b: Integers) -> Integers:
     labels = np.arange(count)
     while True:
         least, before = np.minimum(labels[a], labels[b]), labels.copy()
-        # What the labels of a pair stand for gets the lesser one too: chains end in few rounds.
+        # The labels of a pair get the lesser label, too, so that chains end in few rounds.
         for part in (labels[a], labels[b]):
             np.minimum.at(labels, part, least)
         labels = labels[labels]
@@ -107,7 +107,7 @@ def join(lifts: Sequence[Lift], reliefs: Integers) -> None:
     places = np.hstack([taken(lift.places, some) for lift, some in parts])
     heights = np.concatenate([lift.heights[some] for lift, some in parts])
     directions = np.hstack([taken(lift.normals, some) for lift, some in parts])
-    # Sums in the order of the scene do not depend on what is cut together.
+    # Sums in the order of the scene do not depend on how shapes are grouped.
     order = np.argsort(shapes, kind="stable")
     numbers = place_numbers(places, reliefs[shapes])
     ordered = numbers[order]

@@ -169,7 +169,7 @@ def _moved(patch: Patch, lift: Lift, mapped: Masks) -> Triangles:
 
 
 def _turned(own: Floats, moved: Floats) -> Floats:
-    """Unit normals at the corners (3, 3, T): the shape's own plus what the relief adds to the surface's."""
+    """Unit normals at the corners (3, 3, T): the shape's own, plus the relief's change."""
     return np.stack([unit(corner + after) for corner, after in zip(own, moved, strict=True)])
 
 

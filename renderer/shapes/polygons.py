@@ -61,7 +61,7 @@ class FlatFamily(Family):
         return "plane"
 
     def reaches(self) -> Floats:
-        """None where a coordinate is the same at all corners: no extent, however large, rounds that."""
+        """None if a coordinate is the same at all corners: no extent, however large, rounds that."""
         return _reaches(self.corners(), self.sizes)
 
     def signatures(self, origin: Floats, direction: Floats, reach: float) -> tuple[Floats, Floats]:
@@ -83,8 +83,8 @@ class FlatFamily(Family):
     def coincide(self, own: Integers, other: Family, others: Integers) -> Masks:
         """Whether they lie in one plane and overlap by more than rounding.
 
-        What only shares an edge or a corner does not overlap: some edge of one of the two has all of the
-        other on its outside (Gottschalk, Lin and Manocha 1996, in the plane).
+        Polygons that only share an edge or a corner do not overlap: some edge of one of the two has all of
+        the other on its outside (Gottschalk, Lin and Manocha 1996, in the plane).
         """
         assert isinstance(other, FlatFamily), "only what lies on a plane is compared with flat shapes"
         together = np.flatnonzero(_in_plane(self, own, other, others) | _in_plane(other, others, self, own))

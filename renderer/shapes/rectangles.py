@@ -105,7 +105,7 @@ class Rectangles(FlatFamily):
             previous = -side * dot(start.previous_origins - anchor, product)
             own = start.shapes == self.numbers[shape]
             depth = settled(depth, bound, previous_sides(previous, bound), own)
-            # What rounding could decide is settled.
+            # Signs within rounding are settled by the path.
             rounding = np.zeros(1)
         border = magnitude(rays.directions) * (gamma(4) * lengths(from_anchor) + gamma(1) * self.sizes[shape])
         beside, above = border * lengths(second), border * lengths(first)

@@ -176,7 +176,7 @@ class EllipsoidShadows:
     def _inner_light_points(
         self, view: LightView, light: tuple[Floats, Floats, Floats], index: Integers
     ) -> Masks | None:
-        """Pairs whose light point is inside the ellipsoid, (L, m); None where no light point can be."""
+        """Pairs whose light point is inside the ellipsoid, (L, m); None if no light point can be."""
         middle, reach = lengths(light[0]).item(), (lengths(light[1]).item() + lengths(light[2]).item()) / 2
         if self.emitter.weight == 0 or middle - reach > 1 + SHAFT_MARGIN:
             return None

@@ -65,7 +65,7 @@ class JobRequest(Closed):
 
     @property
     def asked_quality(self) -> FixedQuality | TargetQuality:
-        """The quality, with what it leaves to the scene filled in."""
+        """The quality, with missing members filled in from the scene."""
         if isinstance(self.quality, TargetQuality):
             return self.quality
         sampling, own = self.scene.sampling, self.quality

@@ -40,7 +40,7 @@ def read_scene(data: Source, *, limits: Limits | None = None) -> tuple[Scene, tu
     Returns
     -------
     tuple
-        The scene, and warnings: what is valid, but probably not meant.
+        The scene, and warnings about valid values that are probably unintended.
 
     Raises
     ------

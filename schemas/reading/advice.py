@@ -1,4 +1,4 @@
-"""Warnings: scenes that are valid, but whose picture is probably not what was meant."""
+"""Warnings about valid scenes whose picture is probably unintended."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ _MOST_PAIRS = 100_000
 
 
 def advise(scene: Scene) -> list[Finding]:
-    """List what is valid, but probably not meant."""
+    """List valid values that are probably unintended."""
     return [
         *_darkness(scene),
         *_empty_view(scene),

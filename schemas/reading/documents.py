@@ -1,4 +1,4 @@
-"""Strict reading of JSON text: what the standard parser would let through or stumble over is refused.
+"""Strict reader of JSON text, which refuses what the standard parser accepts or fails on.
 
 Not-a-number, infinities and numbers beyond float64 are not refused here: they become the floats nan and inf,
 which no field of the scene language takes, so that they are reported together with everything else.
@@ -21,7 +21,7 @@ from schemas.reading.findings import Finding, refusal
 from schemas.reading.plain import plain
 from schemas.reading.positions import Find, line_and_column, locate
 
-# What people write at the place where the parser stops, the most specific first.
+# Common mistakes at the position where the parser stops, the most specific first.
 _WRITTEN: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"//|/\*|#"), "JSON has no comments. Remove this one."),
     (
@@ -196,7 +196,7 @@ def _decoded(source: bytes | str, limits: Limits) -> str:
 
 
 def _check_nesting(text: str, limits: Limits) -> None:
-    """Refuse what is nested too deeply, or has too many values, after no more text than that takes.
+    """Refuse documents with too deep nesting or too many values, reading only as far as that shows.
 
     Every value but the first follows a comma, a colon or a bracket, so this bounds all later work.
     """
@@ -273,7 +273,7 @@ class _Pairs:
 
 
 def _nodes(content: object, depth: int) -> Iterator[tuple[Parts, object]]:
-    """Walk through a document, outer before inner; what lies deeper than `depth` is left out."""
+    """Walk through a document, outer before inner, down to `depth`."""
     waiting: list[tuple[Parts, object]] = [((), content)]
     while waiting:
         parts, node = waiting.pop()

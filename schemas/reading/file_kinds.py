@@ -93,7 +93,7 @@ def recognise(content: bytes) -> FileKind | None:
 
 
 def mistaken(content: bytes, wanted: str) -> str | None:
-    r"""Say what was given in place of a document, and what to do; None for unknown content.
+    r"""Name the kind of a file given in place of a document, and the cure; None for unknown content.
 
     >>> mistaken(b"PK\x03\x04", "a scene")
     'This is a ZIP archive, not a scene. Unpack it and give the JSON file that it holds.'
@@ -103,7 +103,7 @@ def mistaken(content: bytes, wanted: str) -> str | None:
 
 
 def mistaken_object(content: object) -> str | None:
-    """Say what kind of JSON document was given in place of a scene, and what to do; None if none is known.
+    """Name the kind of a JSON document given in place of a scene, and the cure; None if unknown.
 
     >>> mistaken_object({"scene": {"version": 1}, "quality": {}})
     "This is a job request, not a scene. Give what stands in its field 'scene'."

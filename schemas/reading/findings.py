@@ -40,7 +40,7 @@ def show(
     content
         The parsed document.
     text
-        The document as it was written; None where it never was text, then there are no lines.
+        The document as it was written; None if it never was text, then there are no lines.
     find
         Finds places in such a text.
     """

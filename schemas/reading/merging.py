@@ -128,7 +128,7 @@ def _of_another_form(details: Sequence[ErrorDetails], model: type[BaseModel]) ->
 
 
 def _is_meant(detail: ErrorDetails, model: type[BaseModel], meant: set[str | None]) -> bool:
-    """Whether what is missing is there under another name, or belongs to a form that was not meant."""
+    """Whether a missing field is there under another name, or belongs to a form that was not meant."""
     field, _ = FOLLOWS_FROM.get(detail["type"], (detail["loc"][-1], 0))
     form = model_at(model, detail["loc"])
     if field in meant or form is None:

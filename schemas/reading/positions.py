@@ -83,7 +83,7 @@ def _skip(text: str, offset: int) -> int:
 
 
 def _walk(text: str, start: int, wanted: _Wanted) -> int:
-    """Note where a value starts and look for what is wanted inside; return where it ends."""
+    """Record the start of a value and search inside it; return its end."""
     wanted.place.value = start
     if wanted.inner and text[start] == "{":
         return _walk_object(text, start, wanted)

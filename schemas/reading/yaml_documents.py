@@ -1,4 +1,4 @@
-"""Strict reading of YAML: what JSON can say too, with the place of everything.
+"""Strict reader of YAML, restricted to the values of JSON, with the position of each.
 
 Plain scalars mean what they mean in the core schema of YAML 1.2: `no` is text, and so is a date. Tags are
 refused: nothing but numbers, text, truth values, lists and mappings comes out.
@@ -53,7 +53,7 @@ def read_yaml(data: bytes, limits: Limits) -> Document:
 
 def _root(text: str) -> yaml.Node:
     try:
-        # It gives every plain scalar as text, so that no type is guessed.
+        # This loader returns every plain scalar as text, so that no type is guessed.
         node = yaml.BaseLoader(text).get_single_node()
     except yaml.MarkedYAMLError as error:
         raise _at(error.problem_mark, "not_yaml", f"This is not YAML: {error.problem}.") from None

@@ -162,7 +162,7 @@ class ConnectionLimits:
     most : int
         Connections of all clients, which addresses share.
     most_of_address : int or None
-        Connections of one address; None where all have that of a proxy.
+        Connections of one address; None if all have that of a proxy.
     idle_seconds : float
         Longest time of a connection without a request, from its beginning or from the end of an answer.
     """

@@ -197,7 +197,7 @@ def _replies(document: Schema, operation: Schema) -> Iterator[Reply]:
 
 
 def _bodies(document: Schema, carrier: Schema) -> Iterator[str]:
-    """Describe a body in each of its media types; JSON goes without saying, and so do problems."""
+    """Describe a body in each of its media types, except JSON and problem documents."""
     for media_type, content in carrier.get("content", {}).items():
         if media_type == PROBLEM:
             continue

@@ -23,7 +23,7 @@ def joined(request: Request, name: str) -> str:
 
 
 def check_preconditions(request: Request, headers: Mapping[str, str]) -> Response | None:
-    """Answer 304 where the client has this version already; None where the request is to be answered.
+    """Answer 304 where the client has this version already; None if the request is to be answered.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def _names(tags: str, tag: str | None, *, weakly: bool = False) -> bool:
 
 
 def _is_later(changed: str | None, date: str | None) -> bool | None:
-    """Whether a file was changed after a date; None where one of them is not known."""
+    """Whether a file was changed after a date; None if one of them is not known."""
     last, limit = _date(changed), _date(date)
     return None if last is None or limit is None else last > limit
 

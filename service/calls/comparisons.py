@@ -42,7 +42,7 @@ def _task(service: Service, principal: Principal, body: bytes) -> CompareTask:
     if problems:
         raise renderer.SceneError(problems)
     image, reference = (_compared(service, principal, role, picture) for role, picture in sent.items())
-    # What is decoded need not travel twice.
+    # Decoded pictures need not be sent twice.
     bare = request.model_copy(update={"image": SentPicture(), "reference": SentPicture()})
     return CompareTask(bare, image, reference, user=principal.name)
 

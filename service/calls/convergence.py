@@ -53,7 +53,7 @@ def convergence(service: Service, job_id: str) -> Convergence:
 
 
 def _unknown(render: RenderRow | None) -> str | None:
-    """Why no pass has an error; None where that is not known."""
+    """Why no pass has an error; None if that is not known."""
     if render is None:
         return "The job ended before its picture was finished, or its picture has been deleted."
     if render.target_error is not None:

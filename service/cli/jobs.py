@@ -135,7 +135,7 @@ def _listed(client: Client, limit: int, cursor: str | None, filters: dict[str, A
 
 
 def save_picture(client: Client, job_id: str, out: ImageTarget, layers: Iterable[str] = ()) -> None:
-    """Write the image of a job and some of its layers, or what is rendered of them."""
+    """Write the image of a job and some of its layers, or their finished parts."""
     from service.client.pictures import kind_of
 
     picture = client.picture(job_id, kind_of(out.path))

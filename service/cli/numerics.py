@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def check_numerics(*, as_json: bool) -> None:
-    """Run the self-test and show every answer; typer.Exit where one is wrong."""
+    """Run the self-test and show every answer; typer.Exit if one is wrong."""
     from accuracy.self_test import answers
 
     begun = time.perf_counter()

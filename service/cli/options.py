@@ -107,7 +107,7 @@ def connect(server: str, *, retry: float = SHORT_RETRY) -> Client:
 
 
 def parsed_labels(given: Sequence[str] | None) -> dict[str, str]:
-    """Names and values of the options; CommandError where one has no colon, or a name has two values.
+    """Names and values of the options; CommandError if one has no colon, or a name has two values.
 
     >>> parsed_labels(["course:cs171", "at:12:30"])
     {'course': 'cs171', 'at': '12:30'}
@@ -120,7 +120,7 @@ def parsed_labels(given: Sequence[str] | None) -> dict[str, str]:
 
 
 def listed_labels(given: Sequence[str] | None) -> dict[str, list[str]]:
-    """Names of the options with all their values; CommandError where one has no colon."""
+    """Names of the options with all their values; CommandError if one has no colon."""
     listed: dict[str, list[str]] = {}
     for name, colon, value in (text.partition(":") for text in given or ()):
         if not (name and colon):

@@ -102,7 +102,7 @@ def reached_error(*, estimate: float, low: float, high: float) -> str:
 
 
 def columns() -> int | None:
-    """Columns of the terminal; None where there is none."""
+    """Columns of the terminal; None if there is none."""
     asked = os.environ.get("COLUMNS", "")
     if asked.isdecimal() and int(asked) > 0:
         return int(asked)

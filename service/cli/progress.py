@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """A progress bar with text below it; `progress` is None where there is no terminal."""
+    """A progress bar with text below it; `progress` is None if there is no terminal."""
 
     progress: Progress | None
     task: TaskID | None
@@ -52,7 +52,7 @@ class Bar:
 
 
 def remaining(seconds: float | None) -> str:
-    """The remaining time as the end of a sentence; nothing where it is not known.
+    """The remaining time as the end of a sentence; empty if it is not known.
 
     Examples
     --------

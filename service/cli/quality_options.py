@@ -151,7 +151,7 @@ def _parameters(kind: Any) -> list[inspect.Parameter]:
 
 
 def _checked(kind: type[Checked], mode: str, members: Mapping[str, object]) -> Checked:
-    """A quality of what was given, the members that are not None."""
+    """A quality with the given members, those that are not None."""
     from pydantic import ValidationError
 
     given = {name: value for name, value in members.items() if value is not None}

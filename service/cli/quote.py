@@ -59,7 +59,7 @@ def quote(
 
     file = scene_files.load(scene, size=size)
     requested = quality.requested(file.scene.document.model_dump())
-    # What cannot be compiled is reported with the lines of the file.
+    # Compilation errors are reported with the lines of the file.
     file.plan(requested)
     found = quoted(
         file.scene,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def check_stored(place: str, database: str | None, config: Path | None, *, as_json: bool) -> None:
-    """Verify all files and name those that are damaged; typer.Exit where one is."""
+    """Verify all files and name those that are damaged; typer.Exit if one is."""
     from service.storage.folder import BUCKET
 
     given = {"store" if place.startswith(BUCKET) else "data": place, "database": database}

@@ -103,7 +103,7 @@ def submit(  # noqa: PLR0913 - one argument for each option
 def send(
     client: Client, name: str, quality: QualityOptions, size: SizeOptions, requested: Mapping[str, Any]
 ) -> Job:
-    """Submit a scene file; what the service finds wrong is shown with the lines of that file.
+    """Submit a scene file; problems are shown with the lines of that file.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ class ImageTarget:
             raise CommandError(f"--bits {bits} is for .png. {self} holds linear float32 in any case.")
 
     def write(self, content: bytes) -> None:
-        """Write the image, a file in one step; CommandError where it cannot be written."""
+        """Write the image, a file in one step; CommandError if it cannot be written."""
         if self.on_stdout:
             sys.stdout.buffer.write(content)
             sys.stdout.flush()
@@ -108,7 +108,7 @@ def check_target(path: Path, suffixes: Collection[str]) -> Path:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those above it; CommandError where it cannot be made."""
+    """Make a folder, and those above it; CommandError if it cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

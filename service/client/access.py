@@ -24,7 +24,7 @@ class Access:
     server
         Its address.
     key
-        None where the service needs none. It is in no message and in no ``repr``.
+        None if the service needs none. It is in no message and in no ``repr``.
     """
 
     server: str

@@ -100,7 +100,7 @@ class AsyncRemoteJob(AsyncKnownJob):
         return picture.array()
 
     async def pillow(self, *, timeout: float | None = None) -> Image:
-        """The finished image as Pillow has them, RGB with 8 bits as displayed."""
+        """The finished image for Pillow, RGB with 8 bits as displayed."""
         picture = await self._finished("png", timeout)
         return picture.pillow()
 

@@ -11,7 +11,7 @@ class AsyncOperations(AsyncConnection):
     """Calls that need the key of an admin; without one they raise NotAllowedError."""
 
     async def workers(self) -> WorkerList:
-        """The workers of the server that answers, and what each is at."""
+        """The workers of the server that answers, with their tasks."""
         return await self._send(calls.ask("/v1/workers", WorkerList))
 
     async def users(self, *, cursor: str | None = None) -> UserList:

@@ -44,7 +44,7 @@ def _unpickled(kind: type[ClientError], args: tuple[Any, ...], state: dict[str, 
 class UnreachableError(ClientError):
     """There is no connection to the server, or it broke before the answer was complete.
 
-    `sent` is False where the request cannot have reached the server. `job_id` is the job that it was about.
+    `sent` is False if the request cannot have reached the server. `job_id` is the job that it was about.
     """
 
     def __init__(self, message: str, *, sent: bool = True, job_id: str | None = None) -> None:
@@ -72,7 +72,7 @@ class TimedOutError(ClientError):
 class UnexpectedAnswerError(ClientError):
     """The answer is not one that this client knows.
 
-    `retry_after` has the seconds that a proxy in front of the service asks to wait, None where it does not.
+    `retry_after` has the seconds that a proxy in front of the service asks to wait, None if it does not.
     """
 
     def __init__(self, message: str, *, retry_after: float | None = None) -> None:
@@ -180,7 +180,7 @@ def described(problems: Sequence[Problem], more: int = 0) -> list[str]:
 
 
 REFUSED = "The service refused the request:"
-"""Above what is wrong with it, one line each."""
+"""First line of the message, above one line for each problem."""
 
 _BY_STATUS: dict[int, type[RefusedError]] = {
     401: NotAllowedError,

@@ -79,7 +79,7 @@ def _reason(error: httpx2.TransportError) -> str:
 
 
 def _tls_fault(error: BaseException) -> ssl.SSLError | None:
-    """The reason why a handshake failed; None where it was none, or was cut off and may succeed next time."""
+    """The reason why a handshake failed; None if it was none, or was cut off and may succeed next time."""
     found: BaseException | None = error
     while found is not None and not isinstance(found, ssl.SSLError):
         found = found.__cause__ or found.__context__

@@ -55,7 +55,7 @@ def comparison(pictures: Mapping[str, Sent], options: Mapping[str, Any]) -> Flow
 
 
 def _uploading(contents: Mapping[str, bytes]) -> Flow[None]:
-    """Upload what the server lacks."""
+    """Upload the contents that the server lacks."""
     for sha256, content in contents.items():
         if not (yield calls.has_asset(sha256)):
             yield calls.put_asset(sha256, content)

@@ -100,7 +100,7 @@ class RemoteJob(KnownJob):
         return picture.array()
 
     def pillow(self, *, timeout: float | None = None) -> Image:
-        """The finished image as Pillow has them, RGB with 8 bits as displayed."""
+        """The finished image for Pillow, RGB with 8 bits as displayed."""
         picture = self._finished("png", timeout)
         return picture.pillow()
 

@@ -12,7 +12,7 @@ class Operations(Connection):
     """Calls that need the key of an admin; without one they raise NotAllowedError."""
 
     def workers(self) -> WorkerList:
-        """The workers of the server that answers, and what each is at."""
+        """The workers of the server that answers, with their tasks."""
         return self._send(calls.ask("/v1/workers", WorkerList))
 
     def users(self, *, cursor: str | None = None) -> UserList:

@@ -46,7 +46,7 @@ class Parcel:
     contents
         Bytes of the textures and meshes by SHA-256, in hexadecimal digits.
     text
-        The user's own text, None where the scene was never text.
+        The user's own text, None if the scene was never text.
     """
 
     document: Mapping[str, Any]
@@ -210,7 +210,7 @@ def _refuse_not_finite(content: object, text: str | None) -> None:
     Parameters
     ----------
     text
-        The text of the content, for lines and columns of errors; None where it never was text.
+        The text of the content, for lines and columns of errors; None if it never was text.
 
     Raises
     ------

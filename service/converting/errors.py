@@ -20,7 +20,7 @@ class ConversionError(ValueError):
     name
         The file as the user named it.
     text
-        Its content, of which lines are shown; nothing where it is not text.
+        Its content, of which lines are shown; empty if it is not text.
     problems
         Problems: pointers of JSON, lines of OBJ and MTL.
     more

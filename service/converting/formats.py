@@ -126,7 +126,7 @@ def _with_lines(task: Task, error: ConversionError) -> ConversionError:
 
 
 def _checked(task: Task, kind: str, document: dict[str, Any]) -> Conversion:
-    """Check the new scene against the scene language, which finds what a converter lets through."""
+    """Check the new scene against the scene language, which finds values that a converter accepts."""
     try:
         read_scene(document)
     except SceneError as error:

@@ -79,7 +79,7 @@ class Buffers:
         )
 
     def view(self, number: int, pointer: str) -> bytes:
-        """Bytes of a bufferView; ConversionError where its buffer is shorter, or is not there."""
+        """Bytes of a bufferView; ConversionError if its buffer is shorter, or is not there."""
         view = pick(self.name, self.document.buffer_views, number, pointer)
         content = self._buffer(view.buffer, f"/bufferViews/{number}/buffer")
         if view.byte_offset + view.byte_length > len(content):
@@ -139,7 +139,7 @@ class Part:
     triangles
         (T, 3) vertex numbers.
     texture
-        (V, 2), v upwards; None where there is none.
+        (V, 2), v upwards; None if there is none.
     bent
         Whether some normal in the file is not that of its triangle.
     """

@@ -13,7 +13,7 @@ DIELECTRIC_REFLECTANCE = 0.04
 """Share that a surface of refractive index 1.5 reflects straight back: the specular colour that glTF gives
 to everything that is no metal."""
 MIN_ROUGHNESS = 0.1
-"""Roughness below this is taken as this: a highlight of one degree. What is smoother is a mirror."""
+"""Least roughness: a highlight of one degree. Smoother surfaces would be mirrors."""
 
 _WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 _NEAREST = 9728

@@ -108,7 +108,7 @@ def without_comment(name: str) -> str:
 
 
 def read_mtl(name: str, content: bytes, notes: Notes) -> list[MtlMaterial]:
-    """Materials of a file, in its order. What belongs to none is noted, and so are equal names."""
+    """Materials of a file, in its order. Statements outside of a material and repeated names are noted."""
     materials: dict[str, MtlMaterial] = {}
     current: MtlMaterial | None = None
     for line, text in statements(content):

@@ -19,7 +19,7 @@ from service.converting.task import Notes
 
 
 class Foreign(Closed):
-    """Base of what other programs write: closed as scenes are, after what is not known was taken out."""
+    """Base of documents of other programs: closed like scenes, after unknown fields were removed."""
 
     SILENT: ClassVar[frozenset[str]] = frozenset()
     """Fields that change no picture: left out without a word."""
@@ -40,7 +40,7 @@ def read_known(content: object, model: type[Model], notes: Notes, text: str | No
     model
         Model of its format.
     text
-        The document as it was written, so that problems have lines; None where it is no text for people.
+        The document as it was written, so that problems have lines; None if it is no text for people.
 
     Raises
     ------

@@ -119,7 +119,7 @@ class Dispatcher:
         return self._thread.is_failing()
 
     def stop(self) -> None:
-        """Stop at once. What was running will be rendered again after the next start."""
+        """Stop at once. Running tasks are rendered again after the next start."""
         self._thread.stopping.set()
         self.wake()
         self._thread.stop()
@@ -280,7 +280,7 @@ class Dispatcher:
         self.throughput.watch(busy=False)
 
     def _act(self, result: Round) -> None:
-        """Do what a round has decided, and the database has committed."""
+        """Carry out the decisions of a round, which the database has committed."""
         flights, left = self._flights, result.deadline_in
         self.metrics.note_retries(result.retries)
         self._outages.note((outcome for _, outcome in flights.reports), store_closed=result.store_closed)

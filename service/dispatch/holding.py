@@ -61,7 +61,7 @@ class HeldTasks:
         return min(self._until.values()) - self._clock() if self._until else None
 
     def forget(self) -> set[JobTask]:
-        """Hold nothing any more, and return what was held."""
+        """Release all tasks, and return them."""
         held = set(self._until)
         self._until.clear()
         return held

@@ -29,7 +29,7 @@ class NotificationListener:
     Parameters
     ----------
     database, dispatcher, job_events
-        Those of this server; what others send goes to the last two.
+        Those of this server; notifications of others go to the last two.
     """
 
     def __init__(self, database: Database, dispatcher: Dispatcher, job_events: JobEvents) -> None:

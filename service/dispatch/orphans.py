@@ -17,7 +17,7 @@ log = structlog.get_logger()
 
 
 def remove_orphans(database: Database, store: TileStore) -> None:
-    """Remove the files that nothing in the database refers to, and the tiles of what has ended."""
+    """Remove files without a reference in the database, and tiles of ended renders."""
     try:
         with database.reading() as session:
             known, ended = _known_files(session)

@@ -115,7 +115,7 @@ class Round:
     """Numbers of tasks to retry, by cause."""
 
     def decide(self, session: Session) -> None:
-        """Land what was reported, end what was cancelled, hand out what is next."""
+        """Record reported outcomes, end cancelled renders, hand out the next tasks."""
         for task, outcome in self.reports:
             render = ledger.render_of(session, task.job)
             if render is not None:
@@ -278,7 +278,7 @@ class Round:
 def _is_stale(render: RenderRow, task: ComposeTask | AdvanceTask) -> bool:
     """Whether the outcome of a task is no longer expected, and has no effect."""
     if isinstance(task, AdvanceTask) and task.pass_.index != len(render.merges):
-        # Reported again after a transaction of which it was unknown whether it was committed.
+        # Reported again after a transaction with an unknown result.
         return True
     return _ends(render) or task.attempt != render.compose_attempt
 

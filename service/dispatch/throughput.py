@@ -43,14 +43,14 @@ class Throughput:
             self._sum += cpu_seconds
 
     def rate(self) -> float:
-        """Return the mean of the last busy minute, or with little data what the workers could do."""
+        """Return the mean of the last busy minute, or with little data the capacity of the workers."""
         with self._lock:
             self._advance()
             # As if the workers had been busy for a second before.
             return (self._sum + self._workers) / (self._seconds + 1.0)
 
     def _advance(self) -> None:
-        """Let what was counted fade by the busy time since the last call; the seconds watched fade alike."""
+        """Decay the counted work, and the seconds it took, by the busy time since the last call."""
         now = self._clock()
         passed, self._last = (now - self._last if self._busy else 0.0), now
         fading = math.exp(-passed / self.MEMORY_SECONDS)

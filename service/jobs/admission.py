@@ -158,7 +158,7 @@ def known_assets(service: Service, principal: Principal, assets: set[str]) -> di
 
 
 def asset_problem(place: str, asset: str, known: Mapping[str, str], wanted: Sequence[Kind]) -> Problem | None:
-    """Say what is wrong with an asset, which should be of one of these kinds."""
+    """Describe the problem of an asset that should be of one of these kinds."""
     if asset in known:
         kind = kind_of(known[asset])
         detail = f"This is {_PHRASES[kind]}, not {WANTED[wanted[0]]}"

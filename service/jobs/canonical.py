@@ -30,7 +30,7 @@ class Spec:
 
 
 def spec_of(request: JobRequest) -> Spec:
-    """Return what a request renders, independent of its user and of its formatting.
+    """Return the specification of a request, independent of its user and formatting.
 
     The order of members, defaults that are written out, the name of the scene, labels, priority and limits of
     time of fixed quality do not count; assets stand for their content.

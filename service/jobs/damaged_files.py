@@ -38,7 +38,7 @@ def find(service: Service, render: RenderRow, file: str) -> Stored | None:
     Returns
     -------
     Stored or None
-        Its reads are checked, and those that fail raise an error as `lost` does. None where it is an encoding
+        Its reads are checked, and those that fail raise an error as `lost` does. None if it is an encoding
         that must be made first.
 
     Raises

@@ -59,7 +59,7 @@ def owner_of(session: Session, job_id: str, asked_by: str | None) -> str:
 
 
 def find_render(session: Session, job_id: str) -> RenderRow:
-    """Find what is rendered for a job.
+    """Find the render of a job.
 
     Raises
     ------

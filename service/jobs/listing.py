@@ -29,7 +29,7 @@ _KEYS: Mapping[str, ColumnElement[Any]] = {
     "name": func.lower(func.coalesce(JobRow.name, "")),
     "user": JobRow.owner.expression,
 }
-# A list shows neither passes nor what is needed to encode the picture or to check its files.
+# A list shows no passes, and needs no columns for encoding the picture or checking its files.
 _LISTED = select(JobRow).options(
     joinedload(JobRow.render).options(
         defer(RenderRow.passes), defer(RenderRow.display), defer(RenderRow.checksums)

@@ -93,7 +93,7 @@ class Look:
     Attributes
     ----------
     etag : str or None
-        The tag that it would have now; None where nothing is finished.
+        The tag that it would have now; None if nothing is finished.
     encoded : Picture or None
         The picture, if its file is there.
     pixels : int
@@ -164,7 +164,7 @@ def _find(session: Session, job_id: str, requested: ImageRequest) -> JobRow:
 
 
 def finished_of(session: Session, row: JobRow) -> Finished:
-    """Return what is finished of a picture; PictureNotReadyError or PictureGoneError where nothing is."""
+    """Return the finished part of a picture; PictureNotReadyError or PictureGoneError if there is none."""
     render = row.render
     if render is None or row.state in (JobState.FAILED, JobState.CANCELLED):
         raise PictureGoneError(f"There is no picture. The job ended as {row.state.value}.")
@@ -294,7 +294,7 @@ def _write_exr(name: str, *content: Any) -> None:
 
 
 def _layer_share(finished: Finished, name: str) -> float:
-    """Return the finished share of a layer, 0 to 1; PictureNotReadyError where that is nothing."""
+    """Return the finished share of a layer, above 0 to 1; PictureNotReadyError if it is 0."""
     render, parts = finished.render, layers.recorded(finished.recorded, (name,))
     if render.target_error is not None and not layers.of_centres(name):
         raise PictureNotReadyError("With target quality this layer is there when the picture is finished.")

@@ -47,7 +47,7 @@ class SharedRoom:
         return True
 
     def give_back(self, claimant: str, amount: int = 1) -> None:
-        """Give back what was taken."""
+        """Give back an amount."""
         self._free += amount
         self._held[claimant] -= amount
         if not self._held[claimant]:

@@ -22,7 +22,7 @@ from service.storage.database.models import JobRow, RenderRow
 KEY_LIFE = timedelta(hours=24)
 """Lifetime of an ``Idempotency-Key``."""
 
-# Each has an index of its own, in this order: a sweep reads what it deletes, and nothing that it keeps.
+# Each has an index of its own, in this order: a sweep reads only the rows that it deletes.
 _OLDEST = select(JobRow.number).order_by(JobRow.finished_at, JobRow.number)
 EXPIRING, FORGOTTEN = _OLDEST.where(text(HAS_PICTURE)), _OLDEST.where(text(MAY_BE_FORGOTTEN))
 # Users may share a render, whose bytes are those of each; a user's jobs may, too, and there they count once.

@@ -159,7 +159,7 @@ def _write(service: Service, news: _News, encoding: int, file: IO[bytes]) -> Non
         for event, pixels in wanted(_pixels(service, news.render, news)):
             _write_parcel(file, event, pixels, display, encoding)
             tiles += 1
-    # How many there are is known at the end.
+    # The number of tiles is known at the end.
     file.seek(0)
     file.write(head._replace(tiles=tiles).pack())
 

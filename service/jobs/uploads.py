@@ -63,7 +63,6 @@ def bytes_of(session: Session, owner: str, *, apart_from: str) -> int:
 
 # Least seconds between two recorded requests for an asset.
 NOTE_INTERVAL = timedelta(minutes=1)
-"""The last use of an asset is recorded at most so often."""
 
 # As in the index of such assets, so that SQLite uses it.
 _UNUSED = text("renders = 0")
@@ -130,7 +129,7 @@ def drop_unused(session: Session, before: datetime, most: int) -> dict[str, int]
 
 
 def _recounted(session: Session, hashes: Collection[str]) -> Sequence[str]:
-    """Count the renders of assets again that a server of version 0.1 has entered, which counted none."""
+    """Recount the renders of assets, since servers of version 0.1 counted none."""
     uses = select(func.count()).where(AssetUseRow.sha256 == AssetRow.sha256).scalar_subquery()
     counted = update(AssetRow).where(AssetRow.sha256.in_(hashes), uses > 0).values(renders=uses)
     options = {"synchronize_session": False}

@@ -29,7 +29,7 @@ MAX_LISTINGS = 2
 
 @dataclass(frozen=True)
 class Verified:
-    """A stored file, by its name in the place; ``is_whole`` says that it is what was written."""
+    """A stored file, by its name in the place; ``is_whole`` checks that it is undamaged."""
 
     name: str
     is_whole: bool
@@ -40,7 +40,7 @@ Reads = dict[str, Callable[[], object]]
 
 
 def verify(database: Database, place: Objects) -> Iterator[Verified]:
-    """Read every file that the database refers to, and compare it with what was written.
+    """Read every file that the database refers to, and compare it with its checksum.
 
     Layers and encodings of pictures of version 0.1 have no checksum: that they are there is verified.
     """
@@ -65,7 +65,7 @@ def _read(place: Objects, name: str, expected: Expected) -> None:
 
 
 def _render(database: Database, store: TileStore, number: int) -> Iterator[Verified]:
-    """Verify the files of a render; what is lost is verified again as the database has it then."""
+    """Verify the files of a render; lost ones are verified again by the database's newest state."""
     lost = None
     for _ in range(MAX_LISTINGS):
         with database.reading() as session:

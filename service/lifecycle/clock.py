@@ -22,7 +22,7 @@ def wall() -> datetime:
 
 
 class Clock:
-    """Times of the wall clock, and what a monotonic clock showed then.
+    """Times of the wall clock, each with the time of a monotonic clock.
 
     Parameters
     ----------

@@ -137,7 +137,7 @@ def describe(session: Session, number: int, error: Exception, links_of: Callable
 
 
 def _read(session: Session, number: int, column: InstrumentedAttribute[Any]) -> Any:
-    """Return one column; None where it cannot be read."""
+    """Return one column; None if it cannot be read."""
     try:
         return session.scalars(select(column).where(JobRow.number == number)).one()
     except UNREADABLE:

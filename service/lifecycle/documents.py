@@ -113,7 +113,7 @@ def work_of(row: JobRow) -> dict[str, Any]:
 
 
 def leave(row: JobRow) -> None:
-    """Part a job from its render, and keep what is reported of it."""
+    """Detach a job from its render, and keep its reported values."""
     kept = {"render": row.render and row.render.id, "passes": passes_of(row), "left_at": str(clock.now())}
     row.parting, row.render = work_of(row) | kept, None
 

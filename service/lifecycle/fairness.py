@@ -89,7 +89,7 @@ def next_share(session: Session, resting: Collection[str]) -> tuple[ShareRow | N
 
 
 def charge(share: ShareRow, step: TileRow, cpu_seconds: float) -> None:
-    """Charge a user with what a step is expected to cost, up to the end of its time slice."""
+    """Charge a user for the expected cost of a step, up to the end of its time slice."""
     share.turn = share.served
     step.payer, step.charge = share.owner, min(cpu_seconds, SLICE_SECONDS)
     share.served += step.charge
@@ -106,7 +106,7 @@ def settle(session: Session, step: TileRow, cpu_seconds: float) -> None:
 
 
 def coarse_cpu_seconds(render: RenderRow) -> float:
-    """Predict what is charged for a coarse picture when it is handed out."""
+    """Predict the charge for a coarse picture when it is handed out."""
     stride = render.passes[0]["stride"]
     work = -(-render.width // stride) * -(-render.height // stride)
     return min(render.predicted_cpu_seconds * work / render.total_work, SLICE_SECONDS)

@@ -82,7 +82,7 @@ def note_errors(render: RenderRow, errors: Mapping[int, Mapping[str, float]]) ->
 
 
 def finished_passes(render: RenderRow) -> Iterator[dict[str, Any]]:
-    """Return what a render had cost when each finished pass ended, all earlier passes included."""
+    """Return the cumulative cost of a render at the end of each finished pass."""
     entries = _of_merges(render) if render.target_error is not None else _of_fixed(render)
     cpu_seconds, rays = 0.0, dict[str, int]()
     for index, (seconds, entry) in enumerate(entries):

@@ -13,7 +13,7 @@ from service.storage.database.models import TotalRow
 STORED_BYTES = "stored_bytes"
 """The bytes of all finished pictures."""
 SWEPT_AT = "swept_at"
-"""No sum: when what is old was deleted last, seconds since the epoch."""
+"""Time of the last sweep, seconds since the epoch; not a sum."""
 _FAILED = "failed:"
 
 

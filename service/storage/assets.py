@@ -84,7 +84,7 @@ class AssetStore:
     def find(self, sha256: str, size: int | None = None) -> Stored | None:
         """Find an asset, of this size if one is given; None if there is none.
 
-        Its reads raise UnknownAssetError where its bytes have another hash: then it is set aside.
+        Its reads raise UnknownAssetError if its bytes have another hash: then it is set aside.
         """
         stored = self._objects.find(sha256)
         if stored is None:
@@ -171,7 +171,7 @@ class AssetStore:
         Parameters
         ----------
         known : set of str
-            Those that there are.
+            All assets in the database.
         before : datetime
             Those that were sent later stay.
         age_seconds : float

@@ -80,7 +80,7 @@ class Bucket:
             self._store = S3Store(
                 parts.netloc,
                 prefix=parts.path.strip("/") or None,
-                # The address of an endpoint says whether it is to be spoken to without TLS.
+                # The scheme of an endpoint says whether to use TLS.
                 client_options={
                     "allow_http": endpoint.startswith("http://"),
                     "connect_timeout": "3s",
@@ -106,7 +106,7 @@ class Bucket:
             raise self._unusable(error) from error
 
     def begin(self, prefix: str) -> None:
-        """Do nothing: a bucket has no folders. What is written too late goes when the service starts."""
+        """Do nothing: a bucket has no folders. Late writes are deleted at the next start of the service."""
 
     def put(self, name: str, data: bytes, *, durable: bool = False) -> None:  # noqa: ARG002  (it always is)
         """Store bytes under a name, replacing what was there."""
@@ -172,7 +172,7 @@ class Bucket:
     def drop(self, prefix: str) -> None:
         """Remove all objects under a name in a thread, which retries until the bucket answers.
 
-        What is left when the process ends goes when the service starts again.
+        Objects left at the end of the process are deleted at the next start of the service.
         """
         self._unwanted.put(prefix)
         if self._dropping is None:
@@ -216,7 +216,7 @@ class Bucket:
         size = found.meta["size"]
         if size <= SMALL_BYTES:
             return bytes(await found.bytes_async())
-        # What comes of the first answer is lost, and its connection with it.
+        # The rest of the first answer is dropped with its connection.
         del found
         return b"".join(await asyncio.gather(*(self._fetch_part(name, s, e, turn) for s, e in _parts(size))))
 

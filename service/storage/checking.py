@@ -16,7 +16,7 @@ PIECE_BYTES = 4 << 20
 
 
 def checked(name: str, stored: Stored, expected: Expected) -> Stored:
-    """Return a file whose reads raise StoreDamagedError where its bytes are not those that were written.
+    """Return a file whose reads raise StoreDamagedError if its bytes are not those that were written.
 
     One whose SHA-256 is known is read whole before the first read.
     """

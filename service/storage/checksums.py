@@ -46,7 +46,7 @@ class Checksum:
 
 
 Expected = Checksum | str | None
-"""The checksum of a file, the SHA-256 of the whole, or None where neither is known."""
+"""The checksum of a file, the SHA-256 of the whole, or None if neither is known."""
 
 
 def restored(document: dict[str, Any]) -> Checksum:
@@ -90,7 +90,7 @@ def read_checked(name: str, read: Callable[[], Content], fits: Callable[[Content
 
 @contextmanager
 def damage_reported(name: str) -> Iterator[None]:
-    """Read an .npy or .npz file; StoreDamagedError where it is not one that was written here."""
+    """Read an .npy or .npz file; StoreDamagedError if it is not one that was written here."""
     try:
         yield
     except UNREADABLE as error:

@@ -34,7 +34,7 @@ class Stored:
     size
         Bytes.
     modified
-        When it was written, seconds since the epoch; None where it is another one with each request.
+        When it was written, seconds since the epoch; None if it is another one with each request.
     read_ahead
         Whether all that is asked for is read before any of it is sent, so that damage is answered with an
         error: not from afar.
@@ -52,8 +52,8 @@ class Stored:
 class Objects(Protocol):
     """Keeps bytes under names.
 
-    Whatever reads or writes raises StoreAwayError where the place cannot be reached, StoreFullError where it
-    has no room and StoreReadOnlyError where it may not be written.
+    Whatever reads or writes raises StoreAwayError if the place cannot be reached, StoreFullError if it
+    has no room and StoreReadOnlyError if it may not be written.
     """
 
     place: str

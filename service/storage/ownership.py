@@ -20,7 +20,7 @@ from service.storage.objects import Objects
 MARK_FILE = "database-id"
 """File that names the database to which a place belongs."""
 CLAIMED = "?"
-"""Precedes the name in the database until the place bears it, too."""
+"""Prefix of the name in the database until the place is marked, too."""
 
 _TAKEN = "{} is for the pictures of another database. Name an empty place for a new one."
 
@@ -34,7 +34,7 @@ def held(folder: Path, *, shared: bool) -> Iterator[None]:
     folder : Path
         The data folder.
     shared : bool
-        Whether others may use it that share it as well.
+        Whether other services that share it may use it at the same time.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def held(folder: Path, *, shared: bool) -> Iterator[None]:
     OSError
         If it cannot be made or written.
     """
-    # It has the scenes and pictures of all: other users of the machine stay out.
+    # It has everybody's scenes and pictures, so no other user of the machine may read it.
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     with (folder / "lock").open("w") as lock:
         try:
@@ -82,7 +82,7 @@ def check(database: Database, place: Objects) -> None:
 
 
 def _claim(database: Database, place: Objects, claimed: str | None) -> None:
-    """Have a place bear the name that the database has for it, or gets.
+    """Mark a place with the name that the database has for it, or a new one.
 
     Nothing is written to the place under the write lock, which others would wait for. The database has the
     name first, so that after a crash the place is known by it.

@@ -114,7 +114,7 @@ class TileStore:
         self.objects = objects
 
     def check(self) -> None:
-        """Raise a StoreError or an OSError where nothing can be kept now."""
+        """Raise a StoreError or an OSError if nothing can be kept now."""
         self.objects.begin("")
         self.objects.check()
         with self.objects.draft("room") as draft:
@@ -279,7 +279,7 @@ class TileStore:
         jobs
             All jobs; files of no job are removed once they have this age.
         ended
-            Jobs that need no tiles any more, with the prefix of their final files, or None where there is no
+            Jobs that need no tiles any more, with the prefix of their final files, or None if there is no
             picture: final files of other attempts are removed.
         """
         newest: defaultdict[str, float] = defaultdict(float)

@@ -155,7 +155,7 @@ class SentJobSpans(JobSpans):
         return None
 
     def _look_up(self, render: str) -> SpanContext | None:
-        """Find the span of a job; None where the request that brought it had none."""
+        """Find the span of a job; None if the request that brought it had none."""
         with self._database.reading() as session:
             traceparent = session.scalar(_TRACE, {"id": render})
         if traceparent is None:

@@ -64,7 +64,7 @@ SILENT = Telemetry()
 
 
 def wanted_by() -> str | None:
-    """Name the variable that says where to send spans; None where they are dropped."""
+    """Name the variable that says where to send spans; None if they are dropped."""
     if os.environ.get("OTEL_SDK_DISABLED", "").strip().lower() == "true":
         return None
     if os.environ.get("OTEL_TRACES_EXPORTER", "otlp").strip() == "none":

@@ -102,7 +102,7 @@ def at_work(client: httpx2.Client, job: str) -> set[Rectangle]:
 
 
 def outlined(page: Page, rectangles: Collection[Rectangle]) -> set[Rectangle]:
-    """Which of these rectangles the page draws a frame around."""
+    """The rectangles around which the page draws a frame."""
     found = page.evaluate(OUTLINED, [list(rectangle) for rectangle in rectangles])
     return {(x0, y0, x1, y1) for x0, y0, x1, y1 in found}
 

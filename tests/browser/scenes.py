@@ -76,7 +76,7 @@ def expect_written(page: Page, text: str) -> None:
 
 
 def selected(page: Page) -> str:
-    """What is selected in the editor."""
+    """The selected text of the editor."""
     return str(page.evaluate(VIEW, "")["selected"])
 
 

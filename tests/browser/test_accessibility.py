@@ -135,7 +135,7 @@ def test_axe_finds_nothing_grave(open_page: Open, shoot: Shoot, jobs: list[str],
 
 
 def grave(page: Page) -> list[str]:
-    """What axe finds that keeps people out: the rule, the elements, and what to do."""
+    """Serious findings of axe: the rule, the elements, and the cure."""
     return [
         f"{found['id']}: {[node['html'] for node in found['nodes']]} {found['nodes'][0]['failureSummary']}"
         for found in page.evaluate(RUN)

@@ -183,7 +183,7 @@ def test_unknown_job(open_page: Open) -> None:
 
 
 def counts(session: CDPSession) -> dict[str, float]:
-    """What the page holds, after everything that can be forgotten was."""
+    """Objects that the page holds after garbage collection."""
     session.send("HeapProfiler.collectGarbage")
     metrics = session.send("Performance.getMetrics")["metrics"]
     return {

@@ -1,4 +1,4 @@
-"""Which offers of a quote the page calls better, and what it says of an error that is not known."""
+"""Offers of a quote that the page calls better, and its text for an unknown error."""
 
 import json
 from typing import Any

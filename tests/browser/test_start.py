@@ -265,7 +265,7 @@ def two_textures() -> str:
 
 
 def materials(document: dict[str, Any]) -> dict[str, Any]:
-    """Those of the scene, whose textures are replaced."""
+    """The materials of the scene, with its textures replaced."""
     found = json.loads(re.sub(r'"texture": "[^"]*"', '"texture": "light"', json.dumps(document["materials"])))
     return dict(found)
 

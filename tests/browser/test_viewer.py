@@ -33,14 +33,14 @@ OVER = f"([x, y]) => {{{OVERLAY} return Array.from(context.getImageData(...place
 
 
 def box(place: Locator) -> FloatRect:
-    """Where an element is."""
+    """The bounding box of an element."""
     found = place.bounding_box()
     assert found is not None
     return found
 
 
 def scrolled(page: Page) -> list[float]:
-    """How far the page is scrolled, and how much higher than the window it is."""
+    """The scroll position of the page, and its height beyond the window."""
     return page.evaluate(
         "(({ scrollTop, scrollHeight, clientHeight }) => [scrollTop, scrollHeight - clientHeight])"
         "(document.scrollingElement)"

@@ -18,7 +18,7 @@ mp.dps = 100
 
 @dataclass(frozen=True)
 class Answer:
-    """What a ray hits.
+    """The hit of a ray.
 
     Attributes
     ----------
@@ -185,5 +185,5 @@ ANSWERS = {"triangle": triangle, "rectangle": rectangle, "ellipsoid": ellipsoid}
 
 
 def answer(shape: Any, origin: Vector, direction: Vector) -> Answer:
-    """What one ray hits of one shape of the scene language."""
+    """Hit of one ray with one shape of the scene language."""
     return ANSWERS[shape.type](shape, origin, direction)

@@ -87,7 +87,7 @@ class Drawing:
         }
 
     def height(self, shape: Any) -> float:
-        """How far a displacement map of one colour moves a shape."""
+        """Distance by which a displacement map of one colour moves a shape."""
         material = self.scene.materials[shape.material]
         if not material.displacement_map:
             return 0.0
@@ -239,7 +239,7 @@ class Drawing:
                 yield sub(add(corner, add(mul(first, u), mul(second, v))), place), 1.0
 
     def falloff(self, light: Any, towards: V) -> float:
-        """What its cone, the distance and, of a rectangle, its slope leave of the light of a point."""
+        """Factor of a light point by its cone, its distance and the slope of a rectangle."""
         share = self.in_cone(light, towards) if light.type == "spot" else 1.0
         if getattr(light, "falloff", "none") == "none":
             return share

@@ -96,6 +96,6 @@ def squares(difference: Image) -> Image:
 
 
 def score(values: Image) -> float:
-    """How many of its standard errors the mean of (H, W, 3) is away from 0; channels go together."""
+    """The mean of (H, W, 3) in units of its standard error, over all channels."""
     pixels = values.mean(axis=2)
     return float(pixels.mean() / pixels.std() * np.sqrt(pixels.size))

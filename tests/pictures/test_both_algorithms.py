@@ -177,7 +177,7 @@ def with_far(document: Json, far: Json) -> Json:
 @pytest.mark.parametrize("far", FAR)
 @pytest.mark.parametrize("near", NEAR)
 def test_far_shapes_change_nothing(near: str, far: str) -> None:
-    """What is far away may bring a tree, a stage, or a way of its own for all, and is in no ray's way."""
+    """Distant shapes may cause a tree, a stage or another algorithm, but are hit by no ray."""
     assert_alike(with_far(NEAR[near], FAR[far]), NEAR[near])
 
 

@@ -115,7 +115,7 @@ def furniture(z: float) -> list[Json]:
 
 @pytest.mark.parametrize("light", ["lamp", "bulb", "sun"])
 def test_planar_mirror_shows_the_mirrored_scene(light: str) -> None:
-    """What is seen behind a frame is the scene built a second time beyond it, seen without the mirror."""
+    """The picture in a mirror is that of the mirrored scene beyond its frame."""
 
     def drawn(z: float, *mirror: Json) -> Any:
         lights = {

@@ -49,7 +49,7 @@ class Scattered(Drawing):
 
 @dataclass(frozen=True)
 class Compared:
-    """How many samples of a scene differ in a precision, and how many of these lie next to a border."""
+    """Numbers of samples that differ in a precision, and of those next to a border."""
 
     precision: str
     different: int
@@ -57,7 +57,7 @@ class Compared:
 
 
 def compared(seed: int, *, few: bool = False) -> list[Compared]:
-    """What became of a scene in both precisions, `few` if its triangles shall not be more than it shows.
+    """Comparison of a scene in both precisions; `few` limits its triangles to the visible ones.
 
     A sample lies next to a border if its drawing changes when all shapes are larger or smaller by what
     rounding may move a border by, or horizons higher or lower.

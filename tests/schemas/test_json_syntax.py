@@ -1,4 +1,4 @@
-"""What stands where JSON does not allow it is named, with its cure."""
+"""Mistakes in the syntax of JSON are named, with their cure."""
 
 import pytest
 

@@ -43,7 +43,7 @@ def manifest(**changes: Any) -> dict[str, Any]:
 
 
 def problems(text: str | dict[str, Any], *, yaml: bool = False) -> dict[str, Problem]:
-    """What is wrong, by pointer."""
+    """Problems by pointer."""
     data = text if isinstance(text, str) else json.dumps(text)
     with pytest.raises(SceneError) as caught:
         read_manifest(data.encode(), yaml=yaml)

@@ -1,4 +1,4 @@
-"""What the scene language accepts and refuses, field by field."""
+"""Accepted and refused values of the scene language, field by field."""
 
 import copy
 import json

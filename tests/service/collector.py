@@ -45,7 +45,7 @@ class Collector:
                 self._spans += [_read(span, resource) for span in scope.spans]
 
     def spans(self, name: str, **attributes: Value) -> list[Span]:
-        """Those of a name with these attributes, which are the service's own."""
+        """The service's own spans of a name with these attributes."""
         wanted = {f"penumbra.{key}": value for key, value in attributes.items()}
         return [
             span for span in self._spans if span.name == name and wanted.items() <= span.attributes.items()

@@ -37,7 +37,7 @@ Fault = Cut | Say | Change | None
 
 
 def busy(status: int, retry_after: str) -> Say:
-    """What a proxy says whose server is not there for the moment."""
+    """The answer of a proxy whose server is down."""
     page = b"<h1>Not now</h1>"
     head = f"HTTP/1.1 {status} Not now\r\nContent-Type: text/html\r\nRetry-After: {retry_after}\r\n"
     return Say(head.encode() + b"Content-Length: %d\r\nConnection: close\r\n\r\n" % len(page) + page)

@@ -35,7 +35,7 @@ NAME = hashlib.sha256(MESH).hexdigest()
 
 
 def commands(section: str) -> tuple[str, str]:
-    """What a section of the page runs to back up, and to restore."""
+    """Commands of a section of the page for backup and restore."""
     (text,) = re.findall(rf"^## {section}\n(.*?)^## ", page("how-to/backup.md"), re.MULTILINE | re.DOTALL)
     backup, restore = blocks(text, "sh")
     return backup.replace("$(date +%F)", DAY), restore

@@ -98,7 +98,7 @@ def read_only(disk: Path) -> Iterator[None]:
 
 
 def check_reads(client: httpx2.Client, finished: str, running: str) -> None:
-    """What is there is reported and shown, finished or not."""
+    """Existing pictures are reported and shown, finished or not."""
     for kind in ("png", "exr"):
         assert client.get(f"/v1/jobs/{finished}/image.{kind}").status_code == 200
     assert image(client, running).shape == (192, 192, 3)

@@ -107,14 +107,14 @@ async def _content(
         if room >= most:
             raise
         raise UploadQuotaError(quota, int(room)) from None
-    # What others have sent is counted as an upload, or in the database, which is read after that.
+    # Other uploads count as uploads under way, or in the database, which is read afterwards.
     arrived = here.uploads.bytes_of(user)
     if arrived > await run_in_threadpool(_room, here, user, sha256):
         raise UploadQuotaError(quota, 0)
 
 
 def _version(service: Service, principal: Principal, sha256: str) -> dict[str, str]:
-    """Tag what the user has uploaded before; nothing where that is nothing."""
+    """Return the tag of an asset that the user has uploaded, or no headers."""
     with service.database.reading() as session:
         return {"ETag": f'"{sha256}"'} if uploads.find_upload(session, sha256, principal) else {}
 
@@ -171,7 +171,7 @@ async def get_asset(here: Here, request: Request, sha256: Sha256, user: CurrentU
     """Get a texture or a mesh exactly as it was uploaded. Files of other users are answered 404."""
     row = await run_in_threadpool(_find, here, sha256, user)
     if request.method == "HEAD" and uploads.is_due(row):
-        # A client that finds it here does not send it again, and relies on it.
+        # A client that finds it here relies on it, and does not send it again.
         await here.write(_note, here, sha256)
     return await run_in_threadpool(_stored, here, request, row)
 

@@ -31,7 +31,7 @@ SILENCE_TIMEOUT_MS = 3_000
 # Any numbers that other programs on the same database do not use.
 WRITER_LOCK = 0x50454E554D425241
 STARTER_LOCK = WRITER_LOCK + 1
-# What a server that starts checks outside of the database, such as a bucket, may take this long.
+# Seconds for the checks of a starting server outside of the database, such as that of a bucket.
 START_TIMEOUT_MS = 60_000
 CHANNEL = "penumbra"
 # A notice has room for 8,000 bytes.

@@ -83,7 +83,7 @@ class RenderRow(Base):
     is empty for pictures of version 0.1.
 
     ``stored_bytes`` are those of its request and of its final files, among them the ``encodings`` that were
-    made of the picture so far, by their names; None where an earlier version has counted nothing. A picture
+    made of the picture so far, by their names; None if an earlier version has counted nothing. A picture
     of which no job is pinned has ``idle_since``, when the last of its jobs has ended: the oldest go first
     where there are too many bytes.
 

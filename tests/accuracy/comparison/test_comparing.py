@@ -1,4 +1,4 @@
-"""How often the verdict is wrong, with pictures of which the truth is known."""
+"""Error rates of the verdict, on pictures whose truth is known."""
 
 from dataclasses import replace
 from typing import Any

@@ -1,4 +1,4 @@
-"""Where pictures differ, from differences put in by hand."""
+"""Regions of pictures with known differences."""
 
 import numpy as np
 import pytest

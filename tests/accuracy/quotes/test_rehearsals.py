@@ -1,4 +1,4 @@
-"""What target quality takes, from the first passes of the very picture."""
+"""Cost of target quality, predicted from the first passes of the picture."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What was rendered is known afterwards, whatever happened."""
+"""The journal of a study survives interruptions."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a study renders."""
+"""The renders of a study."""
 
 import json
 from pathlib import Path

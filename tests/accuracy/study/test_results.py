@@ -1,4 +1,4 @@
-"""What is worked out from the journal of a study."""
+"""Results derived from the journal of a study."""
 
 import math
 from pathlib import Path

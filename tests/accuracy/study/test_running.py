@@ -54,7 +54,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
 
 
 def without_times(document: Mapping[str, Any]) -> list[Any]:
-    """What a study found but for seconds, which no two machines have alike."""
+    """The results of a study without seconds, which differ between machines."""
     rows = [(row["name"], row["rmse_255"], row["rays"], row["hot"]) for row in document["settings"]]
     effects = sorted((row["effect"], row["difference_255"]) for row in document["effects"])
     return [rows, effects, document["reference"]["rmse_255"]]

@@ -1,4 +1,4 @@
-"""What rasterisation finds for camera rays is what the tree finds, bit for bit."""
+"""Rasterisation and the tree find bitwise equal hits of camera rays."""
 
 from typing import Any
 

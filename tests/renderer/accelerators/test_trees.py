@@ -1,4 +1,4 @@
-"""What a tree finds is what comes of asking every triangle, bit for bit; trees are kept for many threads."""
+"""Trees find bitwise the hits of testing every triangle; the cache of trees is thread-safe."""
 
 import itertools
 from dataclasses import replace

@@ -40,7 +40,7 @@ def reference(name: str) -> Image:
 
 
 def cut_off(estimate: Estimate) -> Image:
-    """What is shown if the time is over now; the estimate itself goes on."""
+    """The picture if the time ended now; the estimate is unchanged."""
     arrays = {name: array.copy() for name, array in estimate.arrays().items()}
     now = Estimate.restored(estimate.plan, arrays)
     settle(now)

@@ -112,7 +112,7 @@ def test_newcomers_keep_a_target(light: str, lens: float) -> None:
 
 @pytest.mark.parametrize("place", [(9, 9), (17, 15), (15, 8), (4, 20)], ids=str)
 def test_newcomers_are_explained(place: tuple[int, int]) -> None:
-    """What the inspection adds up is the pixel."""
+    """The contributions of an inspection add up to the pixel."""
     scene = renderer.load_scene(larger("lamp"))
     found = inspect(inspection_plan(scene, None), *place)
     ray = found.ray

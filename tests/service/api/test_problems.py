@@ -73,7 +73,7 @@ def test_internal_error_is_not_revealed(error: Exception) -> None:
 
 
 def not_written(limit: str) -> DBAPIError:
-    """What SQLite says where it cannot write."""
+    """SQLite's error if it cannot write."""
     with create_engine("sqlite://").connect() as connection:
         connection.exec_driver_sql("CREATE TABLE pictures (pixels BLOB)")
         connection.exec_driver_sql(limit)

@@ -1,4 +1,4 @@
-"""What the error of a job costs, in words and on a terminal."""
+"""Convergence of a job, in words and on a terminal."""
 
 import io
 import re

@@ -1,4 +1,4 @@
-"""What a client makes of servers that behave badly: real sockets, answers made by hand."""
+"""Reactions of a client to faulty servers: real sockets, answers written by hand."""
 
 import json
 import shutil

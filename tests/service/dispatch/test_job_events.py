@@ -12,7 +12,7 @@ JOB = "a"
 
 
 async def heard(crowd: int) -> list[int]:
-    """How often each of a crowd is woken by two pieces of news that come one after the other."""
+    """Number of times that each of many watchers is woken by two successive events."""
     news = JobEvents()
     with ExitStack() as stack:
         watchers = [stack.enter_context(news.watch(JOB)) for _ in range(crowd)]

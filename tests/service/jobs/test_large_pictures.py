@@ -79,13 +79,13 @@ def jobs(server: RunningServer, client: httpx2.Client) -> list[str]:
 
 
 def status(server: RunningServer) -> dict[str, int]:
-    """What the kernel says of the server's memory, KiB."""
+    """The server's memory according to the kernel, KiB."""
     lines = Path(f"/proc/{server.process.pid}/status").read_text().splitlines()
     return {line.split(":")[0]: int(line.split()[1]) for line in lines if line.endswith(" kB")}
 
 
 def measured(server: RunningServer, call: Callable[[], Answer]) -> tuple[Answer, float]:
-    """What a call returns, and how much more memory the server has in use during it, at most, MiB."""
+    """The result of a call, and the server's largest additional memory during it, MiB."""
     # The highest use is counted anew.
     Path(f"/proc/{server.process.pid}/clear_refs").write_text("5")
     before = status(server)["VmRSS"]

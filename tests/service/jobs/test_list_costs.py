@@ -1,4 +1,4 @@
-"""What is read to show a page or to sweep does not grow with what is kept: by counts, never by time."""
+"""Reads for a page of jobs or a sweep do not grow with the number of rows: by counts, never by time."""
 
 import asyncio
 from collections.abc import Callable, Iterator, Mapping

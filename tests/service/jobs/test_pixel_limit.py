@@ -1,4 +1,4 @@
-"""How many pixels are encoded at once, and whose."""
+"""Limit and order of the pixels that are encoded at once."""
 
 import asyncio
 from collections.abc import Sequence

@@ -94,7 +94,7 @@ def _is_open_elsewhere(database: Database) -> bool:
 
 
 def check_version(connection: Connection, scripts: Path) -> bool:
-    """Return whether all migrations were run; raise DatabaseVersionError where they cannot be."""
+    """Return whether all migrations were run; raise DatabaseVersionError if they cannot be."""
     directory = ScriptDirectory(str(scripts))
     known = {script.revision for script in directory.walk_revisions()}
     found = MigrationContext.configure(connection).get_current_revision()

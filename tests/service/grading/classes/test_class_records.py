@@ -1,4 +1,4 @@
-"""Which submissions of a class are graded again."""
+"""Submissions of a class that are graded again."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""How many samples a picture's noise looks like: of honest pictures, and of those made from the reference."""
+"""Estimated sample counts of honest pictures, and of pictures made from the reference."""
 
 import io
 
