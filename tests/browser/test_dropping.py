@@ -51,7 +51,6 @@ def test_drop_before_the_first_scene_is_here_stays(open_page: Open, held: str) -
 
     page.route(f"**/{held}", hold)
     page.get_by_role("link", name="Start").click()
-    expect(page.get_by_role("heading", level=1)).to_have_text("Render a scene", timeout=TIMEOUT)
     until(lambda: page.evaluate("1") == len(waiting))
     drop(page, mine__json=small("basic").encode())
     expect(page.get_by_role("heading", level=1)).to_have_text("mine.json", timeout=TIMEOUT)

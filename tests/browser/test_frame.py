@@ -5,7 +5,9 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Open
+from tests.browser.pictures import finished
 from tests.browser.scenes import TIMEOUT, drop, expect_written, small
+from tests.service.support import scene, submit
 
 
 @pytest.mark.parametrize(
@@ -84,3 +86,38 @@ def test_slow_link_shows_the_frame_at_once(open_page: Open, path: str, held: str
     expect(page.locator(".skeleton .bone").first).to_be_visible(timeout=TIMEOUT)
     expect(page.get_by_role("navigation", name="Pages")).to_be_visible()
     page.unroute(held)
+
+
+SHIFTED = """(() => {
+  window.shifted = 0;
+  new PerformanceObserver((list) => {
+    for (const { value, hadRecentInput } of list.getEntries()) if (!hadRecentInput) window.shifted += value;
+  }).observe({ type: "layout-shift", buffered: true });
+})()"""
+MAX_SHIFTED = 0.1
+"""Web Vitals call a sum of shifts up to this good."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "size", [(1440, 900), (1280, 720), (390, 844)], ids=lambda size: "{} x {}".format(*size)
+)
+def test_views_do_not_move_while_they_load(
+    open_page: Open, client: httpx2.Client, size: tuple[int, int]
+) -> None:
+    floor = scene() | {"shapes": scene()["shapes"][:1]}
+    pair = finished(client), finished(client, floor)
+    page = open_page("/docs", width=size[0], height=size[1])
+    page.add_init_script(SHIFTED)
+    samples = {"pattern": "sobol", "samples": size[0]}
+    job = submit(client, floor, quality={"mode": "fixed", "antialiasing": samples})
+    for path, ready in (
+        (f"/jobs/{job}", ".state.succeeded"),
+        ("/compare/{}/{}".format(*pair), ".verdict"),
+        ("/jobs", ".jobs tbody tr"),
+        ("/", ".quote dl"),
+    ):
+        page.goto(path)
+        expect(page.locator(ready).first).to_be_visible(timeout=TIMEOUT)
+        page.wait_for_load_state("networkidle")
+        assert page.evaluate("window.shifted") < MAX_SHIFTED, path

@@ -222,12 +222,16 @@ def test_toolbar_is_complete(open_page: Open, client: httpx2.Client, width: int)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [(844, 390), (720, 450)], ids=["phone on its side", "1440 x 900 at 200 %"])
-def test_picture_has_half_of_a_low_window(open_page: Open, job: str, size: tuple[int, int]) -> None:
+@pytest.mark.parametrize(
+    "size", [(390, 844), (844, 390), (640, 400)], ids=["phone", "phone on its side", "at 200 %"]
+)
+def test_picture_has_half_of_a_small_window(open_page: Open, job: str, size: tuple[int, int]) -> None:
     width, height = size
     page = opened(open_page, job, width=width, height=height)
     stage = box(page.locator(".stage"))
     assert stage["width"] * stage["height"] >= width * height / 2
     assert scrolled(page) == [0, 0]
+    for one in (*page.get_by_role("tab").all(), page.get_by_role("button", name="Panel")):
+        expect(one).to_be_in_viewport(ratio=1)
     click_at(page, 30, 20)
     expect(page.get_by_role("heading", name="Pixel 30, 20")).to_be_in_viewport(timeout=TIMEOUT)

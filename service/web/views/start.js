@@ -81,6 +81,13 @@ export function mount(root, { query, signal }) {
     restore({ labels: labels.text, layers: layers.checked, ...scene, text: readable(scene.text) });
     // As the editor has it: with its own line breaks.
     origin = { ...scene, text: editor.text };
+    show();
+  }
+
+  /** Show the view, once it has a scene or a reason why it has none: then nothing moves. */
+  function show() {
+    if (!signal.aborted && !workbench.isConnected)
+      root.replaceChildren(workbench, opening.panel, help.panel, hint);
   }
 
   /** @param {Pick<OpenedScene, "text" | "labels" | "layers" | "quality">} draft */
@@ -218,12 +225,14 @@ export function mount(root, { query, signal }) {
     h("div", { className: "sheet" }, editor.element, problems.element),
     fileList.element,
   );
-  root.append(
-    h("div", { className: "workbench" }, writing, form, h("div", { className: "foot" }, refusal, button)),
-    opening.panel,
-    help.panel,
-    h("div", { className: "drop-hint", "aria-hidden": "true" }, "Drop a scene and its files"),
+  const workbench = h(
+    "div",
+    { className: "workbench" },
+    writing,
+    form,
+    h("div", { className: "foot" }, refusal, button),
   );
+  const hint = h("div", { className: "drop-hint", "aria-hidden": "true" }, "Drop a scene and its files");
   const dropped = takeDrops(addFiles, signal);
   root.addEventListener(
     "keydown",
@@ -239,6 +248,7 @@ export function mount(root, { query, signal }) {
       await openFirst(await draftOf(job), await gallery.fill());
     } catch (error) {
       if (signal.aborted) return;
+      show();
       const failure = error instanceof Error ? error : new Error(String(error));
       problems.show({ problems: [], more: 0, warnings: [], failure, plan: null });
       if (!(error instanceof Unreachable)) return;
