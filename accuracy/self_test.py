@@ -91,10 +91,10 @@ def _misses(shape: Json, origin: Any, way: Any, t: float) -> float:
 
 def _visibility(light: Json, *above: Json, at: float = 0.0) -> Floats:
     """Share of a light that is visible from points of a floor, `at` units away along x."""
-    places = np.array([[x + at, 0, z] for x in (-0.9, -0.1, 0.1, 0.9) for z in (-0.7, 0.3)])
+    points = np.array([[x + at, 0, z] for x in (-0.9, -0.1, 0.1, 0.9) for z in (-0.7, 0.3)])
     start, grid = [at + 0.3, 0.01, 0.2], {"light": {"pattern": "uniform", "samples": 16}}
     floor = _rectangle([at - 4, 0, -4], [0, 0, 8], [8, 0, 0])
-    return _hits([floor, *above], start, places - start, lights=[light], sampling=grid).visibility[:, 0]
+    return _hits([floor, *above], start, points - start, lights=[light], sampling=grid).visibility[:, 0]
 
 
 def _highlight(tilt: float) -> float:

@@ -175,14 +175,14 @@ _filters_lock = threading.RLock()
 def changed_filters() -> Iterator[None]:
     """Restore the warning filters at the end, as `warnings.catch_warnings` does for one thread alone.
 
-    Filters belong to the process: two threads inside of that would restore each other's, for good.
+    Filters belong to the process: two threads in `catch_warnings` would restore each other's, for good.
     """
     with _filters_lock, warnings.catch_warnings():
         yield
 
 
 def too_many_pixels(most: int, size: str = "") -> str:
-    """Say that a picture has more pixels than `most`, or than Pillow opens; `size` is how many, if known."""
+    """The message for a picture of more pixels than `most`, or than Pillow opens; `size` is their number."""
     if most >= PILLOW_PIXELS:
         return f"The picture has {size}more than the {PILLOW_PIXELS} that Pillow opens. Make it smaller."
     cure = f"Make it smaller. {how_to_raise('max_image_pixels')}"

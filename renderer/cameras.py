@@ -91,7 +91,7 @@ def basis(view: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
     """
     forward = unit(view)
     right = unit(cross(forward, unit(up)))
-    # A short product points wherever rounding took it: what lies along the view is taken out once more.
+    # The direction of a short product is mostly rounding, so its part along the view is removed once more.
     right = unit(right - forward * dot(right, forward))
     return right, unit(cross(right, forward)), forward
 
@@ -166,9 +166,9 @@ class ThinLens(Pinhole):
     def places(self, pixels: Integers, samples: Integers) -> tuple[Floats, Floats]:
         """Places on the lens of radius 1, (N,) and (N,).
 
-        The pattern `random` takes random ones. All others take Owen-scrambled Sobol points, as many as camera
-        samples, in an order of their own in each pixel, so that no place in the pixel goes with a place on
-        the lens.
+        The pattern `random` has random ones. All others have Owen-scrambled Sobol points, as many as camera
+        samples, in a different order in each pixel, so that positions in the pixel and on the lens are
+        uncorrelated.
         """
         key = keys(self.seed, LENS_DIMENSIONS, pixels)
         if self.antialiasing.pattern == "random":

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from renderer.film import Film
 from renderer.integrator import WORK_COUNTERS, OutOfTimeError, camera_rays, centre_points, radiance
-from renderer.layers import Layers, Spread, record
+from renderer.layers import Layers, Moments, record
 from renderer.plan.plan import RenderPlan
 from renderer.tiling import BLOCK_RAYS, Block, blocks
 from schemas.tiles import Pass, Tile
@@ -98,7 +98,7 @@ class TileRendering:
         self._plan, self._tile, self._pass, self._portion = plan, tile, pass_, BLOCK_RAYS
         self._film = Film(tile, pass_)
         self._layers = plan.layers_in(pass_)
-        self._spreads = {layer.name: Spread(tile, pass_) for layer in self._layers if layer.sampled}
+        self._moments = {layer.name: Moments(tile, pass_) for layer in self._layers if layer.sampled}
         self._counts = Counter(dict.fromkeys(COUNTERS, 0))
         # Blocks that are in the film, and the radiance of the first rays of the next one.
         self._finished, self._open = 0, np.empty((3, 0))
@@ -146,8 +146,8 @@ class TileRendering:
 
     def _close(self, block: Block) -> None:
         """Add a block to the film, all of whose rays are cast."""
-        for spread in self._spreads.values():
-            spread.add(block.columns, block.rows, self._open)
+        for moments in self._moments.values():
+            moments.add(block.columns, block.rows, self._open)
         # Last, since it may sum the samples in place.
         self._film.add(block.columns, block.rows, self._open)
         self._finished, self._open = self._finished + 1, np.empty((3, 0))
@@ -160,7 +160,7 @@ class TileRendering:
             "open": self._open,
             "mean": self._film.mean,
             "counts": np.array([self._counts[kind] for kind in COUNTERS]),
-            **{f"spread {name}": spread.record for name, spread in self._spreads.items()},
+            **{f"moments {name}": moments.record for name, moments in self._moments.items()},
         }
 
     def _restore(self, kept: Mapping[str, NDArray[Any]]) -> None:
@@ -168,13 +168,13 @@ class TileRendering:
         self._open = kept["open"]
         self._film.mean[:] = kept["mean"]
         self._counts = Counter(dict(zip(COUNTERS, kept["counts"].tolist(), strict=True)))
-        for name, spread in self._spreads.items():
-            spread.record[:] = kept[f"spread {name}"]
+        for name, moments in self._moments.items():
+            moments.record[:] = kept[f"moments {name}"]
 
     def result(self) -> TileResult:
         """Return the finished tile, with what its layers record."""
         counts = self._counts.copy()
         records = record(self._layers, self._tile, partial(centre_points, self._plan, counts))
-        records |= {name: spread.record for name, spread in self._spreads.items()}
+        records |= {name: moments.record for name, moments in self._moments.items()}
         work = {name: counts.pop(name) for name in WORK_COUNTERS}
         return TileResult(self._film.image(), dict(counts), work, time.process_time() - self._begun, records)

@@ -18,7 +18,7 @@ from renderer.math.streams import Keys, keys
 from renderer.samplers import PATTERNS
 
 HALVES = 2
-"""Their difference estimates the error of their mean; more parts would be shorter, and less evenly
+"""Their difference estimates the error of their mean; more and shorter parts would be less evenly
 distributed."""
 
 

@@ -98,8 +98,8 @@ class Rays:
         rays = candidates[nearer]
         self.t[rays] = t[nearer]
         self.shapes[rays], self.primitives[rays] = shapes[nearer], primitives[nearer]
-        for row, places in zip(self.coordinates, coordinates, strict=False):
-            row[rays] = places[nearer]
+        for row, values in zip(self.coordinates, coordinates, strict=False):
+            row[rays] = values[nearer]
 
     def offer_several(
         self,

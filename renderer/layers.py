@@ -63,7 +63,7 @@ MEANS, SQUARES, COUNTS = slice(0, 3), slice(3, 6), 6
 """Places in a record (7, h, w) float64."""
 
 
-class Spread:
+class Moments:
     """Records mean and variance of the samples of each pixel of a tile in one pass.
 
     A record holds the mean of a pixel's samples, the sum of squares about it, and their number. It is formed

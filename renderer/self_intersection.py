@@ -1,4 +1,4 @@
-r"""Self-intersection: which side of a surface that it touches a ray begins on, decided without an epsilon.
+r"""Self-intersection: the side of a touched surface on which a ray begins, decided without an epsilon.
 
 A hit is rebuilt on its surface, but float64 puts it a rounding above or below that, and likewise above or
 below every surface that shares an edge or a corner with it. Where the computed distance may have either sign,

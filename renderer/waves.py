@@ -1,8 +1,8 @@
-"""Rays that have bounced equally often, and how much of what they see reaches the camera.
+"""Waves: rays with the same number of bounces, each with its throughput.
 
-Mirrors and glass make trees of rays. All rays of one depth share waves, whatever bent them: a wave of few
-rays costs as much Python as a full one. What belongs to one camera ray stays in an order that its own paths
-alone decide, by the ray before, then by kind: no bit depends on which other rays share a wave.
+Mirrors and glass make trees of rays. All rays of one depth share waves, of whatever kind, because a wave of
+few rays costs as much Python as a full one. The rays of one camera ray stay in the order of the previous ray,
+then of the kind, so no bit depends on which other rays share a wave.
 """
 
 from collections import Counter, deque
@@ -23,16 +23,16 @@ BOUNCES = ("mirror", "reflection", "refraction")
 """Ways in which a path continues; their indices select the random numbers."""
 
 COUNTED_AS = {"mirror": "mirror", "reflection": "transmission", "refraction": "transmission"}
-"""The kind of ray that the report counts each as."""
+"""Kinds of rays in the report."""
 
 MOST_RAYS = 1 << 15
-"""Most rays of a wave. Where as many of one depth wait they go first, which bounds the memory."""
+"""Most rays of a wave. A depth with so many waiting rays goes first, which bounds the memory."""
 
 CERTAIN_BOUNCES = 5
-"""Bounces up to which nothing is left to chance: the default `max_depth`."""
+"""Bounces up to which all rays are followed: the default `max_depth`."""
 
 THROUGHPUT_CUTOFF = 2.0**-12
-"""Weight of a ray below which it shares the path of another one that leaves the same point.
+"""Rays of smaller weights that leave the same point are replaced by one, chosen at random.
 
 Eight balls of glass in one another, `max_depth` 64, 32 x 32 pixels: 9.7 CPU seconds; 5.4 with 2^-10, 17.5
 with 2^-14. They do not end if all rays are followed.
@@ -103,14 +103,14 @@ def camera_wave(rays: Rays) -> Wave:
 
 
 class WaitingWaves:
-    """Waves that wait by their depth."""
+    """Waiting waves by depth."""
 
     def __init__(self, first: Iterable[Wave]) -> None:
         self._depths: list[deque[Wave]] = [deque()]
         self.add(first)
 
     def add(self, waves: Iterable[Wave]) -> None:
-        """Let the successors of waves wait, in the order of those."""
+        """Add the successors of waves, in the order of the waves."""
         for wave in waves:
             if wave.depth == len(self._depths):
                 self._depths.append(deque())
@@ -170,8 +170,8 @@ def ordered(scattered: Sequence[Wave], seed: int) -> list[Wave]:
 def _thinned(wave: Wave, seed: int) -> Wave:
     """One ray in place of the faint ones that leave a point, and of the next heavier one, chosen by weight.
 
-    It has the weight of all of them, so that the mean over the choices is what all would add. A ray is chosen
-    by the number of its own path: no pixel depends on another.
+    It has the weight of all of them, so that the expected contribution is that of all. The choice depends
+    only on the numbers of the paths, so that no pixel depends on another.
     """
     faint = wave.weights < THROUGHPUT_CUTOFF
     heavy = np.flatnonzero(~faint)
@@ -183,7 +183,7 @@ def _thinned(wave: Wave, seed: int) -> Wave:
     assert start is not None
     path = wave.rays.pixels[index], wave.rays.samples[index], start.paths[index]
     numbers = uniforms(bits(keys(seed, CHOICE_DIMENSIONS, *path), 0))
-    # The least of exponential numbers belongs to each with a probability in proportion to its rate.
+    # The probability of the least of exponential random numbers is proportional to its rate.
     waits = -np.log1p(-numbers) / wave.weights[index]
     winners = index[first_of_each(wave.parents[index], np.lexsort((waits, wave.parents[index])))]
     weights = wave.weights.copy()
@@ -202,7 +202,7 @@ def leaving(
     kind: str,
     faintest: float,
 ) -> tuple[Wave, ...]:
-    """Rays from some of the points that a wave has hit, without those that no picture shows.
+    """Rays from some of the points that a wave has hit, except those below the throughput cut-off.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def leaving(
     kind : str
         One of `BOUNCES`.
     faintest : float
-        Paths up to this weight end; 0 for those alone that add nothing.
+        Throughput cut-off; 0 ends only paths without contribution.
     """
     weights = wave.weights[points.rays[chosen]] * shares
     bright = np.flatnonzero(weights > faintest)
@@ -249,8 +249,8 @@ def leaving(
 def _previous_origins(points: Points, start: Integers, outside: Masks) -> Floats:
     """Origins of the rays that ended at points `start` (M,), (3, 1) or (3, M).
 
-    A ray that enters at an edge of glass may hit the face beside it at once. When it has passed both, it is
-    on no side of either, and hits them no more.
+    A ray that enters at an edge of glass may hit the adjacent face at once. After passing both, it is on no
+    side of either, and does not hit them again.
     """
     previous = points.previous_origins_at(start)
     if points.previous_origins is points.origins:

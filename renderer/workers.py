@@ -52,7 +52,7 @@ UNGUARDED_EXIT = 77
 class Workers(Generic[Task, Result]):
     """A pool of worker processes.
 
-    Use it in a ``with`` statement: at its end all of them are gone, whatever they were doing.
+    Use it in a ``with`` statement, which ends all of them, also during a task.
 
     Parameters
     ----------

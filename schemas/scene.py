@@ -86,11 +86,11 @@ def _undefined(kind: str, uses: Uses, defined: object) -> Iterator[InitErrorDeta
     """The first use of each name that is not defined: one definition mends them all."""
     if not isinstance(defined, Mapping):
         return
-    places: dict[str, list[Parts]] = {}
+    locations_of: dict[str, list[Parts]] = {}
     for location, name in uses:
         if isinstance(name, str) and 0 < len(name) <= LONGEST_NAME and name not in defined:
-            places.setdefault(name, []).append(location)
-    for location, *others in places.values():
+            locations_of.setdefault(name, []).append(location)
+    for location, *others in locations_of.values():
         message = (
             f"The scene has no {kind} of this name. Use one of the names under '{kind}s', or define it "
             f"there.{also_named(len(others))}"

@@ -105,13 +105,13 @@ def run(settings: Settings, listener: socket.socket | None = None) -> None:
 
 
 def _raise_open_files(settings: Settings) -> None:
-    """Raise the limit of open files as far as the system allows, and refuse one that is too low.
+    """Raise the limit of open files as far as the system allows; raise an error if it is too low.
 
-    Beyond it nothing could be accepted, read or written: one user's connections would stop everyone.
+    Beyond the limit nothing could be accepted, read or written: one user's connections would stop everyone.
     """
     needed = settings.max_connections + WORKER_FILES * settings.workers + OTHER_FILES
     limit, most = resource.getrlimit(resource.RLIMIT_NOFILE)
-    # macOS takes no unlimited one.
+    # macOS does not accept an unlimited one.
     limit = max(limit, needed) if most == resource.RLIM_INFINITY else most
     if limit < needed:
         raise OpenFilesError(limit, needed)
@@ -119,13 +119,13 @@ def _raise_open_files(settings: Settings) -> None:
 
 
 def _check_port(host: str, port: int) -> None:
-    """Report a port that another program uses; the HTTP server reports it in the system's words alone."""
+    """Report a port in use, which the HTTP server would report only in the system's words."""
     try:
-        places = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     except socket.gaierror:
-        # A name that no machine has: the HTTP server says so.
+        # The HTTP server reports an unknown host.
         return
-    if any(_is_taken(family, address) for family, _, _, _, address in places):
+    if any(_is_taken(family, address) for family, _, _, _, address in addresses):
         raise PortTakenError(host, port)
 
 
@@ -198,7 +198,7 @@ class RunningServer:
     data: Path
 
     def stop(self) -> None:
-        """End it, as SIGTERM does, and wait until it is gone; one that does not listen is killed."""
+        """Terminate the service and wait for its end; kill it if it does not react."""
         self.process.terminate()
         try:
             self.process.wait(STOP_SECONDS)
@@ -253,7 +253,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 def _environment(settings: Settings) -> dict[str, str]:
-    """Write settings the way in which another process reads them."""
+    """Write settings as environment variables for another process."""
     document = settings.model_dump(mode="json", exclude={"limits"})
     document |= {name: UNLIMITED for name in WITHOUT_LIMIT if document[name] is None}
     limits = settings.model_dump(mode="json", include={"limits"})["limits"]
@@ -263,7 +263,7 @@ def _environment(settings: Settings) -> dict[str, str]:
 
 
 def inherited_listener() -> socket.socket | None:
-    """The socket that `running` has handed to this process; None if it was started by something else."""
+    """The socket passed by `running`; None if this process was started otherwise."""
     return socket.socket(fileno=int(sys.argv[1])) if len(sys.argv) > 1 else None
 
 

@@ -43,8 +43,8 @@ _NO_USERS = (
     "(PENUMBRA_PROXY_ROLE): submit, staff or admin"
 )
 
-# Bounds at which a service still works: beyond them the arithmetic of times, the database, or the system
-# refuses a number in the middle of a job.
+# Bounds within which a service works: beyond them the arithmetic of times, the database, or the system would
+# fail in the middle of a job.
 Count = Annotated[int, Field(ge=1, le=2**31 - 1)]
 """An integer of the database."""
 MOST_BYTES = 2**50
@@ -59,13 +59,13 @@ Pause = Annotated[float, Field(ge=1, le=3600)]
 Age = Annotated[float, Field(ge=1, le=1e10)]
 """Three centuries at most: dates have four digits, and a job is kept twice as long as its picture."""
 UNLIMITED, WITHOUT_LIMIT = "none", ("keep_seconds", "max_stored_bytes", "keep_asset_seconds")
-"""The word for no limit, and the settings that may be without one."""
+"""The word for no limit, and the settings that accept it."""
 
 _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9._/-]*)?")
 
 
 class SettingsFileError(Exception):
-    """The file that is named cannot be used.
+    """The settings file cannot be used.
 
     No ValueError: pydantic would make it an error of some field.
     """
@@ -89,7 +89,7 @@ class FileSource(PydanticBaseSettingsSource):
         return self.content.get(field_name), field_name, False
 
     def __call__(self) -> dict[str, Any]:
-        """All of it: unknown names are refused with the others."""
+        """The whole content, so that unknown names are refused, too."""
         return self.content
 
 
@@ -292,7 +292,7 @@ class Settings(BaseSettings):
 
     @property
     def sqlite_file(self) -> Path:
-        """The database where no other is named."""
+        """The default database."""
         return self.data.absolute() / "penumbra.sqlite"
 
     @field_validator(*WITHOUT_LIMIT, mode="before")

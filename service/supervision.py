@@ -64,7 +64,7 @@ class SupervisedThread:
         self._thread.start()
 
     def stop(self) -> None:
-        """Have the work end, and wait for that."""
+        """Stop the work, and wait for its end."""
         self.stopping.set()
         if self._thread.is_alive():
             self._thread.join()

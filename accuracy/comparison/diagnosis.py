@@ -25,17 +25,17 @@ MAX_RMSE_OF_CONTROL = 0.75
 """and less than this share of the RMSE that its control leaves."""
 
 MIN_GAIN = 0.1
-"""Least share of the mean square that undoing removes where noise hides the rest,"""
+"""If noise hides the rest, undoing must remove at least this share of the mean square,"""
 
 MIN_GAIN_ERRORS = 4.0
-"""standard errors of that gain over all blocks (one false alarm in 30,000),"""
+"""and this many standard errors of the gain over all blocks (one false alarm in 30,000)."""
 
 ROW_STEP = 4
 """Step between the rows that are compared first."""
 
 INNER_ROWS = slice(1, -1)
 FIRST_ROWS = slice(1, -1, ROW_STEP), INNER_ROWS
-"""These rows of a band that has one above and one below, without its first and last column."""
+"""Rows and columns that are compared first, of a band with a row above and below."""
 
 MAX_CAUSES = 3
 """Causes reported: those after the first are other corrections with a similar result."""
@@ -257,7 +257,7 @@ class _Trial:
             return False
         height, width = self._image.height, self._image.width
         parts = [self._bias(slice(*rows), undone) for rows in bands(height, width)]
-        # A slope moved by a pixel looks like a bias so small that it is allowed.
+        # The bias of a gradient that is displaced by a pixel is within the tolerance.
         if mean < (math.fsum(allowed for _, allowed in parts) / (3 * height * width)) ** 2:
             return False
         return Bias.joined([biased for biased, _ in parts]).share <= self._most_bias
@@ -361,7 +361,7 @@ def has_soft_edges(picture: Picture) -> bool:
 
 
 def _around(image: Picture, reference: Picture) -> Iterator[tuple[slice, Picture, Picture]]:
-    """Bands of two pictures with a row above and below where there is one, and which rows are their own."""
+    """Bands of two pictures, with a row above and below if there is one, and the slice of their own rows."""
     for first, last in bands(image.height, image.width):
         above = min(first, 1)
         rows = slice(first - above, last + 1)

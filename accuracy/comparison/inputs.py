@@ -107,10 +107,10 @@ class Picture:
         """The picture with other linear values and roundings, (H, W, 3) float64."""
         return replace(self, pixels=Pixels(linear, "linear", rounding))
 
-    def part(self, *places: slice) -> "Picture":
+    def part(self, *slices: slice) -> "Picture":
         """A part of the picture, with its layers."""
-        layers = {name: layer[places] for name, layer in self.layers.items()}
-        return replace(self, pixels=self.pixels.part(*places), layers=layers)
+        layers = {name: layer[slices] for name, layer in self.layers.items()}
+        return replace(self, pixels=self.pixels.part(*slices), layers=layers)
 
     def bands(self) -> Iterator["Picture"]:
         """The picture in bands of rows, without cutting blocks."""

@@ -65,10 +65,10 @@ class Pixels:
         """Values as a display shows them, 0 to 1 in sRGB, float64."""
         return srgb_from_linear(self.linear) if self._codes is None else self._codes[2].take(self.stored)
 
-    def part(self, *places: slice) -> "Pixels":
+    def part(self, *slices: slice) -> "Pixels":
         """A part of the picture."""
-        rounding = None if self._rounding is None else self._rounding[places]
-        return self._like(self.stored[places], rounding)
+        rounding = None if self._rounding is None else self._rounding[slices]
+        return self._like(self.stored[slices], rounding)
 
     def turned(self, turn: Any) -> "Pixels":
         """Rearranged pixels: `turn` makes a view of an array (H, W, 3)."""

@@ -160,5 +160,5 @@ def _pixels(shape: tuple[int, ...], group: list[tuple[int, int]]) -> Masks:
 
 def _sums(shapes: NDArray[Any], weights: Floats) -> dict[int, Any]:
     """Sums of the weights of each shape; both (N,)."""
-    found, places = np.unique(shapes, return_inverse=True)
-    return dict(zip(found.tolist(), np.bincount(places, weights).tolist(), strict=True))
+    found, indices = np.unique(shapes, return_inverse=True)
+    return dict(zip(found.tolist(), np.bincount(indices, weights).tolist(), strict=True))

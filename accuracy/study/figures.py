@@ -50,7 +50,7 @@ MIN_DETAIL_PIXELS = 256
 
 def error_against(document: Mapping[str, Any], cost: Callable[[Row], float], name: str) -> str:
     """Error against seconds or rays: a line through the best settings of each method, the others faint."""
-    spread = "cpu_seconds" if cost is curves.seconds else None
+    interval = "cpu_seconds" if cost is curves.seconds else None
 
     def fill(axes: Axes) -> None:
         for method, color in COLORS.items():
@@ -58,10 +58,10 @@ def error_against(document: Mapping[str, Any], cost: Callable[[Row], float], nam
             best = curves.front(own, cost)
             axes.scatter(*_places(own, cost), color=color, s=9, alpha=0.35, linewidths=0)
             if best:
-                _bars(axes, best, cost, spread, color)
+                _bars(axes, best, cost, interval, color)
                 axes.plot(*_places(best, cost), color=color, marker="o", markersize=4, label=method)
 
-    return _svg(fill, name, SECONDS if spread else RAYS, document)
+    return _svg(fill, name, SECONDS if interval else RAYS, document)
 
 
 def front(document: Mapping[str, Any]) -> str:
@@ -103,9 +103,9 @@ def _places(rows: Sequence[Row], cost: Callable[[Row], float]) -> tuple[list[flo
 
 
 def _bars(
-    axes: Axes, rows: Sequence[Row], cost: Callable[[Row], float], spread: str | None, color: str
+    axes: Axes, rows: Sequence[Row], cost: Callable[[Row], float], interval: str | None, color: str
 ) -> None:
-    across = reach([row[spread] for row in rows]) if spread else None
+    across = reach([row[interval] for row in rows]) if interval else None
     axes.errorbar(
         *_places(rows, cost),
         xerr=across,

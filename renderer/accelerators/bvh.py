@@ -64,8 +64,8 @@ class Level:
     def boxes(self, nodes: Integers) -> tuple[Floats, Floats]:
         """The boxes of nodes (P,) of the next level, (3, P) each."""
         parents = nodes // self.children
-        places = nodes - parents * self.children
-        return self.sides[:, places, parents], self.sides[:, places, parents + self.nodes]
+        numbers = nodes - parents * self.children
+        return self.sides[:, numbers, parents], self.sides[:, numbers, parents + self.nodes]
 
     def below(self, visits: "Visits", hit: Masks, ways: tuple[Floats, Floats] | None = None) -> "Visits":
         """Visits of the children that are hit, (children, P), in the order of the visits.
@@ -130,7 +130,7 @@ def _sorted_by_medians(centers: Floats, splits: int, width: int) -> Integers:
         rows = order.reshape(1 << level, -1)
         axis = _longest_sides(padded, rows)
         keys = np.take(padded.reshape(-1), rows + (axis * padded.shape[1])[:, None], mode="wrap")
-        # Empty places go to both halves in turns, so that no leaf is left with nothing else.
+        # Empty slots go to both halves in turns, so that no leaf has nothing else.
         empty = rows == NO_ITEM
         keys[empty] = np.where(np.cumsum(empty, axis=1) % 2, np.inf, -np.inf)[empty]
         half = np.argpartition(keys, rows.shape[1] // 2 - 1, axis=1)
@@ -140,13 +140,13 @@ def _sorted_by_medians(centers: Floats, splits: int, width: int) -> Integers:
 
 def _longest_sides(centers: Floats, rows: Integers) -> Integers:
     """Axis along which the items of each row (R, m) are farthest apart, by up to `SAMPLED_ITEMS` of them."""
-    places = np.take(
+    midpoints = np.take(
         centers, np.ascontiguousarray(rows[:, :: max(1, rows.shape[1] // SAMPLED_ITEMS)].T), axis=1
     )
-    known = np.isfinite(places)
+    known = np.isfinite(midpoints)
     greatest, least = (
-        np.where(known, places, -np.inf).max(axis=1),
-        np.where(known, places, np.inf).min(axis=1),
+        np.where(known, midpoints, -np.inf).max(axis=1),
+        np.where(known, midpoints, np.inf).min(axis=1),
     )
     return np.argmax(greatest - least, axis=0)
 
@@ -228,7 +228,7 @@ def from_root(rays: Integers) -> Visits:
 
 
 def turns(owners: Integers) -> Iterator[Integers]:
-    """Places in a sorted list by turns: the first of every owner, the next, then twice as many each time."""
+    """Portions of a sorted list: one item of every owner, one more, then twice as many each time."""
     rank = np.arange(owners.size) - np.searchsorted(owners, owners)
     first, last = 0, 1
     while rank.size and first <= rank.max():
@@ -242,7 +242,7 @@ def visits_of_rays(
     """Nodes below the given levels that rays (3, N) may hit before t (N,); never leaves out one with a hit.
 
     Slabs with a far side moved out by twice the rounding of the test (Ize 2013, "Robust BVH ray traversal").
-    A ray in the plane of a box's side misses the box, by a NaN or without: what the box holds ends before.
+    A ray in the plane of a box's side misses the box, since its items end before that plane.
     """
     visits = start
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -43,11 +43,11 @@ def overlaps_of(families: Sequence[Family], shapes: int) -> Overlaps | None:
 
 
 def _places(families: Sequence[Family], begins: Integers, shapes: int) -> Integers:
-    places = np.full(shapes + 1, begins[-1], dtype=np.int64)
+    offsets = np.full(shapes + 1, begins[-1], dtype=np.int64)
     for begin, family in zip(begins, families, strict=False):
         numbers, first = np.unique(family.numbers, return_index=True)
-        places[numbers] = begin + first
-    return places
+        offsets[numbers] = begin + first
+    return offsets
 
 
 def _sources(

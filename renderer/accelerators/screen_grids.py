@@ -84,8 +84,8 @@ class Grid:
         first = self.starts[cells]
         counts = self.starts[cells + 1] - first
         ends = np.cumsum(counts)
-        places = np.arange(ends[-1] if ends.size else 0) + (first - ends + counts).repeat(counts)
-        return rays.repeat(counts), self.items[places]
+        entries = np.arange(ends[-1] if ends.size else 0) + (first - ends + counts).repeat(counts)
+        return rays.repeat(counts), self.items[entries]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,9 +205,9 @@ def _edge_functions(x: Floats, y: Floats, half: Floats) -> tuple[NDArray[np.floa
     return edges.astype(np.float32), np.where(unsure, np.inf, slack).astype(np.float32)
 
 
-def _bounds(places: Floats, unit: float, half: Floats) -> tuple[Floats, Floats]:
-    """Least and greatest places (2, K) of triangles (2, 3, K) on a screen of half sides (2, 1), pixels."""
-    low, high = places.min(axis=1), places.max(axis=1)
+def _bounds(corners: Floats, unit: float, half: Floats) -> tuple[Floats, Floats]:
+    """Least and greatest corners (2, K) of triangles (2, 3, K) on a screen of half sides (2, 1), pixels."""
+    low, high = corners.min(axis=1), corners.max(axis=1)
     low -= PROJECTION_ERROR * (np.abs(low) + unit)
     high += PROJECTION_ERROR * (np.abs(high) + unit)
     edge = half * (1 + PROJECTION_ERROR) + PROJECTION_ERROR * unit

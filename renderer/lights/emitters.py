@@ -1,4 +1,4 @@
-"""Lights as the integrator sees them: one form for rectangles, points and directions.
+"""Emitters: a common representation of rectangle, point and directional lights.
 
 The light points are q = centre + u first + v second with weight w. A rectangle has w = 1; a point light
 has edges of length 0; a directional light is a point at infinity, w = 0, whose centre is the unit vector
@@ -69,7 +69,7 @@ class Emitter:
 
     @classmethod
     def of(cls, light: "Emitter", **changes: Any) -> Self:
-        """A light as one of this class, with changes."""
+        """An emitter of this class from another one, with changes."""
         return cls(**{item.name: getattr(light, item.name) for item in fields(Emitter)} | changes)
 
     @property
@@ -190,7 +190,7 @@ def _emitter(
         along=cross(normal, across),
         normal=normal,
         color=column(light.color),
-        # Edges that are perpendicular but for rounding may take the shorter formulas of a grid.
+        # Edges that are perpendicular up to rounding may use the shorter formulas of a grid.
         orthogonal=abs(dot(second, across).item()) <= PLANE_ERROR * lengths(second).item(),
         least_cosine=None if getattr(light, "two_sided", True) else 0.0,
         count=sampling.samples,

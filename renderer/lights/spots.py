@@ -17,7 +17,7 @@ from schemas.quality import LightSampling
 
 
 def build(number: int, light: language.SpotLight, sampling: LightSampling, seed: int) -> Emitter:
-    """A point light that lights nothing outside its cone."""
+    """A point light without light outside of its cone."""
     axis = unit(column(light.direction))
     across = frame_of_normals(axis)
     return replace(
@@ -36,7 +36,7 @@ class Cone:
     Attributes
     ----------
     outer, width : float
-        1 - cos of the angle where the light ends, and by how much it is less where nothing is lost.
+        1 - cos of the outer angle, and its difference from that of the inner angle.
     """
 
     outer: float

@@ -116,7 +116,7 @@ class LightView:
             padded,
             sources,
             axis=1,
-            out=self.workspace.masks("spread", mask.shape[0], self.count),
+            out=self.workspace.masks("gathered", mask.shape[0], self.count),
             mode="clip",
         )
 
@@ -285,6 +285,6 @@ def facing(emitter: Emitter, points: Points, towards: Floats) -> Masks:
 
 
 def _reaches(emitter: Emitter, normals: Floats, towards: Floats) -> Masks:
-    spread = np.abs(dot(normals, emitter.first)) + np.abs(dot(normals, emitter.second))
+    extent = np.abs(dot(normals, emitter.first)) + np.abs(dot(normals, emitter.second))
     rounding = gamma(32) * (magnitude(towards) + emitter.size)
-    return dot(normals, towards) + spread / 2 > rounding
+    return dot(normals, towards) + extent / 2 > rounding

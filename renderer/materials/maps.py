@@ -32,7 +32,7 @@ class Colors:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ambient:
-    """Stage: the light that comes from everywhere.
+    """Stage: ambient light.
 
     Attributes
     ----------

@@ -144,10 +144,10 @@ def _mirror(view: LightView) -> Floats:
 def _shows(view: LightView, mirror: Floats, faintest: Floats) -> Masks:
     """Points (n,) that may get more than the faintest highlight from some point of the light."""
     emitter = view.emitter
-    spread = np.abs(dot(mirror, emitter.first)) + np.abs(dot(mirror, emitter.second))
+    extent = np.abs(dot(mirror, emitter.first)) + np.abs(dot(mirror, emitter.second))
     nearest = np.maximum(view.distances() - emitter.extent / 2, 0)
     # Wider by 64 roundings of float32: pair work decides near the border.
-    return dot(mirror, view.towards) + spread / 2 > faintest * nearest - (nearest + spread) * 2.0**-18
+    return dot(mirror, view.towards) + extent / 2 > faintest * nearest - (nearest + extent) * 2.0**-18
 
 
 def _powers(cosines: Pairs, exponents: Floats, faintest: Floats) -> None:

@@ -134,9 +134,9 @@ def cut_into_triangles(obj: ObjFile) -> tuple[Floats, Integers, Floats | None]:
         return obj.vertices.T.copy(), vertex[triangles].T.copy(), None
     # On a seam of the texture, a vertex becomes one for each of its texture coordinates.
     pairs = (vertex * len(obj.texture) + texture)[triangles[~bare]]
-    known, places = np.unique(pairs, return_inverse=True)
+    known, inverse = np.unique(pairs, return_inverse=True)
     rows = np.empty_like(triangles)
-    rows[~bare] = places.reshape(-1, 3)
+    rows[~bare] = inverse.reshape(-1, 3)
     rows[bare] = len(known) + np.arange(3 * bare.sum()).reshape(-1, 3)
     numbers, coordinates = np.divmod(known, len(obj.texture))
     vertices = obj.vertices[np.concatenate([numbers, vertex[triangles[bare]].ravel()])]

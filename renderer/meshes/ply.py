@@ -86,7 +86,7 @@ def _refuse_out_of_range(
     if not fine.all():
         row, column = (int(place) for place in np.argwhere(~fine)[0])
         raise AssetError(
-            f"{body.named(thing, row, rows.places[row])} of the mesh has the number "
+            f"{body.named(thing, row, rows.offsets[row])} of the mesh has the number "
             f"{numbers[row, column]:g}, which is not finite, or larger than {MAX_COORDINATE:g}. Correct it, "
             "or save the mesh again."
         )
@@ -127,7 +127,7 @@ def _checked(body: Body, thing: str, rows: Rows, lists: Lists, count: int, least
         place = int(odd.argmax())
         row = int(np.searchsorted(np.cumsum(lists.sizes), place, side="right"))
         raise AssetError(
-            f"{body.named(thing, row, rows.places[row])} of the mesh names the vertex "
+            f"{body.named(thing, row, rows.offsets[row])} of the mesh names the vertex "
             f"{lists.values[place]:g}, which is not among the {count}: they count from 0. Save the mesh "
             "again."
         )
@@ -140,7 +140,7 @@ def _of_corners(body: Body, rows: Rows, sizes: Integers, lists: Lists) -> Floats
     if wrong.any():
         row = int(wrong.argmax())
         raise AssetError(
-            f"{body.named('face', row, rows.places[row])} of the mesh has {sizes[row]} corners and "
+            f"{body.named('face', row, rows.offsets[row])} of the mesh has {sizes[row]} corners and "
             f"{lists.sizes[row]} numbers in {_OF_CORNERS!r}; each corner needs two. Save the mesh again."
         )
     values = lists.values.reshape(-1, 2).astype(np.float64)
@@ -150,7 +150,7 @@ def _of_corners(body: Body, rows: Rows, sizes: Integers, lists: Lists) -> Floats
         place, column = (int(each) for each in np.argwhere(~fine)[0])
         row = int(row_of[place])
         raise AssetError(
-            f"{body.named('face', row, rows.places[row])} of the mesh has the texture coordinate "
+            f"{body.named('face', row, rows.offsets[row])} of the mesh has the texture coordinate "
             f"{values[place, column]:g}. Correct it, or save the mesh again."
         )
     texture = np.full((int(sizes.sum()), 2), np.nan)
@@ -160,16 +160,16 @@ def _of_corners(body: Body, rows: Rows, sizes: Integers, lists: Lists) -> Floats
 
 def _strips(body: Body, count: int, rows: Rows | None) -> Integers:
     """Triangles (T, 3) of all strips; those that only join two parts have no area and are left out."""
-    if rows is None or not len(rows.places):
+    if rows is None or not len(rows.offsets):
         return np.empty((0, 3), dtype=np.int64)
     lists = _numbers(rows, "tristrips")
     numbers = _checked(body, "tristrips", rows, lists, count, least=_RESTART)
     numbers = np.insert(numbers, np.cumsum(lists.sizes), _RESTART)
-    places = np.arange(len(numbers))
-    begins = np.maximum.accumulate(np.where(numbers == _RESTART, places + 1, 0))
+    index = np.arange(len(numbers))
+    begins = np.maximum.accumulate(np.where(numbers == _RESTART, index + 1, 0))
     triangles = np.stack([numbers[:-2], numbers[1:-1], numbers[2:]], axis=1)
     # Every other triangle of a strip goes round the other way.
-    turned = (places[:-2] - begins[:-2]) % 2 == 1
+    turned = (index[:-2] - begins[:-2]) % 2 == 1
     triangles[turned] = triangles[turned][:, [1, 0, 2]]
     a, b, c = triangles.T
     return triangles[(triangles != _RESTART).all(axis=1) & (a != b) & (b != c) & (c != a)]

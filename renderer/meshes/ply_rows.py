@@ -51,7 +51,7 @@ class Rows:
         Columns of single numbers (R,), by name.
     lists
         Columns of lists, by name.
-    places
+    offsets
         Offset of each row in the numbers of the file, bytes.
     end
         Offset of the end.
@@ -59,7 +59,7 @@ class Rows:
 
     numbers: Mapping[str, NDArray[Any]]
     lists: Mapping[str, Lists]
-    places: Sequence[int]
+    offsets: Sequence[int]
     end: int
 
 
@@ -182,9 +182,9 @@ class Body:
                 skipped = 0
             else:
                 skipped += np.dtype(each.code).itemsize
-        places, end = array("q"), len(self.content)
+        offsets, end = array("q"), len(self.content)
         for row in range(element.count):
-            places.append(here)
+            offsets.append(here)
             for skip, counter, width, size, found in steps:
                 here += skip
                 count = self._counted(counter, here, element, row) if counter else 1
@@ -196,7 +196,7 @@ class Body:
             here += skipped
             if here > end:
                 raise self._ends(element, row)
-        return self._gathered(element, chased, places, here)
+        return self._gathered(element, chased, offsets, here)
 
     def _counter(self, each: Property) -> tuple[struct.Struct | None, int]:
         if not each.counted:
@@ -224,7 +224,7 @@ class Body:
         )
 
     def _gathered(
-        self, element: Element, chased: dict[str, tuple[Any, Any]], places: Sequence[int], end: int
+        self, element: Element, chased: dict[str, tuple[Any, Any]], offsets: Sequence[int], end: int
     ) -> Rows:
         numbers: dict[str, NDArray[Any]] = {}
         lists: dict[str, Lists] = {}
@@ -241,7 +241,7 @@ class Body:
                     lists[each.name] = Lists(sizes, values)
                 else:
                     numbers[each.name] = values
-        return Rows(numbers, lists, places, end)
+        return Rows(numbers, lists, offsets, end)
 
     def _refuse_many(self, count: int) -> None:
         if count > _AT_MOST * self.most:

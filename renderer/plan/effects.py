@@ -60,7 +60,7 @@ E = TypeVar("E", bound=Effect)
 
 
 def cast_by_segments(family: Family, emitter: Emitter, dtype: PairType, culling: bool) -> list[LightStage]:
-    """Shadows of whatever rays can hit."""
+    """Shadows of any family, by intersecting rays with it."""
     del emitter, dtype, culling
     return [SegmentShadows(family)]
 
@@ -149,7 +149,7 @@ class LightEffect(Effect):
 
 @dataclass(frozen=True, slots=True)
 class MaterialEffect(Effect):
-    """A kind of material: how it reflects the light of lights. All else is that of every surface.
+    """A kind of material: its reflection of lights. Everything else is common to all surfaces.
 
     Attributes
     ----------

@@ -97,9 +97,9 @@ def list_points(request: Request) -> None:
 def location(request: Request) -> list[PointStage]:
     """The stages that form points, with all attributes that the other stages, listed by now, read."""
     local = np.full((len(request.families), len(request.document.shapes)), -1, dtype=np.int64)
-    for places, family in zip(local, request.families, strict=True):
+    for row, family in zip(local, request.families, strict=True):
         shapes, first = np.unique(family.numbers, return_index=True)
-        places[shapes] = first
+        row[shapes] = first
     viewers = [Viewers()] if "viewers" in request.reads else []
     return [Location(request.families, local, frozenset(request.reads)), *viewers]
 

@@ -21,7 +21,7 @@ class Lift:
 
     Attributes
     ----------
-    places : (3, P) float64
+    positions : (3, P) float64
         Of each shape each once.
     shapes : (P,) int64
         Number of the shape that has each place.
@@ -35,7 +35,7 @@ class Lift:
         Places where their shape ends.
     """
 
-    places: Floats
+    positions: Floats
     shapes: Integers
     owner: Integers
     normals: Floats
@@ -44,7 +44,7 @@ class Lift:
 
     def moved(self) -> Floats:
         """Displaced vertices, (3, V)."""
-        return taken(self.places + self.normals * self.heights, self.owner)
+        return taken(self.positions + self.normals * self.heights, self.owner)
 
 
 def corner_places(corners: Floats, owners: Integers) -> Integers:
@@ -60,10 +60,10 @@ def open_edges(corners: Floats, shapes: Integers) -> Masks:
     return np.asarray(count[which.reshape(-1)].reshape(3, -1) == 1)
 
 
-def _named(places: Integers) -> Integers:
-    """One number for each edge (3 * T,) of triangles between places (3, T), whichever way round."""
-    pairs = [places[list(edge)] for edge in EDGES]
-    base = places.max() + 1
+def _named(points: Integers) -> Integers:
+    """One number for each edge (3 * T,) of triangles between points (3, T), whichever way round."""
+    pairs = [points[list(edge)] for edge in EDGES]
+    base = points.max() + 1
     return np.concatenate([pair.min(axis=0) * base + pair.max(axis=0) for pair in pairs])
 
 
@@ -104,12 +104,12 @@ def join(lifts: Sequence[Lift], reliefs: Integers) -> None:
     chosen = [np.flatnonzero(lift.border) for lift in lifts]
     parts = list(zip(lifts, chosen, strict=True))
     shapes = np.concatenate([lift.shapes[some] for lift, some in parts])
-    places = np.hstack([taken(lift.places, some) for lift, some in parts])
+    positions = np.hstack([taken(lift.positions, some) for lift, some in parts])
     heights = np.concatenate([lift.heights[some] for lift, some in parts])
     directions = np.hstack([taken(lift.normals, some) for lift, some in parts])
     # Sums in the order of the scene do not depend on how shapes are grouped.
     order = np.argsort(shapes, kind="stable")
-    numbers = place_numbers(places, reliefs[shapes])
+    numbers = place_numbers(positions, reliefs[shapes])
     ordered = numbers[order]
     share = np.bincount(numbers)
     heights = np.bincount(ordered, heights[order]) / share

@@ -126,9 +126,9 @@ class _Relief:
     def of(cls, parts: Sequence[Displaced]) -> "_Relief":
         """Of the shapes that are displaced; others have the number 0."""
         heights = list({id(part.heights): part.heights for part in parts}.values())
-        places = {id(each): i for i, each in enumerate(heights)}
+        indices = {id(each): i for i, each in enumerate(heights)}
         numbers = np.zeros(1 + max(part.number for part in parts), dtype=np.int64)
-        numbers[[part.number for part in parts]] = [places[id(part.heights)] for part in parts]
+        numbers[[part.number for part in parts]] = [indices[id(part.heights)] for part in parts]
         return cls(heights, numbers)
 
     def at(self, shapes: Integers, coordinates: Floats) -> Floats:
@@ -144,11 +144,11 @@ class _Relief:
 def _lift(patch: Patch, relief: _Relief) -> Lift:
     owner = place_numbers(patch.positions, patch.shapes)
     count = np.bincount(owner)
-    places, shapes = np.empty((3, count.size)), np.empty(count.size, dtype=np.int64)
-    put(places, owner, patch.positions)
+    positions, shapes = np.empty((3, count.size)), np.empty(count.size, dtype=np.int64)
+    put(positions, owner, patch.positions)
     shapes[owner] = patch.shapes
     return Lift(
-        places=places,
+        positions=positions,
         shapes=shapes,
         owner=owner,
         normals=unit(np.stack([np.bincount(owner, row) for row in patch.normals])),
@@ -274,23 +274,23 @@ def _rows(family: Ellipsoids, camera: Pinhole, most: int) -> Integers:
 def _graticules(family: Ellipsoids, rows: int) -> Patch:
     """Longitudes and so many rows of latitudes. Their first and last column, and each pole, are one place."""
     coordinates, cells = _graticule(rows)
-    local, places, count = _on_sphere(coordinates)[:, None], coordinates.shape[1], family.numbers.size
+    local, vertices, count = _on_sphere(coordinates)[:, None], coordinates.shape[1], family.numbers.size
 
     def along(vectors: Floats) -> Floats:
-        """Sums (3, K, V) of K times three vectors by the coordinates of the V places."""
+        """Sums (3, K, V) of K times three vectors by the coordinates of the V vertices."""
         return np.stack([dot(local, vectors[:, i, :, None]) for i in range(3)])
 
     normals = unit(along(family.inverse).reshape(3, -1))
     # Left-handed axes turn the cells over.
     turned = np.take_along_axis(cells[:, None], winding(family.handedness() < 0).transpose(0, 2, 1), axis=0)
-    offsets = np.arange(count)[:, None] * places
+    offsets = np.arange(count)[:, None] * vertices
     return Patch(
         positions=(family.centers[:, :, None] + along(family.axes)).reshape(3, -1),
         normals=normals,
         shading=normals,
         coordinates=np.tile(coordinates, count),
-        shapes=family.numbers.repeat(places),
-        border=np.zeros(count * places, dtype=bool),
+        shapes=family.numbers.repeat(vertices),
+        border=np.zeros(count * vertices, dtype=bool),
         triangles=(turned + offsets).reshape(3, -1),
     )
 

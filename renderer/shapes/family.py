@@ -142,7 +142,7 @@ class Family(ABC):
     def coincide(self, own: Integers, other: "Family", others: Integers) -> Masks:
         """Whether primitives (P,) and others of a family of the same `surface` share an area.
 
-        There rays hit both, and which of them first is a matter of rounding.
+        There rays hit both, in an order that rounding decides.
         """
 
     def signatures(self, origin: Floats, direction: Floats, reach: float) -> tuple[Floats, Floats]:
@@ -161,10 +161,10 @@ class Family(ABC):
 
     @abstractmethod
     def shades_itself(self, viewer: Floats | None) -> bool:
-        """Whether a shape alone in a scene can stand in its own light, where it is seen from `viewer`.
+        """Whether a single shape in a scene can shade itself, as seen from `viewer`.
 
-        That is a place (3, 1); None stands for places that are not known. A flat shape never does, a convex
-        solid only where it is seen from inside.
+        `viewer` is a point (3, 1), or None if it is unknown. A flat shape never does, a convex solid only if
+        seen from inside.
         """
 
     @abstractmethod

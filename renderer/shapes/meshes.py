@@ -46,7 +46,7 @@ class Surface:
     triangles : (3, T) int64
         Vertex numbers.
     texture : (2, V) float64
-        Anything where the scene or the file gives none.
+        Undefined if the scene or the file gives none.
     owners : (V,) int64
         Number of the mesh that has each vertex.
     mapped : (meshes,) bool
@@ -164,7 +164,7 @@ def _turned(vectors: Floats, turns: Sequence[language.Turn], which: Integers) ->
     """
     axes = taken(unit(columns([turn.axis for turn in turns])), which)
     angles = np.radians([turn.degrees for turn in turns])
-    # Squares of floats, which round otherwise than those of arrays: pictures stay what they were.
+    # Squares of Python floats, which round unlike those of arrays, so that pictures keep their bytes.
     versines = 2 * np.array([sine**2 for sine in np.sin(angles / 2).tolist()])
     across = cross(axes, vectors)
     return vectors + np.sin(angles)[which] * across + versines[which] * cross(axes, across)
@@ -193,9 +193,9 @@ def place_numbers(vertices: Floats, owners: Integers) -> Integers:
     order = np.lexsort((*vertices, owners))
     ordered, owned = taken(vertices, order), owners[order]
     fresh = (ordered[:, 1:] != ordered[:, :-1]).any(axis=0) | (owned[1:] != owned[:-1])
-    places = np.zeros(order.size, dtype=np.int64)
-    places[order[1:]] = np.cumsum(fresh)
-    return places
+    owners = np.zeros(order.size, dtype=np.int64)
+    owners[order[1:]] = np.cumsum(fresh)
+    return owners
 
 
 def build(numbers: Sequence[int], shapes: Sequence[Written], assets: AssetSource) -> Triangles:
@@ -215,7 +215,7 @@ def build(numbers: Sequence[int], shapes: Sequence[Written], assets: AssetSource
 
 
 def _not_too_many(numbers: Sequence[int], shapes: Sequence[Written], assets: AssetSource) -> Iterator[Mesh]:
-    """Each mesh, unless those up to it have too many triangles together."""
+    """Yield each mesh, and raise as soon as there are too many triangles."""
     total, most = 0, limits_of(assets).max_mesh_triangles
     for number, shape, mesh in zip(numbers, shapes, read(numbers, shapes, assets), strict=True):
         total += mesh[1].shape[1]
@@ -252,13 +252,13 @@ def _family(numbers: Integers, shapes: Sequence[Written], surface: Surface) -> T
 def triangles_of(numbers: Integers, vertices: Floats, surface: Surface, *, smooth: Masks) -> Triangles:
     """The triangles of meshes whose vertices have been placed: of each the shape's number and its shading.
 
-    Those without area stay as points, so that primitive numbers are those of the file; nothing hits them.
-    So do copies of an earlier one of their mesh, which rays would hit first: a place where thousands lie on
-    one another would take as many tests of each ray.
+    Those without area become points, so that primitive numbers are those of the file; nothing hits them. So
+    do copies of an earlier one of their mesh, which rays would hit first: thousands of copies at one place
+    would cost as many tests per ray.
     """
     meshes, corners = surface.meshes, surface.corners(vertices)
     thin = needs_exact_area(corners)
-    # Off their line by a rounding they would be slivers that rays hit; no ray hits a point.
+    # A rounding could turn them into slivers that rays hit; no ray hits a point.
     corners = np.where(_without_area(corners, surface, thin) | _copies(corners, meshes), corners[0], corners)
     normals = unit_normals(corners)
     return Triangles(
@@ -279,8 +279,7 @@ def triangles_of(numbers: Integers, vertices: Floats, surface: Surface, *, smoot
 def _without_area(corners: Floats, surface: Surface, thin: Masks) -> Masks:
     """Triangles (T,), some of the thin ones, whose corners lie exactly on one line.
 
-    Rounding alone would give them an area. Their own vertices may be on one line too: turned, they lie
-    beside it by a rounding.
+    Rounding alone would give them an area: vertices on one line are off it by a rounding after a rotation.
     """
     flat = thin.copy()
     for number in np.flatnonzero(flat).tolist():
@@ -292,7 +291,7 @@ def _without_area(corners: Floats, surface: Surface, thin: Masks) -> Masks:
 def _copies(corners: Floats, meshes: Integers) -> Masks:
     """Triangles (T,) with the corners of an earlier one of their mesh, in the same order."""
     bits = corners.reshape(9, -1).view(np.uint64)
-    # Other triangles with the same key, if there are any, may only hide a copy.
+    # Hash collisions may only hide a copy.
     order = np.argsort(keys(0, *bits), kind="stable")
     bits, meshes = bits[:, order], meshes[order]
     found = np.zeros(order.size, dtype=bool)

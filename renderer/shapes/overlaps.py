@@ -43,7 +43,7 @@ class Overlaps:
 
     Attributes
     ----------
-    places : (shapes of the scene + 1,) int64
+    offsets : (shapes of the scene + 1,) int64
         Number of each shape's first primitive among all P; P for a miss, which is last.
     pairs : (M,) int64
         Sorted: P times the later primitive of a pair, plus the earlier one.
@@ -54,7 +54,7 @@ class Overlaps:
         For primitives that come before others in trees of their own.
     """
 
-    places: Integers
+    offsets: Integers
     pairs: Integers
     later: Masks
     alone: tuple[Earlier, ...]
@@ -62,7 +62,7 @@ class Overlaps:
 
     def run(self, rays: Rays) -> None:
         """Look for earlier hits, where something is hit that comes after another."""
-        hit = self.places[rays.shapes] + rays.primitives
+        hit = self.offsets[rays.shapes] + rays.primitives
         chosen = np.flatnonzero(self.later[hit])
         if not chosen.size:
             return
@@ -75,7 +75,7 @@ class Overlaps:
 
     def come_before(self, shapes: Integers, primitives: Integers, known: Integers) -> Masks:
         """Whether primitives (N,) are the earlier ones of pairs with those of the numbers `known` (N,)."""
-        wanted = known * (self.later.size - 1) + self.places[shapes] + primitives
+        wanted = known * (self.later.size - 1) + self.offsets[shapes] + primitives
         found = np.searchsorted(self.pairs, wanted)
         return np.asarray(self.pairs[np.minimum(found, self.pairs.size - 1)] == wanted)
 
@@ -111,7 +111,7 @@ class Tied(Rays):
             rays.samples[chosen],
             origin_surfaces=None if start is None else start.part(chosen),
             ties=ties,
-            known=ties.places[shapes] + primitives,
+            known=ties.offsets[shapes] + primitives,
             distances=rays.t[chosen],
         )
         tied.shapes, tied.primitives = shapes, primitives
@@ -140,8 +140,8 @@ class Tied(Rays):
         rays = candidates[taken_now]
         self.distances[rays] = t[taken_now]
         self.shapes[rays], self.primitives[rays] = shapes[taken_now], primitives[taken_now]
-        for row, places in zip(self.coordinates, coordinates, strict=False):
-            row[rays] = places[taken_now]
+        for row, values in zip(self.coordinates, coordinates, strict=False):
+            row[rays] = values[taken_now]
 
     def offer_several(
         self,

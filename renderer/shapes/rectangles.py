@@ -122,8 +122,10 @@ class Rectangles(FlatFamily):
     def locate(self, points: Points, chosen: Integers, shapes: Integers) -> None:
         """Positions from the surface coordinates: they stay on the plane however long the ray was."""
         u, v = taken(points.hits[:2], chosen)
-        places = taken(self.anchors, shapes) + u * taken(self.first, shapes) + v * taken(self.second, shapes)
-        put(points.positions, chosen, places)
+        positions = (
+            taken(self.anchors, shapes) + u * taken(self.first, shapes) + v * taken(self.second, shapes)
+        )
+        put(points.positions, chosen, positions)
         flipped = dot(taken(points.directions, chosen), taken(self.products, shapes)) > 0
         points.face_rays(chosen, taken(self.normals, shapes), flipped)
 

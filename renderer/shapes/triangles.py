@@ -93,7 +93,7 @@ class Triangles(FlatFamily):
         return _mean(self.texture, shapes, _weights(points, chosen))
 
     def frames(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
-        """Direction in which u grows, or any frame where the texture coordinates do not say."""
+        """Direction in which u grows, or any frame if the texture coordinates define none."""
         del points, chosen
         normals = self.normals[:, shapes]
         vertices, texture = self.vertices[:, :, shapes], self.texture[:, :, shapes]
@@ -140,7 +140,7 @@ class Triangles(FlatFamily):
 
 
 def _weights(points: Points, chosen: Integers) -> tuple[Floats, Floats, Floats]:
-    """Of the three vertices, at some points (m,)."""
+    """Barycentric weights of the three vertices at some points (m,)."""
     second, third = taken(points.hits[:2], chosen)
     return 1 - second - third, second, third
 

@@ -71,8 +71,8 @@ class LightFrame:
                 cross(normal, across) / volume / height,
                 normal / max(width, height),
             )
-            places = [_coordinates(axes, vertex - emitter.centre) for vertex in family.vertices]
-            vertices = np.stack([place.astype(np.float32) for place in places])
+            corners = [_coordinates(axes, vertex - emitter.centre) for vertex in family.vertices]
+            vertices = np.stack([corner.astype(np.float32) for corner in corners])
             reach = np.abs(vertices).max() + _formed(axes, family.sizes.max() + emitter.size)
         return cls(emitter.size, axes, vertices, float(reach))
 
@@ -84,8 +84,8 @@ class LightFrame:
         """
         sizes = view.of_points(view.points.sizes) + self.size
         with np.errstate(invalid="ignore", over="ignore"):
-            across, along, away = places = _coordinates(self.axes, -view.towards)
-            reach = np.abs(places).max(axis=0) + _formed(self.axes, sizes)
+            across, along, away = local = _coordinates(self.axes, -view.towards)
+            reach = np.abs(local).max(axis=0) + _formed(self.axes, sizes)
             side, depth = np.where(away < 0, -1.0, 1.0), np.abs(away)
             largest = (self.reach + 1) * (reach + 1)
             # Products that float32 cannot hold leave no triangle out.
@@ -110,8 +110,8 @@ class LightFrame:
         return np.flatnonzero(~(beyond[0] | beyond[1]))
 
 
-def _coordinates(axes: tuple[Floats, Floats, Floats], places: Floats) -> Floats:
-    return np.stack([dot(axis, places) for axis in axes])
+def _coordinates(axes: tuple[Floats, Floats, Floats], points: Floats) -> Floats:
+    return np.stack([dot(axis, points) for axis in axes])
 
 
 def _formed(axes: tuple[Floats, Floats, Floats], sizes: Floats) -> Floats:

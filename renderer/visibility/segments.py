@@ -1,6 +1,6 @@
 """Shadows of any family: segments to light points, intersected as rays are.
 
-A family without faster shadows of its own is right by these, a light point at a time in float64.
+They are correct for every family, one light point at a time in float64; most have faster ones.
 """
 
 from dataclasses import dataclass

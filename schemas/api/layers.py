@@ -31,7 +31,7 @@ def checked_layers(names: Iterable[str]) -> tuple[LayerName, ...]:
     Raises
     ------
     TypeError
-        It is one text and not several.
+        The names are a single text.
     ValueError
         Names the unknown layer, and suggests a known one.
 

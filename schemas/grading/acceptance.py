@@ -95,11 +95,11 @@ class Scale(Closed):
     def _descend(self) -> Scale:
         if self.zero is not None and self.bands:
             raise PydanticCustomError("two_scales", "Give 'zero' or 'bands', not both.")
-        places = [self.full, *(band.at for band in self.bands)]
+        thresholds = [self.full, *(band.at for band in self.bands)]
         if self.zero is not None:
-            places.append(self.zero)
+            thresholds.append(self.zero)
         sign = -1 if self.rising else 1
-        if any(sign * worse <= sign * better for better, worse in pairwise(places)):
+        if any(sign * worse <= sign * better for better, worse in pairwise(thresholds)):
             raise PydanticCustomError(
                 "not_in_order",
                 "These thresholds must go from good to bad, and here {more} is better: first 'full', then "

@@ -49,9 +49,9 @@ def show(
     problems = [_problem(finding, parts) for finding, parts in zip(first, locations, strict=True)]
     if text is None:
         return tuple(problems)
-    places = find(text, locations)
+    positions = find(text, locations)
     offsets = [
-        _offset(places[parts], finding, parts) for finding, parts in zip(first, locations, strict=True)
+        _offset(positions[parts], finding, parts) for finding, parts in zip(first, locations, strict=True)
     ]
     order = sorted(range(len(first)), key=offsets.__getitem__)
     return tuple(_placed(problems[index], text, offsets[index]) for index in order)
@@ -69,9 +69,9 @@ def located(text: str | None, problems: Iterable[Problem]) -> list[Problem]:
     if text is None:
         return problems
     locations = [tokens(problem.pointer) for problem in problems]
-    places = locate(text, locations)
+    positions = locate(text, locations)
     return [
-        _placed(problem, text, _start(problem, places[parts]))
+        _placed(problem, text, _start(problem, positions[parts]))
         for problem, parts in zip(problems, locations, strict=True)
     ]
 

@@ -54,14 +54,14 @@ def locate(text: str, locations: Iterable[Parts]) -> dict[Parts, Place]:
         A place for each location. Of repeated keys the last one's value counts, as it does in reading.
     """
     root = _Wanted()
-    places = {}
+    positions = {}
     for parts in locations:
         wanted = root
         for part in parts:
             wanted = wanted.at(part)
-        places[parts] = wanted.place
+        positions[parts] = wanted.place
     _walk(text, _skip(text, 0), root)
-    return places
+    return positions
 
 
 def line_and_column(text: str, offset: int) -> tuple[int, int]:

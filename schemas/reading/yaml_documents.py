@@ -73,16 +73,16 @@ class _Walk:
     limits: Limits
     count: int = 0
     repeated: list[Finding] = field(default_factory=list)
-    places: dict[Parts, Place] = field(default_factory=dict)
+    positions: dict[Parts, Place] = field(default_factory=dict)
 
     def find(self, _: str, locations: Iterable[Parts]) -> dict[Parts, Place]:
-        """The places of locations that the document has."""
-        return {parts: self.places[parts] for parts in locations}
+        """The positions of locations that the document has."""
+        return {parts: self.positions[parts] for parts in locations}
 
     def value_of(self, node: yaml.Node, parts: Parts) -> object:
         """Value of a node."""
         self._check(node, parts)
-        self.places.setdefault(parts, Place()).value = node.start_mark.index
+        self.positions.setdefault(parts, Place()).value = node.start_mark.index
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, parts)
         if isinstance(node, yaml.SequenceNode):
@@ -97,7 +97,7 @@ class _Walk:
             inner = (*parts, key.value)
             if key.value in built:
                 self.repeated.append(Finding(inner, "duplicate_field", _TWICE, about_key=True))
-            self.places.setdefault(inner, Place()).keys.append(key.start_mark.index)
+            self.positions.setdefault(inner, Place()).keys.append(key.start_mark.index)
             built[key.value] = self.value_of(value, inner)
         return built
 

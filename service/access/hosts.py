@@ -1,4 +1,4 @@
-"""Names under which a service answers, and who can reach an address.
+"""Host names of a service, and the reach of an address.
 
 A page of another site can make its own name resolve to loopback after it was loaded (DNS rebinding). The
 browser then treats both as one origin, and only the host name distinguishes them.

@@ -1,4 +1,4 @@
-"""A user as the service knows them: name, role and limits."""
+"""A user: name, role and limits."""
 
 from __future__ import annotations
 

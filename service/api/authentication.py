@@ -66,12 +66,12 @@ def cookie_name(request: Request) -> str:
 
 
 def _of_proxy(request: Request, settings: Settings) -> Principal:
-    """Return the user whom the proxy names, or the one that all are.
+    """Return the user that the proxy names, or the common user.
 
     Raises
     ------
     ForbiddenError
-        If it should name one, and does not, or is none of the trusted proxies.
+        If it does not name a required user, or is not trusted.
     """
     role = settings.proxy_role or Role.SUBMIT
     if settings.proxy_user_header is None:
@@ -131,7 +131,7 @@ Admin = Annotated[Principal, Depends(_admin)]
 
 
 def claimant_of(request: Request) -> str:
-    """Return who shares memory and processors with others: the user, or an address where all are one user."""
+    """Return the claimant of shared resources: the user, or the address if all are one user."""
     user: Principal = request.state.user
     return request.client.host if user.is_everyone and request.client else user.name
 

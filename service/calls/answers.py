@@ -24,7 +24,7 @@ from service.workers.tasks import InspectTask, PreviewTask, QuoteTask, TraceTask
 
 
 async def quote(service: Service, principal: Principal, body: bytes) -> Quote:
-    """Predict by a pilot what a picture would cost; raises as `ask_worker` does."""
+    """Predict the cost of a picture by a pilot; raises as `ask_worker` does."""
     task, found = await ask_worker(service, principal, _quote_task, body)
     quoted: Quote = in_request(found, task.request)
     if quoted.asked is not None:

@@ -28,7 +28,7 @@ MEDIA_TYPES: dict[Form, str] = {
 
 
 def etag_of(service: Service, job_id: str, form: Form) -> str:
-    """Return the tag that the answer would have now, without making it."""
+    """Return the current tag of the answer, without making it."""
     with service.database.reading() as session:
         row = jobs.find(session, job_id)
         return f'"{row.id}-{row.state.value}-{work_of(row)["last_seq"]}-convergence.{form}"'
@@ -80,7 +80,7 @@ def encoded(found: Convergence, form: Form) -> bytes:
 
 
 def _table(found: Convergence) -> str:
-    """Write a row for each pass (RFC 4180); what is not known is left empty."""
+    """Write a row for each pass (RFC 4180); unknown values are empty."""
     kinds = list(found.passes[-1].rays) if found.passes else []
     ends = ("estimate", "low", "high")
     text = io.StringIO()

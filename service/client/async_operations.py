@@ -15,7 +15,7 @@ class AsyncOperations(AsyncConnection):
         return await self._send(calls.ask("/v1/workers", WorkerList))
 
     async def users(self, *, cursor: str | None = None) -> UserList:
-        """A page of users with what each uses; `cursor` is the ``next`` of the page before."""
+        """A page of users with their use; `cursor` is the ``next`` of the previous page."""
         params = {"limit": "1000"} | ({"cursor": cursor} if cursor else {})
         return await self._send(calls.ask("/v1/users", UserList, params))
 

@@ -16,7 +16,7 @@ class Operations(Connection):
         return self._send(calls.ask("/v1/workers", WorkerList))
 
     def users(self, *, cursor: str | None = None) -> UserList:
-        """A page of users with what each uses; `cursor` is the ``next`` of the page before."""
+        """A page of users with their use; `cursor` is the ``next`` of the previous page."""
         params = {"limit": "1000"} | ({"cursor": cursor} if cursor else {})
         return self._send(calls.ask("/v1/users", UserList, params))
 

@@ -129,12 +129,12 @@ def _local_files(scene: Mapping[str, Any]) -> Iterator[tuple[str, str | int, str
 
 
 def _contents(scene: Mapping[str, Any], assets: AssetSource | None) -> tuple[dict[str, bytes], list[Finding]]:
-    places: dict[str, list[Parts]] = {}
+    uses: dict[str, list[Parts]] = {}
     for part, key, name in _local_files(scene):
-        places.setdefault(name, []).append((part, key, "asset"))
+        uses.setdefault(name, []).append((part, key, "asset"))
     contents: dict[str, bytes] = {}
     missing = []
-    for name, (first, *others) in places.items():
+    for name, (first, *others) in uses.items():
         try:
             contents[name] = _content(name, assets, is_mesh=first[0] == "shapes")
         except (ValueError, OSError) as error:

@@ -193,11 +193,11 @@ with three decimals or more, which turns them by less than 0.1 degrees; a sphere
 
 def bent_faces(obj: ObjFile) -> Masks:
     """Faces (F,) that are meant to look smooth: some normal in the file is not that of the face."""
-    starts, places = np.cumsum(obj.sizes) - obj.sizes, obj.vertices[obj.corners[:, 0]]
+    starts, positions = np.cumsum(obj.sizes) - obj.sizes, obj.vertices[obj.corners[:, 0]]
     owners = np.repeat(np.arange(len(starts)), obj.sizes)
     following = np.arange(len(owners)) + 1
     following[starts + obj.sizes - 1] = starts
-    arms = places - places[starts][owners]
+    arms = positions - positions[starts][owners]
     # The sum over all corners is right for concave faces too.
     of_faces = np.add.reduceat(np.cross(arms, arms[following]), starts)
     chosen = has_all(obj, obj.corners[:, 2])[owners]
@@ -226,9 +226,9 @@ def write_obj(vertices: Floats, texture: Floats, corners: Integers, sizes: Integ
     sizes
         Corners of each face, (F,).
     """
-    places, vertex = _renumbered(corners[:, 0])
+    used, vertex = _renumbered(corners[:, 0])
     pairs, coordinate = _renumbered(corners[:, 1])
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices[places].tolist()]
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices[used].tolist()]
     lines += [f"vt {u!r} {v!r}" for u, v in texture[pairs].tolist()]
     written = iter(
         f"{place}/{number}" if number else f"{place}"
@@ -240,9 +240,9 @@ def write_obj(vertices: Floats, texture: Floats, corners: Integers, sizes: Integ
 
 def _renumbered(numbers: Integers) -> tuple[Integers, Integers]:
     """Numbers that are used, in the order of their first use, and new ones from 1 for all; 0 for `NONE`."""
-    known, first, places = np.unique(numbers, return_index=True, return_inverse=True)
+    known, first, inverse = np.unique(numbers, return_index=True, return_inverse=True)
     order = np.argsort(np.where(known == NONE, -1, first))
     ranks = np.empty_like(order)
     ranks[order] = np.arange(len(order))
     has_none = NONE in known
-    return known[order][has_none:], ranks[places] + (not has_none)
+    return known[order][has_none:], ranks[inverse] + (not has_none)

@@ -68,8 +68,8 @@ class Notes:
     def find_lines(self, text: str | None) -> None:
         """Add lines to notes about the file itself, a JSON text."""
         about = [note for note in self.taken if note.file == self.file]
-        places = located(text, [Problem(pointer=note.place, detail="", code="") for note in about])
-        lines = {note: place.line for note, place in zip(about, places, strict=True)}
+        positions = located(text, [Problem(pointer=note.place, detail="", code="") for note in about])
+        lines = {note: position.line for note, position in zip(about, positions, strict=True)}
         self.taken = {replace(note, line=lines.get(note, note.line)): None for note in self.taken}
 
 

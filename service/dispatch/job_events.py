@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 
 EACH_SECONDS, MOST_SECONDS = 0.01, 0.5
-"""Seconds that events of a job are collected for each watcher after the first, and at most."""
+"""Seconds for which events of a job are collected, per watcher after the first, and at most."""
 
 
 class Watcher:

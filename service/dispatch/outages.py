@@ -41,12 +41,12 @@ class Outages:
             Whether this server did not lead, or could not use the database, since then.
         """
         had_workers, self._had_workers = self._had_workers, self._has_workers()
-        # A sign of life as late as that: the process was stopped, or the machine slept.
+        # A sign of life this late means that the process was stopped, or the machine suspended.
         stopped = term.silent_seconds >= LEASE_SECONDS
         idle = stopped or self._store_closed or not (had_workers and self._had_workers)
         return term.silent_seconds if was_away or (self.beating and idle) else 0.0
 
     def note(self, outcomes: Iterable[Outcome], *, store_closed: bool) -> None:
-        """Note whether the store takes results; once closed it is open again with the next result."""
+        """Record whether the store accepts results; the next stored result reopens it."""
         stored = any(isinstance(outcome, _STORED) for outcome in outcomes)
         self._store_closed = store_closed or (self._store_closed and not stored)

@@ -24,12 +24,12 @@ Band = tuple[Pixels, Layers]
 
 @dataclass(frozen=True)
 class Finished:
-    """Finished tiles of a render at one reading of the database; none once its picture is final.
+    """Snapshot of the finished tiles of a render; empty once its picture is final.
 
     Attributes
     ----------
     job : str
-        Who asks: a render may have several jobs.
+        The requested job; a render may have several.
     coarse : StoredTile or None
         The preview.
     parts : tuple of StoredTile
@@ -108,7 +108,7 @@ def means(store: TileStore, job_id: str, parts: Sequence[StoredTile]) -> Iterato
 
 
 def _layers(store: TileStore, finished: Finished, names: Sequence[str], top: int, bottom: int) -> Layers:
-    """Put layers together in a band as in a picture of its own, which begins at its first row."""
+    """Assemble layers of a band, in coordinates that begin at its first row."""
     parts = [
         replace(part, tile=replace(part.tile, y0=part.tile.y0 - top, y1=part.tile.y1 - top))
         for part in _within(finished.recorded, top, bottom)

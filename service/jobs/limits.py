@@ -77,7 +77,7 @@ def check_queue(
         If it would not fit into an empty queue either.
     """
     my_most = principal.max_jobs or settings.max_user_jobs
-    # An earlier version has made keys with infinite limits, and none can be used beyond that of all jobs.
+    # Keys of an earlier version may have infinite limits, which that of all jobs bounds.
     mine = principal.max_cpu_seconds or settings.max_user_cpu_seconds
     my_most_seconds = min(settings.max_queued_cpu_seconds, mine)
     adds = 0 if job.state.final else 1

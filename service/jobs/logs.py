@@ -72,7 +72,7 @@ def _entries(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
 
 
 def _passes(row: JobRow, repeated: list[TileRow]) -> Iterator[LogEntry]:
-    """Report the passes in their order, what was repeated in each before its end."""
+    """Report the passes in order, each after its repeated steps."""
     finished = {cost["pass_index"]: cost for cost in passes_of(row)}
     for index in sorted({*finished, *(step.pass_index for step in repeated)}):
         yield from (_step(step) for step in repeated if step.pass_index == index)

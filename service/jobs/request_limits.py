@@ -120,8 +120,8 @@ class _Turn:
 class PixelLimit:
     """Bounds the pixels of the pictures that are encoded at once. Used by the event loop's thread alone.
 
-    Whoever was given the fewest pixels since all of theirs began to wait comes first, with the smallest
-    picture. Small ones wait for no large one.
+    The claimant with the fewest pixels since all of theirs began to wait comes first, with the smallest
+    picture. Small pictures do not wait for large ones.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ class PixelLimit:
         self._small, self._reserve = most // 64, most // 4
         self._taken = 0
         self._turns: list[_Turn] = []
-        # Of those who have a turn or wait for one.
+        # Of claimants with a turn, and waiting ones.
         self._active: Counter[str] = Counter()
         self._given: dict[str, int] = {}
 
@@ -146,7 +146,7 @@ class PixelLimit:
         Parameters
         ----------
         claimant
-            Who asks: a user or an address.
+            A user or an address.
         """
         turn = _Turn(claimant, min(pixels, self.most), asyncio.Event())
         # A new claimant is not owed what others got before.
@@ -189,7 +189,7 @@ class PixelLimit:
 class RecentFiles:
     """Encoded pictures of unfinished jobs by their tags: the last small ones, and all that are being sent.
 
-    Many who watch a job ask for the same one. They take room on the disk, not in memory.
+    Many watchers of a job request the same one. They take space on the disk, not in memory.
     """
 
     LAST, SMALL = 16, 4 << 20

@@ -16,7 +16,7 @@ from service.storage.assets import PREFIX
 from service.storage.database.models import AssetRow
 
 WORKER_BYTES = 512 << 20
-"""Address space of a worker beside textures: 330 MiB before it has read a scene, and what a tile takes."""
+"""Address space of a worker without textures: 330 MiB before it reads a scene, and that of a tile."""
 # Bytes of a pixel, counted from the arrays and confirmed with 8000 x 8000 pixels in each format: four floats,
 # a third more with a pyramid, and what is beside them while one texture is read.
 HELD_BYTES, WITH_PYRAMID, READ_BYTES = 16, 64 / 3, 16
@@ -49,7 +49,7 @@ def too_large(session: Session, scene: Scene, worker_bytes: int) -> Problem | No
 
 
 def _used(scene: Scene) -> dict[ImageTexture, str]:
-    """The images that shapes show, as they are read, and the name of one texture of each.
+    """The distinct images that shapes show, each with the name of one texture.
 
     Textures that differ in their name alone are read once, and a colour that is a map too is read twice.
     """

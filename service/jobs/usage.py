@@ -75,7 +75,7 @@ def _file_bytes(session: Session, names: Sequence[str]) -> dict[str, int]:
 
 
 def _summed(session: Session, query: Select[str, int]) -> dict[str, int]:
-    """Sums, which PostgreSQL has as decimals, and of nothing as null."""
+    """Convert sums, which are decimals in PostgreSQL, and null for no rows."""
     return {owner: int(total or 0) for owner, total in session.execute(query)}
 
 

@@ -147,8 +147,8 @@ def _read(session: Session, number: int, column: InstrumentedAttribute[Any]) -> 
 def _reason(error: BaseException | None) -> str:
     """Say what cannot be read; values of users stay out of the log."""
     if isinstance(error, ValidationError):
-        places = (".".join(map(str, found["loc"])) for found in error.errors(include_input=False))
-        return f"{error.title}: {', '.join(places)}"
+        fields = (".".join(map(str, found["loc"])) for found in error.errors(include_input=False))
+        return f"{error.title}: {', '.join(fields)}"
     return type(error).__name__
 
 

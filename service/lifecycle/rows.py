@@ -16,7 +16,7 @@ from service.storage.database.models import JobRow, RenderRow, TileRow
 from service.storage.tiles import Checksums, StoredTile, final_prefix
 
 FIRST_PASS = 1 / 16
-"""Part of its price that the first pass of a picture of target quality takes, about."""
+"""Approximate share of the price for the first pass of target quality."""
 
 OPEN = (JobState.QUEUED, JobState.RUNNING)
 """States of jobs that are not finished."""
@@ -80,7 +80,7 @@ def expected(render: RenderRow, name: str) -> Expected:
 
 
 def note_idle(session: Session, render: RenderRow) -> None:
-    """Note since when no job of a finished render is open; never where one is pinned."""
+    """Record when the last job of a finished render ended; never for a pinned one."""
     jobs = select(func.max(JobRow.finished_at), func.count().filter(JobRow.pinned))
     newest, pins = session.execute(jobs.where(JobRow.render_number == render.number)).one()
     render.idle_since = None if pins else newest
@@ -121,7 +121,7 @@ def expected_cpu_seconds(render: RenderRow, step: TileRow) -> float:
 
 
 def ran_for(row: JobRow | RenderRow) -> float:
-    """Return for how many seconds a started job or render has run, pauses left out.
+    """Return the seconds that a started job or render has run, without pauses.
 
     Of its columns ``started_at``, ``paused_at`` and ``paused_seconds`` are enough.
     """
@@ -130,7 +130,7 @@ def ran_for(row: JobRow | RenderRow) -> float:
 
 
 def paused_for(row: JobRow | RenderRow) -> float:
-    """Return for how many seconds a job or render has been paused since it started."""
+    """Return the seconds that a job or render has been paused since it started."""
     if row.paused_at is None or row.started_at is None:
         return row.paused_seconds
     return row.paused_seconds + min(clock.since(row.paused_at), clock.since(row.started_at))

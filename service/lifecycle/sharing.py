@@ -17,7 +17,7 @@ from service.lifecycle import clock, fairness, rows, totals
 from service.lifecycle.documents import leave
 from service.storage.database.models import AssetRow, AssetUseRow, JobRow, RenderRow
 
-# Only the columns of time: with a limit for each, there are as many of them as there are jobs that wait.
+# Only the time columns: there may be a row for each waiting job.
 _LIMITED = select(
     JobRow.number, JobRow.time_limit, JobRow.started_at, JobRow.paused_at, JobRow.paused_seconds
 ).where(JobRow.state == JobState.RUNNING, JobRow.time_limit.is_not(None), JobRow.paused_at.is_(None))
@@ -56,7 +56,7 @@ def follow(session: Session, render: RenderRow | None) -> None:
 
 
 def add_outage(session: Session, seconds: float) -> None:
-    """Count the last seconds as a pause of all that ran in them: nothing could work on it."""
+    """Count the last seconds as a pause of everything that ran, since nothing could be rendered."""
     for table in (JobRow, RenderRow) if seconds else ():
         times = select(table.number, table.started_at, table.paused_at, table.paused_seconds)
         ran: Any = session.execute(times.where(table.state == JobState.RUNNING, table.paused_at.is_(None)))
@@ -101,8 +101,8 @@ def end_late(session: Session) -> tuple[list[RenderRow], list[str], float | None
     Returns
     -------
     tuple
-        The renders that ended with them, the ids of the jobs that left a render to others, and in how
-        many seconds the next time limit will be spent.
+        The renders that ended with them, the ids of the jobs that left a shared render, and the seconds until
+        the next time limit.
     """
     ended, left, upcoming = [], [], []
     limited: Any
@@ -162,7 +162,7 @@ def _without(
         return None
     if not session.scalar(select(exists().where(JobRow.render_number == render.number))):
         return _delete(session, render)
-    # Jobs expire in the order in which they end: nearly always the newest one is left.
+    # Jobs expire in the order in which they end, so nearly always the newest one is left.
     if render.state is JobState.SUCCEEDED and (row.pinned or ended == render.idle_since):
         rows.note_idle(session, render)
     return None

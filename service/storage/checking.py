@@ -16,7 +16,7 @@ PIECE_BYTES = 4 << 20
 
 
 def checked(name: str, stored: Stored, expected: Expected) -> Stored:
-    """Return a file whose reads raise StoreDamagedError if its bytes are not those that were written.
+    """Return a file whose reads raise StoreDamagedError if its bytes are damaged.
 
     One whose SHA-256 is known is read whole before the first read.
     """
@@ -44,7 +44,7 @@ class _Banded:
     stored: Stored
     expected: Checksum
     known: set[int] = field(default_factory=set)
-    """First bytes of the bands checked so far: bytes that are read ahead are checked once."""
+    """First bytes of the bands checked so far, so that bytes read ahead are checked once."""
 
     def read(self, begin: int, end: int) -> bytes:
         first = begin - begin % BAND_BYTES

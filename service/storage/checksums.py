@@ -79,7 +79,7 @@ def is_whole(content: bytes, expected: Expected) -> bool:
 
 
 def read_checked(name: str, read: Callable[[], Content], fits: Callable[[Content], bool]) -> Content:
-    """Read something, twice if it does not fit at first; StoreDamagedError if it does not then."""
+    """Read and verify, with a second attempt before StoreDamagedError."""
     for _ in range(MAX_READS):
         with suppress(StoreDamagedError):
             content = read()

@@ -110,7 +110,7 @@ class Folder:
             found: NDArray[Any] = np.load(self._folder / name, mmap_mode="r")
         return found
 
-    # As many as a worker has in use: those of a pass of each job whose plan it keeps.
+    # As many as a worker uses: those of a pass of each job whose plan it keeps.
     @lru_cache(maxsize=16)  # noqa: B019  (a process has few stores, and as long as it runs)
     def _check(self, name: str, expected: Expected) -> None:
         stored = self.find(name)
@@ -128,7 +128,7 @@ class Folder:
     def found(self, prefix: str = "") -> Iterator[Found]:
         """List all files under a name, or all."""
         for path in (self._folder / prefix).rglob("*"):
-            # Files come and go while others render, and read, and delete.
+            # Files come and go while other processes render, read and delete.
             try:
                 state, is_file = path.stat(), path.is_file()
             except OSError:
@@ -196,7 +196,7 @@ def _sync(folder: Path) -> None:
 
 @contextmanager
 def translate_errors() -> Iterator[None]:
-    """Distinguish a disk that cannot be written now, which passes, from all other errors.
+    """Translate errors of a disk that cannot be written now; others are permanent.
 
     Raises
     ------

@@ -34,10 +34,10 @@ class Stored:
     size
         Bytes.
     modified
-        When it was written, seconds since the epoch; None if it is another one with each request.
+        When it was written, seconds since the epoch; None if it differs with each request.
     read_ahead
-        Whether all that is asked for is read before any of it is sent, so that damage is answered with an
-        error: not from afar.
+        Whether the requested bytes are read before any is sent, so that damage is answered with an error; not
+        from a bucket.
     read
         Gives the bytes from the first number up to the second. Those of a folder stay there although the file
         is deleted meanwhile; a bucket raises FileNotFoundError then.
@@ -52,8 +52,8 @@ class Stored:
 class Objects(Protocol):
     """Keeps bytes under names.
 
-    Whatever reads or writes raises StoreAwayError if the place cannot be reached, StoreFullError if it
-    has no room and StoreReadOnlyError if it may not be written.
+    Reads and writes raise StoreAwayError if the place cannot be reached, StoreFullError if it is full, and
+    StoreReadOnlyError if it may not be written.
     """
 
     place: str
@@ -66,13 +66,13 @@ class Objects(Protocol):
         """Raise StoreAwayError if the place cannot be seen from here; the message says what to do."""
 
     def begin(self, prefix: str) -> None:
-        """Make room for names under this one. Once that is dropped nothing more can be kept there."""
+        """Create the folder of a name. After its deletion nothing can be stored there."""
 
     def put(self, name: str, data: bytes, *, durable: bool = False) -> None:
         """Store bytes under a name, replacing what was there; ``durable`` as in `keep`."""
 
     def draft(self, name: str) -> AbstractContextManager[IO[bytes]]:
-        """Open a file of this machine to be written and then kept under the name; else it goes."""
+        """Open a temporary file of this machine, which `keep` stores under the name."""
 
     def keep(self, draft: IO[bytes], name: str, *, durable: bool = False) -> None:
         """Store what was written to a draft under its name, replacing what was there.

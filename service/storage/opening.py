@@ -16,7 +16,7 @@ OPENING_ERRORS = (ServiceError, OSError, SQLAlchemyError)
 
 
 def reason(error: Exception, data: Path) -> str:
-    """Say what is wrong, and what to do.
+    """Describe the problem and its cure.
 
     Parameters
     ----------

@@ -92,8 +92,8 @@ class StoredRows:
 
     def read(self, top: int, bottom: int) -> NDArray[Any]:
         """Return the rows from the first number up to the second."""
-        places = (self._begin + row * self._row_bytes for row in (top, bottom))
-        content = self._stored.read(*places)
+        offsets = (self._begin + row * self._row_bytes for row in (top, bottom))
+        content = self._stored.read(*offsets)
         with damage_reported(self._name):
             return np.frombuffer(content, self.dtype).reshape(bottom - top, *self.shape[1:])
 

@@ -63,7 +63,7 @@ class Ids(RandomIdGenerator):
 
     @contextmanager
     def giving(self, span_id: int) -> Iterator[None]:
-        """Let the spans that this thread begins have an id."""
+        """Give an id to the spans that this thread begins."""
         self._given.span_id = span_id
         try:
             yield
@@ -77,14 +77,14 @@ class Ids(RandomIdGenerator):
 
 
 class SentJobSpans(JobSpans):
-    """Spans of jobs and of attempts at their tiles, where the request that brought a job has one.
+    """Spans of jobs and of attempts at their tiles, if the submitting request has one.
 
     Parameters
     ----------
     tracer, ids
         Those of the same provider.
     database
-        Knows the jobs. Where it cannot be read, spans are missing and nothing else.
+        Used to look up jobs; if it cannot be read, only spans are missing.
     """
 
     def __init__(self, tracer: Tracer, ids: Ids, database: Database) -> None:

@@ -80,7 +80,7 @@ class Metrics:
             self.cpu_seconds.labels(user).inc(spent)
 
     def note_retries(self, causes: Mapping[Cause, int]) -> None:
-        """Count tasks that are tried again, by what was in the way."""
+        """Count retried tasks, by cause."""
         for cause, count in causes.items():
             self.retries.labels(cause).inc(count)
 
@@ -118,7 +118,7 @@ class _State(Collector):
         return self.families
 
     def registry(self) -> CollectorRegistry:
-        """A registry of nothing else."""
+        """A registry without other collectors."""
         made = CollectorRegistry()
         made.register(self)
         return made

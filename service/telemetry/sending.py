@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from opentelemetry.context import Context
     from opentelemetry.sdk.trace import Span
 
-# How long sending the last spans may take when the service stops, seconds.
+# Seconds for sending the last spans when the service stops.
 FAREWELL_SECONDS = 3.0
 # Machines poll these addresses all the time.
 NOT_TRACED = {"/livez", "/readyz", "/metrics"}
@@ -49,7 +49,7 @@ class SentTelemetry(Telemetry):
         self._ids = ids
 
     def of_requests(self) -> TelemetryConfig:
-        """Say what the framework records by itself: one span for each request."""
+        """Instrument the framework: one span for each request."""
         return {
             "tracer_provider": self._provider,
             "metrics": False,
@@ -64,7 +64,7 @@ class SentTelemetry(Telemetry):
         return SentJobSpans(self._provider.get_tracer("penumbra"), self._ids, database)
 
     def close(self) -> None:
-        """Send what was not sent yet, within a few seconds."""
+        """Send the remaining spans, within a few seconds."""
         # Waiting for an unreachable collector would take longer than a service may take to stop.
         farewell = threading.Thread(target=self._provider.shutdown, name="last spans", daemon=True)
         farewell.start()
@@ -79,7 +79,7 @@ class _RequestIds(SpanProcessor):
     """Adds the name that a request has in the log to its span."""
 
     def on_start(self, span: Span, parent_context: Context | None = None) -> None:  # noqa: ARG002  (an interface)
-        """Look which request is under way where the span begins."""
+        """Add the id of the current request to a new span."""
         name = structlog.contextvars.get_contextvars().get("request")
         if name is not None:
             span.set_attribute(REQUEST, name)

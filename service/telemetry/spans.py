@@ -48,7 +48,7 @@ class Telemetry:
     """Spans of a service, dropped."""
 
     def of_requests(self) -> TelemetryConfig:
-        """Say what the framework records by itself."""
+        """Instrument the framework."""
         return {"tracing": False, "metrics": False, "logs": False, "auto_configure": False}
 
     def of_jobs(self, database: Database) -> JobSpans:  # noqa: ARG002  (an interface)
@@ -56,7 +56,7 @@ class Telemetry:
         return JobSpans()
 
     def close(self) -> None:
-        """Send what was not sent yet, within a few seconds."""
+        """Send the remaining spans, within a few seconds."""
 
 
 SILENT = Telemetry()

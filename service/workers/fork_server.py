@@ -47,7 +47,7 @@ class ForkServer:
     def fork(self, setup: WorkerSetup, connection: Connection, pulse: Connection) -> None:
         """Have a worker forked, which runs `service.workers.worker.work`, without waiting for it.
 
-        If the fork server dies before it comes to that, the pipes end.
+        If the fork server dies before that, the pipes end.
 
         Raises
         ------
@@ -117,7 +117,7 @@ def _fork(requests: Connection, call: Callable[[], None]) -> None:
         if os.fork() != 0:
             return
     except OSError:
-        # There are too many processes. The slot learns it from its pipe, and asks again later.
+        # There are too many processes. The slot notices the end of its pipe, and asks again later.
         sys.excepthook(*sys.exc_info())
         return
     code = 1

@@ -138,7 +138,7 @@ class Slot:
         self.pid: int | None = None
 
     def start(self, report: Report) -> None:
-        """Have the process started, and outcomes reported."""
+        """Start the thread, which starts the process and reports outcomes."""
         self._report = report
         self._thread.start()
 
@@ -148,7 +148,7 @@ class Slot:
             self.start(report)
 
     def is_overdue(self) -> bool:
-        """Whether the process is at a task that has outlasted its time slice by far."""
+        """Whether the process runs a task that is far beyond its time slice."""
         limit = OVERDUE_SLICES * self._lease.slice_seconds
         return self._first() is not None and time.monotonic() - self._begun > limit
 
@@ -166,7 +166,7 @@ class Slot:
         return WorkerState(name, self.pid, task, time.monotonic() - self._begun if task else 0.0)
 
     def submit(self, task: Task) -> None:
-        """Have a task executed after those that were given before."""
+        """Queue a task behind those that the slot has."""
         with self._lock:
             self._came[task] = time.monotonic()
             self._tasks.append(task)
@@ -200,12 +200,12 @@ class Slot:
         try:
             return self._listen(self._start_process())
         except Exception:
-            # Perhaps there are too many open files: the tasks that came meanwhile are for another.
+            # Perhaps there are too many open files; the tasks go to another slot.
             self._lost()
             raise
 
     def _start_process(self) -> Connection:
-        """Have a process forked, and give this end of its pipe."""
+        """Fork a process, and return this end of its pipe."""
         self._connection, there = Pipe()
         pulse, beating = Pipe(duplex=False)
         # The process alone holds these afterwards, and they close with it.
@@ -230,21 +230,21 @@ class Slot:
             except (EOFError, OSError):
                 return started
             finally:
-                # Before it is closed: somebody may be sending a task.
+                # Before the pipe is closed, since another thread may be sending a task.
                 self._lost()
 
     def _watch_or_kill(self, pulse: Connection) -> None:
         try:
             self._watch(pulse)
         except Exception:
-            # One that nobody watches could hang for ever.
+            # An unwatched process could hang for ever.
             self._kill()
             raise
 
     def _watch(self, pulse: Connection) -> None:
-        """Kill the process once it is silent for too long, or too long at one task.
+        """Kill the process after too long a silence, or too long a task.
 
-        The lock is not waited for: it is held while a process that was stopped is given a task.
+        It must not wait for the lock, which is held while a task is sent to a suspended process.
         """
         task, spent = None, 0.0
         for passed in beats(pulse, self._lease.beat_seconds):
@@ -253,7 +253,7 @@ class Slot:
             if passed.silent >= self._silence_limit():
                 log.warning("worker silent", process=self.pid, seconds=passed.silent, **log_names(task))
                 if not self._kill():
-                    # It was not even forked: what should have done that does nothing.
+                    # It was not even forked, so the fork server is dead.
                     fork_server.kill()
             elif task is not None and spent > self._lease.task_seconds:
                 self._end_late(task)
@@ -262,7 +262,7 @@ class Slot:
         return self._lease.start_seconds if self.pid is None else self._lease.silent_seconds
 
     def _first(self) -> Task | None:
-        """The task that the process is at."""
+        """The running task."""
         try:
             return None if self.pid is None else self._tasks[0]
         except IndexError:
@@ -289,16 +289,16 @@ class Slot:
         self._report(task, outcome)
 
     def _send_first(self) -> None:
-        """Give the process, which has nothing to do, the first task."""
+        """Send the first task to the idle process."""
         first, self._begun = self._tasks[0], time.monotonic()
         try:
             self._connection.send(after(first, time.monotonic() - self._came.pop(first)))
         except OSError:
-            # It is dead, as the listener will find: no task is to blame.
+            # It is dead, which the listener will notice; no task is to blame.
             self._verdict = first, Interrupted()
 
     def _end_first(self, outcome: Outcome) -> None:
-        """Kill the process, which is at the first task, with the outcome to report."""
+        """Kill the process during its first task, and set the outcome to report."""
         self._verdict = self._tasks[0], outcome
         self._kill()
 

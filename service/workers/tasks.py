@@ -40,7 +40,7 @@ class TileTask:
 
 @dataclass(frozen=True, eq=False)
 class SampleTask(TileTask):
-    """Bring the pixels of a tile to the levels that a pass wants, and keep the samples in the store.
+    """Bring the pixels of a tile to the levels of a pass, and store the samples.
 
     ``merged`` is the attempt that has merged the pass before and said what this one wants; 0 where there
     was none. ``checksums`` are those of its files, as far as they are known. What is not finished when the
@@ -56,7 +56,7 @@ class SampleTask(TileTask):
 
 @dataclass(frozen=True, eq=False)
 class AdvanceTask:
-    """Merge the tiles of a pass into a picture of target quality, and decide what the next pass wants.
+    """Merge the tiles of a pass into a picture of target quality, and plan the next pass.
 
     ``merged`` and ``checksums`` are as in `SampleTask`, ``recorded`` are the tiles that have recorded
     ``layers``. ``last`` says that no pass follows, whatever the error is: then not all tiles of the pass need
@@ -80,7 +80,7 @@ class AdvanceTask:
 
 @dataclass(frozen=True, eq=False)
 class ComposeTask:
-    """Make the final picture of a job, and its layers, from its tiles.
+    """Assemble the final picture of a job, and its layers, from its tiles.
 
     ``compared`` says that their errors follow from the differences of its passes.
     """
@@ -244,7 +244,7 @@ class ComposeDone:
 
 @dataclass(frozen=True, eq=False)
 class CallDone:
-    """The ``answer`` to a call: what that is depends on the task. The worker took ``cpu_seconds``."""
+    """The ``answer`` to a call, of a type that depends on the task. The worker took ``cpu_seconds``."""
 
     answer: Any = field(repr=False)
     cpu_seconds: float
@@ -291,7 +291,7 @@ class WorkerDied:
 
 @dataclass(frozen=True)
 class Interrupted:
-    """The task was taken from its worker, or never began; nothing is known against it.
+    """The task was taken from its worker, or never began, through no fault of its own.
 
     ``late`` says that the time of its job was spent, so that its result is not needed any more.
     """
@@ -317,7 +317,7 @@ def log_names(task: Task | None) -> dict[str, str | int]:
 
 
 def memory_limit(worker_bytes: int) -> str:
-    """Say how much memory a worker may use, and who decides it, within a sentence.
+    """Describe the memory limit of a worker and its setting, within a sentence.
 
     >>> memory_limit(4 << 30)
     "4 GiB of memory that a worker may use (setting 'worker_memory_bytes')"

@@ -131,11 +131,11 @@ class Worker:
 
     @execute.register
     def render(self, task: TileTask) -> TileDone | Preempted:
-        """Render a tile of fixed quality, or what of it fits in a time slice."""
+        """Render a tile of fixed quality, or as much as fits in a time slice."""
         begun = time.process_time()
         plan, kept = self._plan(task), self._unfinished(task) if task.resumed else None
         tile = renderer.TileRendering(plan, task.tile, task.pass_, kept)
-        # Making the plan is no part of the slice: it could be all of it each time.
+        # Planning does not count towards the slice: it could take all of it each time.
         if not tile.run(time.monotonic() + self._slice_seconds):
             self._store.put_unfinished(task.job, task.tile, task.pass_, tile.arrays())
             return Preempted(time.process_time() - begun)
@@ -148,7 +148,7 @@ class Worker:
     @execute.register
     def sample(self, task: SampleTask) -> TileDone | Preempted | Interrupted:
         """Render a tile of target quality."""
-        # Making the plan is part of the time.
+        # Planning counts towards the time limit.
         until = inf if task.seconds_left is None else time.monotonic() + task.seconds_left
         begun = time.process_time()
         return self._passes.sample(target_plan(self._plan(task)), task, until, begun)
@@ -197,12 +197,12 @@ class Worker:
 
     @answer.register
     def plan(self, task: PlanTask) -> Outline:
-        """Return what the plan of a request says before its files are read."""
+        """Return the outline of a request's plan, before its files are read."""
         return outline(read_again(task.body), task.workers, task.tile_size)
 
     @answer.register
     def trace(self, task: TraceTask) -> bytes:
-        """Return what rays hit, as JSON: that takes too long where others are answered."""
+        """Return the hits of rays as JSON, whose encoding would block the server."""
         compile_admitted(JobRequest(scene=task.scene))
         plan = renderer.compile_scene(renderer.load_scene(task.scene, assets=self._assets))
         found = renderer.trace(plan, task.origins, task.directions)
@@ -296,9 +296,9 @@ def work(connection: Connection, pulse: Connection, setup: WorkerSetup) -> None:
 
 
 def _prepare(setup: WorkerSetup) -> None:
-    """See that this process leaves no core file and keeps to its memory.
+    """Disable core files, limit the memory, and configure logs like the service's.
 
-    It logs as the service does: other forms of a traceback show the values of names.
+    Other forms of a traceback would show the values of variables.
     """
     logs.configure(setup.log_level)
     # The service's own, which may come from a file that is not on this machine.
@@ -314,7 +314,7 @@ def _outcome(worker: Worker, task: Task, setup: WorkerSetup) -> Outcome:
     """Execute a task. Errors come back as outcomes: not every exception can travel."""
     with suppress(MemoryError):
         return _tried(worker, task)
-    # Outside of the handler, whose traceback would keep what the task has allocated.
+    # Outside of the handler, whose traceback would keep the memory of the task alive.
     if worker.plans.drop():
         with suppress(MemoryError):
             return _tried(worker, task)

@@ -1,4 +1,4 @@
-"""The layer `error`: the standard error that the spread of the camera samples gives, in every engine."""
+"""The layer `error`: the standard error by the variance of the camera samples, in every engine."""
 
 from fractions import Fraction
 
@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import renderer
-from renderer.layers import Spread, merged, standard_errors
+from renderer.layers import Moments, merged, standard_errors
 from schemas.tiles import Pass, Tile
 from tests.documents import Json, camera, phong, rectangle, sampled, scene
 from tests.pictures import pictures
@@ -20,9 +20,9 @@ def plan_with_errors(document: Json) -> renderer.RenderPlan:
 
 def record(*samples: float) -> NDArray[np.float64]:
     """The record of one pixel with equal channels."""
-    spread = Spread(Tile(0, 0, 0, 1, 1), Pass(1, 1, 0, len(samples)))
-    spread.add(np.array([0]), np.array([0]), np.tile(np.array(samples), (3, 1)))
-    return spread.record
+    moments = Moments(Tile(0, 0, 0, 1, 1), Pass(1, 1, 0, len(samples)))
+    moments.add(np.array([0]), np.array([0]), np.tile(np.array(samples), (3, 1)))
+    return moments.record
 
 
 def exactly(samples: list[float]) -> float:
@@ -35,7 +35,7 @@ def exactly(samples: list[float]) -> float:
 
 @pytest.mark.parametrize(("pattern", "samples"), [("random", 25), ("sobol", 4), ("rotated", 4)])
 def test_error_is_the_standard_error(pattern: str, samples: int) -> None:
-    """To the half spacing of float32, and what rounding leaves of a spread of nothing."""
+    """To the half spacing of float32, and the rounding of a variance of 0."""
     light = "uniform" if pattern == "rotated" else pattern
     plan = plan_with_errors(pictures.of_room(sampling=sampled(samples, 4, pattern, light)))
     values = samples_of(plan)

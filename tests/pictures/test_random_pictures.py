@@ -1,6 +1,6 @@
 """Pictures with random patterns agree with a picture that samples densely and regularly.
 
-A pixel's spread is measured on independent seeds. With T pixels compared, the threshold is where one right
+A pixel's deviation is measured on independent seeds. With T pixels compared, the threshold is where one right
 renderer in a thousand would fail: 4.9 standard errors of the mean for a thousand pixels, times 1.5 since the
 standard error itself is estimated, plus what the dense picture is off by.
 """
@@ -63,9 +63,9 @@ def test_neighbouring_pixels_err_independently() -> None:
     """Errors of points of a light at neighbours, over seeds: no correlation beyond 5 standard errors."""
     samplings = [sampled(1, 4, "center", "random", seed) for seed in range(200)]
     images = np.array([image_of(SCENE | {"sampling": each})[..., 0] for each in samplings])
-    spread = images.std(axis=0)
-    noisy = spread > 1e-3
-    errors = (images - images.mean(axis=0)) / np.where(noisy, spread, 1)
+    deviation = images.std(axis=0)
+    noisy = deviation > 1e-3
+    errors = (images - images.mean(axis=0)) / np.where(noisy, deviation, 1)
     pairs = noisy[:, :-1] & noisy[:, 1:]
     products = (errors[:, :, :-1] * errors[:, :, 1:])[:, pairs]
     assert pairs.sum() > 20

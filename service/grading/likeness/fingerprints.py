@@ -102,8 +102,8 @@ class Noise:
     ----------
     shape : tuple of int
         Rows and columns of a fingerprint.
-    places : (K,) int64
-        The noisy places among the differences of a fingerprint.
+    noisy : (K,) int64
+        Indices of the noisy differences of a fingerprint.
     median, deviation : (K,) float64
         What the pictures have in common there, and the standard deviation of their noise.
     values : (pictures, K) float64
@@ -112,7 +112,7 @@ class Noise:
     """
 
     shape: tuple[int, ...]
-    places: NDArray[np.int64]
+    noisy: NDArray[np.int64]
     median: Floats
     deviation: Floats
     values: Floats
@@ -144,13 +144,13 @@ def noise_of(prints: Sequence[Fingerprint]) -> Noise | None:
     )
     median, step = np.median(detail, axis=0), np.median(rounding, axis=0)
     deviation = DEVIATION_OVER_MAD * np.median(np.abs(detail - median), axis=0)
-    (places,) = np.nonzero(deviation > ABOVE_ROUNDING * step)
-    if places.size < FEWEST_PLACES:
+    (noisy,) = np.nonzero(deviation > ABOVE_ROUNDING * step)
+    if noisy.size < FEWEST_PLACES:
         return None
-    median, deviation, step = median[places], deviation[places], step[places]
-    values = (detail[:, places] - median) / deviation
+    median, deviation, step = median[noisy], deviation[noisy], step[noisy]
+    values = (detail[:, noisy] - median) / deviation
     counted = _counted(values, step / deviation)
-    return Noise(prints[0].detail.shape, places, median, deviation, np.where(counted, values, 0.0), counted)
+    return Noise(prints[0].detail.shape, noisy, median, deviation, np.where(counted, values, 0.0), counted)
 
 
 def parts(noise: Noise) -> Iterator[Noise]:
@@ -158,12 +158,12 @@ def parts(noise: Noise) -> Iterator[Noise]:
     yield noise
     down, right = (
         place >= size // 2
-        for place, size in zip(np.unravel_index(noise.places, noise.shape), noise.shape, strict=True)
+        for place, size in zip(np.unravel_index(noise.noisy, noise.shape), noise.shape, strict=True)
     )
     for part in (~down & ~right, ~down & right, down & ~right, down & right):
         yield Noise(
             noise.shape,
-            noise.places[part],
+            noise.noisy[part],
             noise.median[part],
             noise.deviation[part],
             noise.values[:, part],
@@ -189,23 +189,23 @@ class Agreement:
 
     Attributes
     ----------
-    places
-        At how many places both count.
+    counts
+        Numbers of places at which both count.
     correlation
         Of their values there; 0 if there is none.
     difference
         Half the mean square of the difference there: 1 for independent noise like that of the class.
     """
 
-    places: Floats
+    counts: Floats
     correlation: Floats
     difference: Floats
 
     @property
     def correlated(self) -> Masks:
         """Mask of correlations that are too high for chance."""
-        sure: Masks = (self.places >= FEWEST_PLACES) & (
-            self.correlation * np.sqrt(self.places) >= LEAST_STANDARD_ERRORS
+        sure: Masks = (self.counts >= FEWEST_PLACES) & (
+            self.correlation * np.sqrt(self.counts) >= LEAST_STANDARD_ERRORS
         )
         return sure & (self.correlation >= LEAST_CORRELATION)
 
@@ -222,7 +222,7 @@ def pairs(noise: Noise) -> list[Pair]:
 
 def like(noise: Noise, others: Sequence[Fingerprint]) -> Masks:
     """Mask of pictures with the errors of any of some others, such as pictures without noise."""
-    detail = np.stack([each.detail.ravel()[noise.places] for each in others]).astype(np.float64)
+    detail = np.stack([each.detail.ravel()[noise.noisy] for each in others]).astype(np.float64)
     values = (detail - noise.median) / noise.deviation
     near = np.abs(values) <= MOST_DEVIATIONS
     found = agreement(noise.values, noise.counted, np.where(near, values, 0.0), near)
@@ -241,13 +241,13 @@ def agreement(values: Floats, counted: Masks, others: Floats, also: Masks) -> Ag
     """
     ones, twos = counted.astype(np.float64), also.astype(np.float64)
     # Sums over the places that count in both.
-    places, products = ones @ twos.T, values @ others.T
+    counts, products = ones @ twos.T, values @ others.T
     first, second = (values * values) @ twos.T, ones @ (others * others).T
     scale = np.sqrt(first * second)
     return Agreement(
-        places,
+        counts,
         products / np.where(scale > 0, scale, np.inf),
-        (first + second - 2 * products) / (2 * np.maximum(places, 1)),
+        (first + second - 2 * products) / (2 * np.maximum(counts, 1)),
     )
 
 
