@@ -3,7 +3,7 @@
 SceneError (schemas)   a scene, or a file it names, cannot be used
 RenderError            a scene that was accepted could not be rendered
   ImageFileError       a picture could not be written or read
-    MissingExtraError  for want of a package that is not installed
+  MissingExtraError    a package is not installed
 """
 
 from collections.abc import Iterator
@@ -23,8 +23,8 @@ class ImageFileError(RenderError):
     """A picture could not be written or read."""
 
 
-class MissingExtraError(ImageFileError):
-    """A package is not installed that files of this kind need; the message says how to install it."""
+class MissingExtraError(RenderError):
+    """A package is not installed that a file or a metric needs; the message says how to install it."""
 
 
 @contextmanager

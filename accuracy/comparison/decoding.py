@@ -3,7 +3,7 @@
 import io
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from tokenize import TokenError
 from typing import Any, Literal
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from renderer.assets import changed_filters
-from renderer.errors import ImageFileError, MissingExtraError
+from renderer.errors import ImageFileError
 from renderer.images import deep_pixels
 from renderer.images.deep_pixels import DeepPixels
 from renderer.images.exr_reading import read_exr, size_of_exr
@@ -56,8 +56,8 @@ class Raw:
     layers: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
 
-def decode(content: Content, name: str, size: Size | None = None) -> Raw:
-    """The numbers of a PNG, NPY or EXR file.
+def decode(content: Content, name: str, layers: Collection[str], size: Size | None = None) -> Raw:
+    """The numbers of a PNG, NPY or EXR file, and of its layers those that are named.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def decode(content: Content, name: str, size: Size | None = None) -> Raw:
     if content.startswith(NPY):
         return _npy(content, name)
     if content.startswith(EXR):
-        return _exr(content, name)
+        return _exr(content, name, layers)
     raise NotComparableError(f"{name} is not a PNG, NPY or EXR file. Save the picture as one of these.")
 
 
@@ -185,11 +185,9 @@ def _npy(content: Content, name: str) -> Raw:
     return Raw(colors, max(32, 8 * array.dtype.itemsize), "linear", notes)
 
 
-def _exr(content: Content, name: str) -> Raw:
+def _exr(content: Content, name: str, layers: Collection[str]) -> Raw:
     try:
-        found = read_exr(bytes(content))
-    except MissingExtraError:
-        raise
+        found = read_exr(bytes(content), layers=layers)
     except ImageFileError as error:
         raise NotComparableError(f"{name}: {error}") from error
     _bounded(found.image.shape, name)

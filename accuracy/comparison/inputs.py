@@ -219,7 +219,7 @@ def picture_of(
     NotComparableError
         If it cannot be read, holds what is not a colour, or has another size.
     """
-    raw = decode(content, name, size)
+    raw = decode(content, name, SIDECARS, size)
     used = encoding or raw.usual
     if used is None:
         raise NotComparableError(

@@ -1,8 +1,8 @@
 """Reader of OpenEXR files of any program: chooses the channels of the picture, and places its data window."""
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,19 @@ from numpy.typing import NDArray
 from renderer.assets import too_many_pixels
 from renderer.errors import ImageFileError
 from renderer.images.exr import RGB, channels_of, require_exr
-from renderer.layers import LAYERS, Layer, Layers
+from renderer.layers import LAYERS, Layers
 from schemas.limits import limits_in_force
 
 SIGNATURE = b"\x76\x2f\x31\x01"
 
 PIXEL_BYTES = 64
 """Bytes of all channels of all parts of a file, per allowed pixel."""
+
+BAND_ROWS = 256
+"""Rows that are decoded at once: whole blocks of every compression, and whole tiles of the usual sizes."""
+
+KINDS = (np.int32, np.float16, np.float32)
+"""Types of channels by EXR's number. Its whole numbers have no sign; those of layers have."""
 
 UNREADABLE = "This is not an EXR file that can be read."
 
@@ -78,6 +84,13 @@ class _Part:
         """Names of the channels that have a number for every pixel."""
         return {name for name, is_full in self.channels.items() if is_full and not self.deep}
 
+    @property
+    def shared(self) -> Window:
+        """Pixels of both windows, which may be none."""
+        (a, b, c, d), (left, top, right, bottom) = self.data, self.display
+        left, top = max(a, left), max(b, top)
+        return left, top, max(left, min(c, right)), max(top, min(d, bottom))
+
 
 @dataclass(frozen=True, slots=True)
 class _Source:
@@ -104,6 +117,12 @@ class _Source:
         """Names of the colours' channels."""
         return [self.prefix + color for color in self.colors]
 
+    @property
+    def alpha(self) -> str | None:
+        """Name of the alpha channel; None if there is none."""
+        name = f"{self.prefix}A"
+        return name if name in self.part.full else None
+
 
 def size_of_exr(content: bytes) -> tuple[int, int]:
     """Width and height of the picture in an EXR file, from its headers.
@@ -125,12 +144,12 @@ def decode_exr(content: bytes) -> tuple[NDArray[np.float32], Layers]:
     return found.image, found.layers
 
 
-def read_exr(content: bytes, max_pixels: int | None = None) -> ExrPicture:
+def read_exr(content: bytes, max_pixels: int | None = None, layers: Collection[str] = LAYERS) -> ExrPicture:
     """The picture of an EXR file, whichever program wrote it.
 
     It is that of the first part with channels R, G and B, else of the first with Y (grey), else of the first
     layer with colours, before others one that is called Combined. Other channels are ignored, but those of
-    `LAYERS`.
+    `layers`.
 
     Raises
     ------
@@ -144,30 +163,23 @@ def read_exr(content: bytes, max_pixels: int | None = None) -> ExrPicture:
     parts = _parts(content)
     source = _source(parts)
     _check_size(parts, source.part, most)
-    planes = _planes_of(content, source, len(parts))
-    place = _Placing(source.part.data, source.part.display)
-    image = _joined(planes, source.channels, place)
-    alpha = planes.get(source.prefix + "A")
-    complete = [layer for layer in LAYERS.values() if all(name in planes for name in channels_of(layer))]
-    return ExrPicture(
-        image=image,
-        alpha=None if alpha is None else place(alpha.astype(np.float32, copy=False), 0.0),
-        layers={layer.name: _layer(layer, planes, place) for layer in complete},
-        grey=len(set(source.colors)) == 1,
-        notes=(*_chosen(source, len(parts)), *place.notes),
-    )
-
-
-def _joined(planes: dict[str, NDArray[Any]], names: Sequence[str], place: "_Placing") -> NDArray[np.float32]:
-    """The colours (H, W, 3), moved out of the planes one by one to save memory."""
-    first = place(planes[names[0]], 0.0)
-    image = np.empty((len(names), *first.shape), np.float32)
-    del first
-    for number, name in enumerate(names):
-        image[number] = place(planes[name], 0.0)
-        if name not in names[number + 1 :]:
-            del planes[name]
-    return np.moveaxis(image, 0, -1)
+    left, top, right, bottom = source.part.display
+    size = bottom - top, right - left
+    image = np.zeros((*size, 3), np.float32)
+    targets = [(name, image[..., i]) for i, name in enumerate(source.channels)]
+    alpha = None if source.alpha is None else np.zeros(size, np.float32)
+    if source.alpha is not None and alpha is not None:
+        targets.append((source.alpha, alpha))
+    sheets = {}
+    for layer in LAYERS.values():
+        names = channels_of(layer)
+        if layer.name in layers and source.part.full.issuperset(names):
+            sheets[layer.name] = layer.blank(*size)
+            planes = np.moveaxis(sheets[layer.name].reshape(*size, -1), -1, 0)
+            targets += zip(names, planes, strict=True)
+    _fill(targets, content, source, len(parts))
+    notes = *_chosen(source, len(parts)), *_placed(source.part)
+    return ExrPicture(image, alpha, sheets, len(set(source.colors)) == 1, notes)
 
 
 def _parts(content: bytes) -> list[_Part]:
@@ -190,21 +202,63 @@ def _window(box: Any) -> Window:
     return left, top, right + 1, bottom + 1
 
 
-def _planes_of(content: bytes, source: _Source, count: int) -> dict[str, NDArray[Any]]:
-    """The pixels of each channel of the picture's part."""
+def _fill(targets: Sequence[tuple[str, NDArray[Any]]], content: bytes, source: _Source, parts: int) -> None:
+    """Copy channels into arrays of the display window; grey is copied three times."""
+    names = sorted({name for name, _ in targets})
+    (x, y), (left, top, right, bottom) = source.part.display[:2], source.part.shared
+    columns = slice(left - source.part.data[0], right - source.part.data[0])
+    for first, planes in _bands(content, source, names, parts):
+        if any(planes[name].dtype.kind != "f" for name in source.channels):
+            raise ImageFileError(
+                f"This EXR file stores whole numbers in {', '.join(source.channels)}, and colours are "
+                "floating-point numbers. Save it with half or float channels."
+            )
+        begin, end = max(first, top), min(first + len(planes[names[0]]), bottom)
+        if begin < end:
+            for name, target in targets:
+                rows = planes[name][begin - first : end - first, columns]
+                target[begin - y : end - y, left - x : right - x] = rows
+
+
+def _bands(content: bytes, source: _Source, names: Sequence[str], parts: int) -> Iterator[tuple[int, Planes]]:
+    """Rows of channels from the top of the data window, each time with the number of the first."""
+    _, top, _, bottom = source.part.data
     try:
-        file = require_exr().File(io.BytesIO(content), separate_channels=True, num_threads=0)
-        if len(file.parts) != count:
-            # Parts that it cannot read are left out, and the others move up.
-            raise ImageFileError(UNREADABLE)
-        planes = {name: channel.pixels for name, channel in file.channels(source.number).items()}
-    except (RuntimeError, ValueError, TypeError) as error:
+        if source.number:
+            yield top, _later_part(content, source.number, parts)
+            return
+        # The newer `File` decodes all channels of all rows at once.
+        file = require_exr().InputFile(io.BytesIO(content))
+        for first in range(top, bottom, BAND_ROWS):
+            yield first, _rows(file, names, first, min(first + BAND_ROWS, bottom))
+    # SystemError: text in its header is not UTF-8.
+    except (OSError, RuntimeError, ValueError, TypeError, SystemError) as error:
         raise ImageFileError(UNREADABLE) from error
-    if any(planes[name].dtype.kind != "f" for name in source.channels):
-        raise ImageFileError(
-            f"This EXR file stores whole numbers in {', '.join(source.channels)}, and colours are "
-            "floating-point numbers. Save it with half or float channels."
-        )
+
+
+def _later_part(content: bytes, number: int, parts: int) -> Planes:
+    """All channels of a part that is not the first."""
+    file = require_exr().File(io.BytesIO(content), separate_channels=True, num_threads=0)
+    if len(file.parts) != parts:
+        # Parts that it cannot read are left out, and the others move up.
+        raise ImageFileError(UNREADABLE)
+    planes = {name: channel.pixels for name, channel in file.channels(number).items()}
+    return {
+        name: plane.view(np.int32) if plane.dtype == np.uint32 else plane for name, plane in planes.items()
+    }
+
+
+def _rows(file: Any, names: Sequence[str], first: int, last: int) -> Planes:
+    """Rows of channels of the first part."""
+    kinds = {name: channel.type for name, channel in file.header()["channels"].items()}
+    planes: dict[str, NDArray[Any]] = {}
+    for number, dtype in enumerate(KINDS):
+        same = [name for name in names if kinds[name].v == number]
+        if same:
+            # A block is unpacked anew by each call, for all of its channels.
+            read = file.channels(same, kinds[same[0]], first, last - 1)
+            arrays = (np.frombuffer(rows, dtype).reshape(last - first, -1) for rows in read)
+            planes |= dict(zip(same, arrays, strict=True))
     return planes
 
 
@@ -262,55 +316,12 @@ def _check_size(parts: Sequence[_Part], shown: _Part, most: int) -> None:
         )
 
 
-@dataclass(slots=True)
-class _Placing:
-    """Puts the pixels of a data window where the display window shows them.
-
-    Attributes
-    ----------
-    data, display : Window
-    notes : list of str
-        Sentences about how it was read.
-    """
-
-    data: Window
-    display: Window
-    notes: list[str] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        if self.data == self.display:
-            return
-        left, top, right, bottom = self._shared()
-        x, y = self.display[:2]
-        self.notes.append(
-            f"Its pixels are columns {left - x} to {right - x - 1}, rows {top - y} to {bottom - y - 1} of "
-            "the picture: what lies around them was taken as black."
-            if left < right and top < bottom
-            else "None of its pixels lies in the picture: all of it was taken as black."
-        )
-
-    def _shared(self) -> Window:
-        (a, b, c, d), (left, top, right, bottom) = self.data, self.display
-        return max(a, left), max(b, top), min(c, right), min(d, bottom)
-
-    def __call__(self, plane: NDArray[Any], ground: float) -> NDArray[Any]:
-        """A plane of the data window as large as the display window."""
-        if self.data == self.display:
-            return plane
-        left, top, right, bottom = self._shared()
-        x, y, end_x, end_y = self.display
-        placed = np.full((end_y - y, end_x - x), ground, plane.dtype)
-        if left < right and top < bottom:
-            part = plane[
-                top - self.data[1] : bottom - self.data[1], left - self.data[0] : right - self.data[0]
-            ]
-            placed[top - y : bottom - y, left - x : right - x] = part
-        return placed
-
-
-def _layer(layer: Layer, planes: Planes, place: _Placing) -> NDArray[Any]:
-    channels = [planes[name] for name in channels_of(layer)]
-    signed = [plane.view(np.int32) if plane.dtype == np.uint32 else plane for plane in channels]
-    placed = [place(plane, layer.ground) for plane in signed]
-    values = placed[0] if len(placed) == 1 else np.stack(placed, axis=-1)
-    return values.astype(layer.dtype)
+def _placed(part: _Part) -> tuple[str, ...]:
+    """Notes on where the pixels lie."""
+    if part.data == part.display:
+        return ()
+    (x, y), (left, top, right, bottom) = part.display[:2], part.shared
+    if left == right or top == bottom:
+        return ("None of its pixels lies in the picture: all of it was taken as black.",)
+    place = f"columns {left - x} to {right - x - 1}, rows {top - y} to {bottom - y - 1}"
+    return (f"Its pixels are {place} of the picture: what lies around them was taken as black.",)

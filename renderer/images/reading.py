@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import ExifTags, Image
 
 from renderer.assets import PILLOW_PIXELS, AssetError, changed_filters, too_many_pixels
-from renderer.errors import ImageFileError
+from renderer.errors import ImageFileError, MissingExtraError
 from renderer.images import deep_pixels, exr_reading, portable, radiance
 from renderer.images.decoded import ALPHA, DAMAGED, DecodedImage, of_codes, of_light
 from schemas.limits import limits_in_force
@@ -124,14 +124,14 @@ class _Exr:
     def size_of(self, content: bytes) -> tuple[int, int]:
         try:
             return exr_reading.size_of_exr(content)
-        except ImageFileError as error:
+        except (ImageFileError, MissingExtraError) as error:
             raise AssetError(str(error)) from error
 
     def decode(self, content: bytes) -> DecodedImage:
         try:
             # Its size was checked, against the caller's limit.
-            found = exr_reading.read_exr(content, PILLOW_PIXELS)
-        except ImageFileError as error:
+            found = exr_reading.read_exr(content, PILLOW_PIXELS, ())
+        except (ImageFileError, MissingExtraError) as error:
             raise AssetError(str(error)) from error
         clear = found.alpha is not None and bool((found.alpha != 1).any())
         return of_light(found.image, (*found.notes, *((ALPHA,) if clear else ())))

@@ -15,7 +15,7 @@ from accuracy.comparison import Comparison, NotComparableError, Picture, Policy,
 from accuracy.comparison.decoding import Size, size_of
 from accuracy.comparison.pixels import Encoding
 from accuracy.comparison.shown import names_of, shapes_shown
-from schemas.api.comparisons import ComparisonAnswer, ComparisonPictures, ComparisonRequest
+from schemas.api.comparisons import ComparisonAnswer, ComparisonPictures
 from schemas.api.jobs import JobRequest
 from schemas.errors import Problem
 from service.errors import RefusedError, StoreDamagedError
@@ -34,16 +34,34 @@ def compared(task: CompareTask, store: TileStore, assets: renderer.AssetSource) 
     RefusedError
         If one of them cannot be used, or they cannot be compared.
     """
+    answer, drawings = _answered(task, store, assets)
+    if not drawings:
+        return answer
+    # By now the memory of both pictures is free.
+    texts = {name: base64.b64encode(drawing).decode("ascii") for name, drawing in drawings.items()}
+    return answer.model_copy(update={"images": ComparisonPictures(**texts)})
+
+
+def _answered(
+    task: CompareTask, store: TileStore, assets: renderer.AssetSource
+) -> tuple[ComparisonAnswer, dict[str, bytes]]:
+    """The answer without its drawings, and their PNG files."""
     with _refusing("/image"):
         image = _sent(task.image, "image", store, assets)
     with _refusing("/reference"):
         reference = _sent(task.reference, "reference", store, assets)
     with _refusing("/image"):
         picture = image.picture(size_of(reference.content))
+    # A file may be as large as its pixels.
+    del image
     with _refusing("/reference"):
         wanted = reference.picture()
+    del reference
     with _refusing(""):
-        return _answer(_compared(task, picture, wanted, store, assets), task.request)
+        found = _compared(task, picture, wanted, store, assets)
+    drawn = {"heat_map": heat.heat_map, "side_by_side": heat.side_by_side} if task.request.pictures else {}
+    drawings = {name: heat.encoded(draw, picture, wanted) for name, draw in drawn.items()}
+    return ComparisonAnswer.model_validate(found.document()), drawings
 
 
 @contextmanager
@@ -109,15 +127,3 @@ def _compared(
         names=names_of(scene.document),
         with_flip=asked.flip,
     )
-
-
-def _answer(found: Comparison, asked: ComparisonRequest) -> ComparisonAnswer:
-    answer = ComparisonAnswer.model_validate(found.document())
-    if not asked.pictures:
-        return answer
-    heat_map, side_by_side = (
-        base64.b64encode(heat.encoded(draw, found.image, found.reference)).decode("ascii")
-        for draw in (heat.heat_map, heat.side_by_side)
-    )
-    images = ComparisonPictures(heat_map=heat_map, side_by_side=side_by_side)
-    return answer.model_copy(update={"images": images})

@@ -76,6 +76,18 @@ def test_exr_of_another_program_is_read() -> None:
     assert list(layers) == ["depth"]
 
 
+@pytest.mark.parametrize("top", [-300, 0, 400])
+def test_exr_of_many_rows_is_placed(top: int) -> None:
+    """More rows than are decoded at once, of two types, some of them above or below the picture."""
+    rows = np.random.default_rng(4).random((700, 3), np.float32).astype(np.float16)
+    windows = {"displayWindow": ((0, 0), (2, 599)), "dataWindow": ((0, top), (2, top + 699))}
+    pixels, _ = decode_exr(exr({"R": rows, "G": -rows.astype(np.float32), "B": rows}, **windows))
+    expected = np.zeros((600, 3), np.float32)
+    shown = rows[max(0, -top) : 600 - top]
+    expected[max(0, top) :][: len(shown)] = shown
+    assert np.array_equal(pixels, np.stack([expected, -expected, expected], axis=-1))
+
+
 @pytest.mark.parametrize(
     "content",
     [b"", b"\x89PNG\r\n\x1a\n", b"v/1\x01", exr({"Z": np.zeros(SIZE, np.float32)})],

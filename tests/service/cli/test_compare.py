@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from renderer.images.files import encode_exr
 from schemas.api.comparisons import ComparisonAnswer
 from tests.service.cli.conftest import ENVIRONMENT, Penumbra
 
@@ -101,13 +102,25 @@ def test_unusable_arguments(here: Penumbra, words: tuple[str, ...], code: int, f
     assert found in outcome.err
 
 
+@pytest.mark.parametrize(("package", "words"), [("flip_evaluator", ("--flip",)), ("OpenEXR", ())])
+def test_missing_extra_is_wrong_usage(
+    here: Penumbra, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, package: str, words: tuple[str, ...]
+) -> None:
+    (tmp_path / "picture.exr").write_bytes(encode_exr(np.zeros((24, 32, 3), np.float32)))
+    monkeypatch.setitem(sys.modules, package, None)
+    outcome = here("compare", "picture.png" if words else "picture.exr", "picture.png", *words)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "pip install" in outcome.err
+
+
 @pytest.mark.slow
 def test_large_pictures_take_little_memory(tmp_path: Path) -> None:
     ramp = np.linspace(0, 1, LARGE[1], dtype=np.float32)
     picture = np.broadcast_to(ramp[:, None], (*LARGE, 3))
     np.savez(tmp_path / "large.npz", image=picture)
-    np.save(tmp_path / "large.npy", picture)
-    words = ("compare", "large.npz", "large.npy", "--side-by-side", "side.png")
+    # Layers that no comparison reads would take 190 MiB more.
+    (tmp_path / "large.exr").write_bytes(encode_exr(picture, {"normal": picture, "albedo": picture}))
+    words = ("compare", "large.npz", "large.exr", "--side-by-side", "side.png")
     command = [sys.executable, "-c", MEASURED, *words]
     done = subprocess.run(command, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

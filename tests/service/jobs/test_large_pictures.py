@@ -3,15 +3,16 @@
 import io
 import resource
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import httpx2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PIL import Image
 from sqlalchemy import update
 
@@ -28,8 +29,9 @@ from service.workers.layers import file_name
 from tests.service.support import TIMEOUT, finish, image, scene, submit
 
 SIZE = 4096, 2160
+SMALL = scene(16, 9, samples=1)
 AT_ONCE = 4
-ONE_MIB, ALL_MIB = 100, 200
+ONE_MIB, ALL_MIB, WORKER_MIB = 100, 200, 400
 SERVER_BYTES = 1 << 30
 
 Answer = TypeVar("Answer")
@@ -39,7 +41,9 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
-    settings = Settings(data=tmp_path_factory.mktemp("large"), port=0, workers=1, log_level="error")
+    settings = Settings(
+        data=tmp_path_factory.mktemp("large"), port=0, workers=1, log_level="error", max_wait_seconds=600
+    )
     with running(settings) as started:
         yield started
 
@@ -53,44 +57,52 @@ def client(server: RunningServer) -> Iterator[httpx2.Client]:
 @pytest.fixture(scope="module")
 def jobs(server: RunningServer, client: httpx2.Client) -> list[str]:
     """Finished jobs whose pictures are exchanged for large ones, which would take minutes to render."""
-    found = [submit(client, scene(16, 9, samples=1), layers=["depth", "normal"]) for _ in range(AT_ONCE + 1)]
-    for job in found:
-        finish(client, job)
-    store = TileStore(Folder(server.data / "jobs"))
+    found = [
+        finish(client, submit(client, SMALL, layers=["depth", "normal"]))["id"] for _ in range(AT_ONCE + 1)
+    ]
     width, height = SIZE
     ramp = np.linspace(0, 1, width, dtype=np.float32)
-    checksums = {}
     for number, job in enumerate(found):
         picture = np.empty((height, width, 3), np.float32)
         picture[:] = (ramp * (number + 1) / len(found))[:, None]
         picture += np.linspace(0, 0.1, height, dtype=np.float32)[:, None, None]
-        layers = {"depth": picture[..., 0], "normal": picture}
-        kept = store.put_final(job, 1, "image.npy", image_files.encode_npy(picture))
-        for name, sheet in layers.items():
-            kept |= store.put_final(job, 1, file_name(name), image_files.encode_layer(sheet))
-        checksums[job] = documents_of(kept)
-    database = Database(f"sqlite:///{server.data / 'penumbra.sqlite'}")
-    with database.writing() as session:
-        for job, kept in checksums.items():
-            large = update(RenderRow).where(RenderRow.id == job)
-            session.execute(large.values(width=width, height=height, checksums=kept))
-    database.close()
+        exchange(server, job, picture, {"depth": picture[..., 0], "normal": picture})
     return found
 
 
-def status(server: RunningServer) -> dict[str, int]:
-    """The server's memory according to the kernel, KiB."""
-    lines = Path(f"/proc/{server.process.pid}/status").read_text().splitlines()
+def exchange(
+    server: RunningServer, job: str, picture: NDArray[np.float32], layers: Mapping[str, NDArray[Any]]
+) -> None:
+    """Put another picture in place of that of a finished job."""
+    store = TileStore(Folder(server.data / "jobs"))
+    kept = dict(store.put_final(job, 1, "image.npy", image_files.encode_npy(picture)))
+    for name, sheet in layers.items():
+        kept |= store.put_final(job, 1, file_name(name), image_files.encode_layer(sheet))
+    height, width = picture.shape[:2]
+    database = Database(f"sqlite:///{server.data / 'penumbra.sqlite'}")
+    with database.writing() as session:
+        large = update(RenderRow).where(RenderRow.id == job)
+        session.execute(large.values(width=width, height=height, checksums=documents_of(kept)))
+    database.close()
+
+
+def status(pid: int) -> dict[str, int]:
+    """The memory of a process according to the kernel, KiB."""
+    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
     return {line.split(":")[0]: int(line.split()[1]) for line in lines if line.endswith(" kB")}
 
 
 def measured(server: RunningServer, call: Callable[[], Answer]) -> tuple[Answer, float]:
     """The result of a call, and the server's largest additional memory during it, MiB."""
-    # The highest use is counted anew.
-    Path(f"/proc/{server.process.pid}/clear_refs").write_text("5")
-    before = status(server)["VmRSS"]
+    before = forget_peak(server.process.pid)
     answer = call()
-    return answer, (status(server)["VmHWM"] - before) / 1024
+    return answer, (status(server.process.pid)["VmHWM"] - before) / 1024
+
+
+def forget_peak(pid: int) -> int:
+    """Have the highest use counted anew; return what is in use, KiB."""
+    Path(f"/proc/{pid}/clear_refs").write_text("5")
+    return status(pid)["VmRSS"]
 
 
 def test_pictures_take_little_memory_alone_and_together(
@@ -125,7 +137,7 @@ def test_pictures_that_nobody_waits_for_are_not_encoded(
             gone.sendall(
                 f"GET /v1/jobs/{job}/image.png?width={width} HTTP/1.1\r\nHost: {host}\r\n\r\n".encode()
             )
-    small = finish(client, submit(client, scene(16, 9, samples=1)))["id"]
+    small = finish(client, submit(client, SMALL))["id"]
 
     def encoded(name: str) -> int:
         return len(list((server.data / "jobs").glob(f"*/{name}")))
@@ -136,3 +148,17 @@ def test_pictures_that_nobody_waits_for_are_not_encoded(
     # One that comes last would be encoded after all others.
     assert client.get(f"/v1/jobs/{jobs[-1]}/image.exr").status_code == 200
     assert encoded("*image-*.png") < len(wanted) // 2
+
+
+def test_comparison_of_noise_takes_little_memory(server: RunningServer, client: httpx2.Client) -> None:
+    """Its drawings do not compress, and travel as text."""
+    job = finish(client, submit(client, SMALL))["id"]
+    # A row is longer than the window of the compression, which would find the reference beside its copy.
+    noise = np.random.default_rng(2).random((SIZE[1] // 3, SIZE[0] * 3, 3), np.float32)
+    exchange(server, job, noise, {})
+    (worker,) = (each["pid"] for each in client.get("/v1/workers").json()["workers"])
+    forget_peak(worker)
+    sent = {"image": {"job": job}, "reference": {"job": job}, "pictures": True}
+    answer = client.post("/v1/comparisons", json=sent)
+    assert answer.status_code == 200, answer.text
+    assert status(worker)["VmHWM"] / 1024 < WORKER_MIB
