@@ -1,4 +1,4 @@
-"""``python -m service``: the service alone, set up by the environment."""
+"""``python -m service``: the service without the command line, configured by the environment."""
 
 from __future__ import annotations
 

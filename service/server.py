@@ -179,7 +179,7 @@ def _serve(settings: Settings, listener: socket.socket | None) -> None:
         access_log=False,
         server_header=False,
         http=connection_type(settings),
-        # The timer of `service.api.connections` ends earlier, so it alone decides. Uvicorn's default is the 5
+        # The timer of `service.api.connections` ends earlier, so it decides. Uvicorn's default is the 5
         # seconds for which httpx keeps an idle connection too: it would send on one that is being closed.
         timeout_keep_alive=math.ceil(settings.client_timeout_seconds) + 1,
         # The application knows its proxies, and whom each request came by.

@@ -1,8 +1,7 @@
 """A balanced tree of boxes, traversed breadth first by many rays at once.
 
-Every level is traversed in one step over all (ray, node) pairs, so the number of NumPy calls depends on the
-depth alone. Nodes have eight children: there are fewer levels, and each gather brings eight boxes that lie
-side by side.
+Every level is traversed in one step over all (ray, node) pairs, so the number of NumPy calls depends only on
+the depth. Nodes have eight children, for fewer levels, and so that each gather reads eight adjacent boxes.
 """
 
 import math
@@ -70,7 +69,7 @@ class Level:
     def below(self, visits: "Visits", hit: Masks, ways: tuple[Floats, Floats] | None = None) -> "Visits":
         """Visits of the children that are hit, (children, P), in the order of the visits.
 
-        `ways` are where rays enter and leave the children's boxes, where that is known.
+        `ways` are the distances at which rays enter and leave the children's boxes, if known.
         """
         chosen = np.flatnonzero(hit.T)
         pair = chosen // self.children
@@ -152,7 +151,7 @@ def _longest_sides(centers: Floats, rows: Integers) -> Integers:
 
 
 def _levels(low: Floats, high: Floats, splits: int) -> tuple[Level, ...]:
-    """Boxes of all levels from those of the leaves; the root takes what is left of the splits."""
+    """Boxes of all levels from those of the leaves; the root has the remaining splits."""
     levels: list[Level] = []
     while True:
         fan = min(SPLITS_PER_LEVEL, splits)
@@ -208,7 +207,7 @@ class Visits:
         return np.argsort(self.rays + shares / 2, kind="stable")
 
     def nearest(self) -> Masks:
-        """Visits that their ray, by which they are sorted, begins earliest."""
+        """The earliest visit of each ray, by which they are sorted."""
         if not self.rays.size:
             return np.zeros(0, dtype=bool)
         starts = np.flatnonzero(np.diff(self.rays, prepend=-1))
@@ -252,7 +251,7 @@ def visits_of_rays(
             begin = origins if origins.shape[1] == 1 else np.take(origins, rays, axis=1)
             near, far = _slabs(level, visits.nodes, begin, np.take(inverse, rays, axis=1))
             np.minimum(np.multiply(far, 1 + 2 * gamma(3), out=far), reach[rays], out=far)
-            # A box behind the ray has a far side below 0, and no near side is.
+            # A box behind the ray has a far side below 0; near sides are clamped to 0.
             visits = level.below(visits, near <= far, (near, far))
     return visits
 

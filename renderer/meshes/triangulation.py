@@ -24,7 +24,7 @@ _ACROSS = np.array([[1, 2], [2, 0], [0, 1]])
 
 
 def triangulate(points: Floats, sizes: Integers) -> tuple[Integers, Integers]:
-    """Triangles of some faces, each of which is turned as its face is.
+    """Triangles of some faces, with the orientation of their face.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def _fans(sizes: Integers) -> tuple[Integers, Integers]:
 def _replaced(
     fans: Integers, faces: Integers, odd: Integers, clipped: list[Integers]
 ) -> tuple[Integers, Integers]:
-    """The same with other triangles for some of the faces."""
+    """Replace the triangles of some faces."""
     kept = ~np.isin(faces, odd)
     triangles = np.concatenate([fans[kept], *clipped])
     named = np.concatenate([faces[kept], np.repeat(odd, [len(some) for some in clipped])])

@@ -82,7 +82,7 @@ def lighting(request: Request, emitter: Emitter) -> Lighting:
 
 
 def visibility(request: Request) -> tuple[Lighting, ...]:
-    """Every light with what casts its shadows."""
+    """Every light with its shadow casters."""
     seen = [emitter_of(request, number) for number in range(len(request.document.lights))]
     return tuple(
         Lighting(emitter, tuple(shadow_stages(request, emitter)), (), (), request.dtype) for emitter in seen

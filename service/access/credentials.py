@@ -49,7 +49,7 @@ class CredentialCache:
             self.write_uses()
 
     def cached_keys_made(self) -> bool | None:
-        """Whether a key was ever created, from the cache alone; None if that is not cached."""
+        """Whether a key was ever created, only from the cache; None if that is not cached."""
         at, answer = self._answers.get(("any", ""), (-CACHE_SECONDS, None))
         return bool(answer) if time.monotonic() - at < CACHE_SECONDS else None
 

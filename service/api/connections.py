@@ -22,7 +22,7 @@ from service.settings import Settings
 PROBES = ("/livez", "/readyz")
 """Paths that are also answered beyond the limits."""
 MOST_PROBES = 32
-"""Connections beyond the limits, for probes alone."""
+"""Connections beyond the limits, only for probes."""
 
 HALF_CLOSED_SECONDS = 1.0
 """Seconds until a client that closed its side counts as gone. It may still read; most answers come sooner."""

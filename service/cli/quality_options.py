@@ -113,9 +113,9 @@ class QualityOptions(SampleOptions):
 
 
 def flattened_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command an option for each member of its parameters that are dataclasses, in their places.
+    """Give a command an option for each member of its dataclass parameters, in their positions.
 
-    Typer makes options of the parameters of a function alone.
+    Typer makes options only of the parameters of a function.
     """
     signature = inspect.signature(command, eval_str=True)
     kinds: dict[str, Any] = {

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 PANEL = "Size, in place of the camera's"
 MOST_PIXELS = 1 << 16
-"""Of one side, as the scene language has it."""
+"""Largest side, that of the scene language."""
 
 
 def _parsed_crop(text: str) -> tuple[int, ...]:
@@ -85,7 +85,7 @@ class SizeOptions:
         sized = camera.resized(width, height)
         crop = {} if self.crop is None else {"crop": self.crop}
         try:
-            # Once more in full: a copy is not checked.
+            # Validated once more, since a copy is not.
             return Camera.model_validate(
                 sized.model_dump(exclude_unset=True) | crop, context=limits_in_force()
             )

@@ -134,7 +134,7 @@ def put_asset(sha256: str, content: bytes) -> Call[Asset]:
 
 
 def submit_job(body: Mapping[str, Any], *, wait: float | None, key: str | None, anew: bool) -> Call[Job]:
-    """Submit a job. The same key makes the same request the same job, however often it is sent."""
+    """Submit a job. The same request with the same key is the same job."""
     wait = checked_seconds("wait", wait)
     wait = LONGEST_WAIT if wait is None else min(wait, LONGEST_WAIT)
     headers = {"Idempotency-Key": key or secrets.token_hex(16)}
@@ -177,7 +177,7 @@ def get_events(job_id: str, *, after: int) -> Call[httpx2.EventSource]:
 
 
 def tile_event(event: httpx2.ServerSentEvent) -> TileEvent | None:
-    """The tile event in an event of that stream; None for an event of another kind."""
+    """The tile event of an event of that stream; None for other kinds."""
     if event.event != "tile":
         return None
     try:

@@ -31,7 +31,7 @@ class ClientError(Exception):
     """Base of all errors of :class:`service.client.Client`."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # By default the message alone would be given to constructors that take other arguments.
+        # By default only the message would be passed to constructors that take other arguments.
         return _unpickled, (type(self), self.args, self.__dict__)
 
 

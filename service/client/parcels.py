@@ -56,8 +56,8 @@ class Parcel:
     def placed(self, problems: Sequence[Problem]) -> list[Problem]:
         """Problems with the body that was sent, as problems with the user's own document.
 
-        Pointers into the scene lose ``/scene`` and get line and column of the user's text. Others keep
-        their pointer alone: users have not seen the lines of the body.
+        Pointers into the scene lose ``/scene`` and get line and column of the user's text. Others have only
+        their pointer: users have not seen the lines of the body.
         """
         return [
             *located(self.text, (_inside(problem) for problem in problems if _is_inside(problem))),

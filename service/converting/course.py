@@ -82,7 +82,7 @@ class CourseDocument(Foreign):
 
 
 GLASS = frozenset({"translucent", "transmission"})
-"""Names that students use; the skeleton itself has `diffuse` and `specular` alone."""
+"""Names that students use; the skeleton itself has only `diffuse` and `specular`."""
 REFRACTIVE_INDEX = 1.5
 MAX_BOUNCES = 64
 """Most bounces that a material may have."""

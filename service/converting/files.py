@@ -102,7 +102,7 @@ class SceneFiles:
     def _free(self, name: str, content: bytes) -> bool:
         if name in self.written:
             return self.written[name] == content
-        # Some file systems take names that differ in case alone for one.
+        # Some file systems do not distinguish upper and lower case.
         if name.casefold() in map(str.casefold, self.written):
             return False
         path = self.folder / name

@@ -22,7 +22,7 @@ GLASSES = frozenset({4, 6, 7, 9})
 NO_HIGHLIGHT = frozenset({0, 1})
 
 LINEAR_LIGHT = (".exr", ".hdr", ".rgbe", ".pfm")
-"""Endings of pictures that store linear light, whatever they are used for."""
+"""Endings of pictures that store linear light, for any use."""
 
 COLOR_MAP = ("map_kd",)
 BUMP_MAPS = ("map_bump", "bump")

@@ -11,7 +11,7 @@ from service.workers.tasks import JobTask, Outcome, Released
 
 
 class Flights:
-    """Tasks of jobs that the engine has or that are held back. Used by the dispatcher's thread alone.
+    """Tasks of jobs that the engine has or that are held back. Used only by the dispatcher's thread.
 
     Attributes
     ----------

@@ -165,7 +165,7 @@ class Round:
             self.tasks += self.beside
 
     def may_be_spare(self, task: JobTask) -> bool:
-        """Whether a task may begin beside overdue ones: a tile claimed for that, or the end of a pass."""
+        """Whether a task may begin beside overdue ones: a tile claimed for it, or the end of a pass."""
         return task in self.beside or not isinstance(task, TileTask)
 
     def _end_late(self, session: Session) -> None:

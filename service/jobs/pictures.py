@@ -207,7 +207,7 @@ def _final(service: Service, finished: Finished, requested: ImageRequest) -> Sto
 
 
 def _enter(service: Service, encoded: RenderRow, file: str, checksum: Checksum) -> None:
-    """Enter an encoding; its bytes count once however many requests have made it at the same time."""
+    """Record an encoding; its bytes count once, even if several requests have made it concurrently."""
     try:
         with service.database.writing() as session:
             render = session.get(RenderRow, encoded.number)

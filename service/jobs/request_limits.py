@@ -118,7 +118,7 @@ class _Turn:
 
 
 class PixelLimit:
-    """Bounds the pixels of the pictures that are encoded at once. Used by the event loop's thread alone.
+    """Bounds the pixels of the pictures that are encoded at once. Used only by the event loop's thread.
 
     The claimant with the fewest pixels since all of theirs began to wait comes first, with the smallest
     picture. Small pictures do not wait for large ones.

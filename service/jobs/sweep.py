@@ -138,7 +138,7 @@ class Sweep:
                 return
 
     def _by_bytes(self, limit: int) -> None:
-        """Expire the oldest pictures of whoever has the most bytes, until all that is left fits.
+        """Expire the oldest pictures of the user with the most bytes, until the rest fits.
 
         A user with fewer bytes loses no picture because of one with more.
         """

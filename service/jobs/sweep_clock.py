@@ -18,7 +18,7 @@ MOST_CORRECTION = timedelta(hours=1)
 """Corrections of a clock are smaller."""
 MOST_DOWNTIME = timedelta(days=1)
 """After a longer downtime the clock is not trusted at the start."""
-# Linux counts the time that a machine sleeps on this clock alone.
+# Of Linux's monotonic clocks, only this one counts the time of suspension.
 STEADY_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
 

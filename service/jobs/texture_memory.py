@@ -51,7 +51,7 @@ def too_large(session: Session, scene: Scene, worker_bytes: int) -> Problem | No
 def _used(scene: Scene) -> dict[ImageTexture, str]:
     """The distinct images that shapes show, each with the name of one texture.
 
-    Textures that differ in their name alone are read once, and a colour that is a map too is read twice.
+    Textures that differ only in their name are read once; one used as colour and as map is read twice.
     """
     shown = {shape.material for shape in scene.shapes}
     materials = {name: dict(found) for name, found in scene.materials.items() if name in shown}

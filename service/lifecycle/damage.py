@@ -88,7 +88,7 @@ def using(render: RenderRow) -> Iterator[None]:
 
 
 def note(job_id: str, error: BaseException | None) -> None:
-    """Log why the rows of a job cannot be read: once, however often it is asked for."""
+    """Log why the rows of a job cannot be read, once per job."""
     at = traceback.extract_tb(error.__traceback__)[-1] if error is not None else None
     _report(job_id, _reason(error), at and f"{at.name}, line {at.lineno}")
 

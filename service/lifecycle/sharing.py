@@ -73,7 +73,7 @@ def _end_pause(row: JobRow | RenderRow) -> None:
 
 
 def leave_ended(session: Session, row: JobRow, state: JobState, failure: Failure | None = None) -> None:
-    """End an open job alone; its render continues for the others."""
+    """End one open job; its render continues for the others."""
     render = row.render
     leave(row)
     rows.end_alone(session, row, state, failure)

@@ -87,7 +87,7 @@ class Objects(Protocol):
         """Return all bytes; raise FileNotFoundError if there are none."""
 
     def many(self, names: Sequence[str]) -> Iterator[bytes]:
-        """Return the bytes of several names in their order, as ``get`` does, however far away they are."""
+        """Return the bytes of several names in their order, as ``get`` does, also from a remote store."""
 
     def array(self, name: str, expected: Expected = None) -> NDArray[Any]:
         """Return an .npy file for reading; its contents never change.

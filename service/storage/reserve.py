@@ -66,6 +66,6 @@ class Reserve:
             if not self._wanted:
                 return
             with self._path.open("ab", buffering=0) as file:
-                # File systems that compress would store zeros in no room at all.
+                # File systems that compress would store zeros without space.
                 while (missing := size - os.fstat(file.fileno()).st_size) > 0:
                     file.write(os.urandom(min(BLOCK_BYTES, missing)))

@@ -17,7 +17,7 @@ from service.workers.tasks import JobTask, Outcome
 if TYPE_CHECKING:
     from fastapi.telemetry import TelemetryConfig
 
-# Where to send, by the names that all programs have for it; the first is for spans alone.
+# Standard variables for the address of the collector; the first is only for spans.
 ENDPOINTS = ("OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_ENDPOINT")
 MISSING = "They need packages of OpenTelemetry. Install them with: pip install 'penumbra-render[traces]'"
 

@@ -70,7 +70,7 @@ class DaskEngine:
         self._started = threading.Event()
         self._lock = threading.Lock()
         self._load = self._workers = 0
-        # Of the thread with the event loop alone.
+        # Used only by the thread with the event loop.
         self._client: Client | None = None
         self._flights: dict[str, _Flight] = {}
         self._addresses: tuple[str, ...] = ()
@@ -300,7 +300,7 @@ def _security(address: str, settings: Settings) -> Security | None:
 @asynccontextmanager
 async def _local(workers: int) -> AsyncIterator[Client]:
     # The scheduler is in this process and runs the code of all who connect, and all users of the machine
-    # reach loopback. The key of the certificate is known to this process and its workers alone.
+    # reach loopback. Only this process and its workers know the key of the certificate.
     security = Security.temporary()
     with dask.config.set(LOCAL):
         async with (

@@ -135,7 +135,7 @@ def _fork(requests: Connection, call: Callable[[], None]) -> None:
 
 
 def _die_with(parent: int) -> None:
-    """Have the kernel kill this process when its parent dies; on Linux alone it does that."""
+    """Let the kernel kill this process when its parent dies; only Linux does."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:

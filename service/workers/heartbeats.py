@@ -29,7 +29,7 @@ class Lease:
     Attributes
     ----------
     start_seconds
-        Until it says that it has started: it imports the renderer first.
+        Until it reports its start, after importing the renderer.
     silent_seconds
         Without a sign of life after that.
     task_seconds
@@ -58,7 +58,7 @@ class Passed(NamedTuple):
 
 def beat(connection: Connection, seconds: float) -> None:
     """Send beats until the parent is gone."""
-    # Written without making anything: the beats of a worker without memory left continue.
+    # Written without allocation, so that a worker without memory still sends beats.
     place, one = connection.fileno(), b"."
     with suppress(OSError):
         while True:

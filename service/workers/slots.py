@@ -208,7 +208,7 @@ class Slot:
         """Fork a process, and return this end of its pipe."""
         self._connection, there = Pipe()
         pulse, beating = Pipe(duplex=False)
-        # The process alone holds these afterwards, and they close with it.
+        # Afterwards only the process holds these, so that they close with it.
         with there, beating:
             try:
                 fork_server.fork(self._setup, there, beating)

@@ -27,7 +27,7 @@ EXAMPLE = {"user": "ada", "role": "submit", "max_jobs": 100, "expires_at": "2099
 
 
 async def _admin_with_key(user: Admin) -> Principal:
-    # On a service without keys the first one locks everybody else out: that is for whoever can read its data.
+    # The first key of a service locks everybody else out, so only those who can read its data may create it.
     if user.key is None:
         raise ForbiddenError(
             "Keys are created and revoked with the key of an admin. The service's operator makes the first "

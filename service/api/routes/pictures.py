@@ -244,7 +244,7 @@ async def _convergence(service: Service, request: Request, job_id: str, form: Fo
     found = await run_in_threadpool(convergence.convergence, service, job_id)
     if form in ("json", "csv"):
         return await run_in_threadpool(convergence.encoded, found, form)
-    # A plot is drawn alone, like the largest pictures: Python draws no two of them at once anyway.
+    # One plot is drawn at a time, like the largest pictures: Python would not draw two in parallel.
     await end_turn(request.scope)
     async with service.encoding.room(claimant_of(request), service.encoding.most):
         return await run_in_threadpool(convergence.encoded, found, form)

@@ -256,7 +256,7 @@ def _begin_postgresql(connection: Connection) -> None:
     if lock is None:
         return
     silence_ms = options.get("silence_ms", SILENCE_TIMEOUT_MS)
-    # Set for this transaction alone, so that connections may come from a pool that others use too.
+    # Set only for this transaction, since connections may come from a shared pool.
     set_and_lock = (
         # Zero would be no limit.
         f"SELECT set_config('lock_timeout', '{_patience_ms(options) + 1}', true),"

@@ -102,7 +102,7 @@ class RenderRow(Base):
         # Those with a state begin with it: SQLite would prefer the index of all renders in that state.
         _partial("ix_renders_unmeasured", "state", "stored_bytes", "number", where=conditions.UNMEASURED),
         _partial("ix_renders_with_error", "number", where=conditions.WITH_ERROR),
-        # Of renders that show the same, one alone may be joined.
+        # Only one of equal renders may be joined.
         _partial("uq_renders_spec_sha256", "spec_sha256", "version", unique=True, where=SHAREABLE),
         {"sqlite_autoincrement": True},  # the number of one that is gone is never given again
     )

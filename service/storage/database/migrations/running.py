@@ -79,7 +79,7 @@ def _is_led(connection: Connection) -> bool:
 
 
 def _is_open_elsewhere(database: Database) -> bool:
-    """Whether another program has a database of SQLite open: one that is alone may change its journal."""
+    """Whether another program has an SQLite database open: changing its journal needs exclusive access."""
     database.engine.dispose()
     connection = database.engine.raw_connection()
     try:

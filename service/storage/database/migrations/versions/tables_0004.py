@@ -1,7 +1,7 @@
 """Checksums of stored files, and what was found to be damaged.
 
-Pictures that are there already have no checksums. Renders that are never shared get the digest of their
-request, as the others have it: workers check what they read by it.
+Existing pictures have no checksums. Renders that are never shared get the digest of their request, like the
+others, by which workers verify it.
 """
 
 from __future__ import annotations
@@ -45,5 +45,5 @@ def _digest(body: bytes) -> str | None:
     try:
         return hashlib.sha256(zlib.decompress(body)).hexdigest()
     except zlib.error:
-        # A damaged row: its job will fail alone.
+        # A damaged row: only its job will fail.
         return None
