@@ -117,14 +117,14 @@ def _of_round(family: Ellipsoids, relief: "_Relief", camera: Pinhole, most: int)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Relief:
-    """Heights that move the shapes of a scene: the number (shapes,) of those of each."""
+    """Distinct heights that move the shapes of a scene."""
 
     heights: Sequence[Heights]
     numbers: Integers
 
     @classmethod
     def of(cls, parts: Sequence[Displaced]) -> "_Relief":
-        """Of the shapes that are displaced; others have the number 0."""
+        """Heights and the index of each displaced shape's; `numbers` is 0 for others."""
         heights = list({id(part.heights): part.heights for part in parts}.values())
         indices = {id(each): i for i, each in enumerate(heights)}
         numbers = np.zeros(1 + max(part.number for part in parts), dtype=np.int64)
@@ -174,7 +174,7 @@ def _turned(own: Floats, moved: Floats) -> Floats:
 
 
 def _portions(shapes: Integers, each: int) -> list[Integers]:
-    """Places (T,) among sorted shapes by turns, no shape in two, where each place makes so many triangles."""
+    """Portions of triangles (T,), sorted by shape, none divided; each triangle becomes `each` fine ones."""
     begins = np.searchsorted(shapes, shapes)
     return np.split(np.arange(shapes.size), np.flatnonzero(np.diff(begins * each // TRIANGLES_AT_ONCE)) + 1)
 

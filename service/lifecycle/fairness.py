@@ -1,16 +1,16 @@
 """Fairness: users share the workers by the CPU seconds rendered for them.
 
 Start-time fair queueing. Each user has a clock, `served`: the CPU seconds charged to the user. The next tile
-is of the active user whose clock is behind all others. A tile is charged when it is handed out, at the price
-that is expected, and put right when it is finished or its time slice is over, whatever was expected; a call
-is charged with what it has cost. A user who comes back after a pause starts from the present (`turn`, the
-clock of the user served last): a pause is no credit. So a new user waits for no more than the tiles that are
-handed out already, each for a time slice at most, however much another has waiting.
+is of the active user whose clock is behind all others. A tile is charged when it is handed out, at its
+expected price, and corrected to its actual cost at its end or at the end of its time slice; a call is charged
+at its cost. A user who returns after a pause starts at the present (`turn`, the clock of the user served
+last), since a pause earns no credit. So a new user waits only for the tiles in progress, each for one time
+slice at most, however many tiles of others wait.
 
 A user's jobs start by priority and age, each with its coarse picture before any of them continues. So a
-queued job starts when its user's clock has come as far as the coarse pictures of the jobs before it take it,
-and the jobs of all users start in the order of these clocks (`positions`). Jobs that share a render start
-with the first of them.
+queued job starts when its user's clock has advanced by the coarse pictures of the jobs before it, and the
+jobs of all users start in the order of these clocks (`positions`). Jobs that share a render start with the
+first of them.
 
 As in ``ledger.py`` every function works in a transaction of its caller.
 """
@@ -51,7 +51,7 @@ def activate(session: Session, owners: Iterable[str]) -> None:
 
 
 def charge_calls(session: Session, seconds: Mapping[str, float]) -> None:
-    """Charge users with what workers have computed for them beside their jobs."""
+    """Charge users for the calls that workers have answered."""
     # In one order: of two servers that charge the same users, one waits.
     for owner in sorted(seconds):
         share = _present(session, owner)
@@ -60,7 +60,7 @@ def charge_calls(session: Session, seconds: Mapping[str, float]) -> None:
 
 
 def _present(session: Session, owner: str) -> ShareRow:
-    """Return the share of a user, whose clock a pause does not leave behind those of others."""
+    """Return the share of a user, with the clock advanced to the present after a pause."""
     share = session.get(ShareRow, owner)
     if share is None:
         share = ShareRow(owner=owner, served=_NOW, turn=_NOW, active=False, charged=0.0)
@@ -141,12 +141,12 @@ def positions(session: Session, jobs: Iterable[JobRow]) -> dict[int, int]:
 
 def _starts(session: Session) -> dict[int | None, int]:
     """Count the queued jobs that start before those of each render."""
-    # Without the layers of objects: there may be ten thousand rows for a page of a hundred jobs.
+    # Without ORM objects: there may be ten thousand rows for a page of a hundred jobs.
     queue = session.connection().execute(QUEUE).all()
     served = dict(session.execute(_SERVED).all())
     if not queue:
         return {}
-    # Where clocks agree the order of the query stays: that of the owners, and of each owner's own jobs.
+    # Equal clocks keep the order of the query: by owner, then by the owner's order of jobs.
     order = np.argsort([*_clocks(queue, served)], kind="stable")
     renders = np.array([render for _, render, _ in queue])[order]
     known, first, sharing = np.unique(renders, return_index=True, return_counts=True)

@@ -26,7 +26,7 @@ picture_router = APIRouter(prefix="/v1", tags=["pictures"])
 
 
 def _of_scene(failed: str) -> dict[int | str, dict[str, Any]]:
-    """The same, or the renderer fails on a request that looks usable."""
+    """Describe the response to an unusable request, or one on which the renderer fails."""
     text = "The request cannot be used; `errors` lists every reason. Or the renderer failed on it."
     return problem(422, text, "scene_not_usable", failed)
 
