@@ -102,13 +102,13 @@ def _textures(drawn: Random) -> Json:
 def _materials(drawn: Random) -> Json:
     """A material for each part that a scene may have, the plainest most often."""
 
-    def matt(**more: Any) -> Json:
+    def matte(**more: Any) -> Json:
         color, ambient = _color(drawn), drawn.choice([0.05, 0.1, 0.3])
         base: Json = {} if "color_texture" in more else {"color": color}
         return {"type": "phong", **base, "ambient": ambient, "diffuse": drawn.uniform(0.6, 1), **more}
 
     def gloss(**more: Any) -> Json:
-        return matt(specular=drawn.uniform(0.1, 0.8), shininess=_spread(drawn, 5, 800), **more)
+        return matte(specular=drawn.uniform(0.1, 0.8), shininess=_spread(drawn, 5, 800), **more)
 
     def mirror() -> Json:
         return gloss(mirror=drawn.uniform(0.1, 0.95), max_depth=drawn.choice([1, 2, 4, 8]))
@@ -126,16 +126,16 @@ def _materials(drawn: Random) -> Json:
         return gloss(color_texture="picture") | ({"normal_map": "relief"} if drawn.random() < 0.3 else {})
 
     def any_of() -> Json:
-        return drawn.choices([matt, gloss, mirror, glass, carved, painted], [5, 4, 1.2, 0.8, 0.5, 0.7])[0]()
+        return drawn.choices([matte, gloss, mirror, glass, carved, painted], [5, 4, 1.2, 0.8, 0.5, 0.7])[0]()
 
-    ground = drawn.choices([matt, gloss, painted, mirror], [5, 2, 1, 0.5])[0]()
+    ground = drawn.choices([matte, gloss, painted, mirror], [5, 2, 1, 0.5])[0]()
     return {
         "ground": ground,
-        "wall": drawn.choices([matt, gloss, painted], [5, 1, 0.5])[0](),
+        "wall": drawn.choices([matte, gloss, painted], [5, 1, 0.5])[0](),
         "board": gloss(color_texture="board"),
         "painted": painted(),
         "carved": carved(),
-        "matt": matt(),
+        "matte": matte(),
     } | {f"thing{n}": any_of() for n in range(4)}
 
 
@@ -267,7 +267,7 @@ def _board(drawn: Random) -> Parts:
 
 def _mesh(drawn: Random) -> Parts:
     ground = sheet([-3, 0, -3], [0, 0, 6], [6, 0, 0], drawn.choice(["ground", "board"]))
-    model: Json = {"type": "mesh", "asset": "shell.ply", "material": drawn.choice(["thing0", "matt"])}
+    model: Json = {"type": "mesh", "asset": "shell.ply", "material": drawn.choice(["thing0", "matte"])}
     turn = {"axis": [0, 1, 0], "degrees": drawn.uniform(0, 360)}
     model |= {"scale": drawn.uniform(0.3, 0.7), "rotate": turn, "smooth": drawn.random() < 0.5}
     shapes = [ground, model, *things(drawn, drawn.randrange(0, 3), 1.8, 0.3)]

@@ -46,7 +46,7 @@ def things(drawn: Random, count: int, reach: float, size: float, front: float = 
 def _thing(drawn: Random, reach: float, size: float, front: float) -> list[Json]:
     x, z = drawn.uniform(-reach, reach), front + drawn.uniform(-reach, reach) * (0.4 if front else 1.0)
     big = size * drawn.uniform(0.4, 1.4)
-    material = drawn.choice(["matt", "thing0", "thing1", "thing2", "thing3"])
+    material = drawn.choice(["matte", "thing0", "thing1", "thing2", "thing3"])
     match drawn.choice(["ball", "ball", "egg", "box", "slab", "sail"]):
         case "ball":
             return [{"type": "ellipsoid", "center": [x, big, z], "radius": big, "material": material}]
@@ -90,7 +90,7 @@ def fence(drawn: Random, size: float) -> list[Json]:
     left, z, high = -drawn.uniform(0.2, 0.6) * size, drawn.uniform(-0.5, 0.3) * size, 0.08 * size
     length = drawn.uniform(0.4, 1.0) * size
     posts = [left + length * n / (count - 1) for n in range(count)]
-    material = drawn.choice(["matt", "thing0"])
+    material = drawn.choice(["matte", "thing0"])
     slope = drawn.uniform(-0.3, 0.3)
     across = [length, 0, slope * length]
     upright = [sheet([x, 0, z + slope * (x - left)], [wide, 0, 0], [0, high, 0], material) for x in posts]
@@ -103,7 +103,7 @@ def plants(drawn: Random, size: float) -> list[Json]:
     for _ in range(drawn.randrange(5, 25)):
         x, z = drawn.uniform(-0.5, 0.5) * size, drawn.uniform(-0.5, 0.5) * size
         high, thin = drawn.uniform(0.05, 0.3) * size, size * drawn.choice([0.0005, 0.002, 0.005])
-        material = drawn.choice(["matt", "thing1"])
+        material = drawn.choice(["matte", "thing1"])
         if drawn.random() < 0.5:
             lean = drawn.uniform(-0.3, 0.3) * high
             found.append(triangle([x - thin, 0, z], [x + thin, 0, z], [x + lean, high, z], material=material))
@@ -119,7 +119,7 @@ def block(drawn: Random, size: float) -> list[Json]:
     for _ in range(drawn.randrange(2, 5)):
         place = [drawn.uniform(-0.5, 0.5) * size, 0, drawn.uniform(-0.6, 0.2) * size]
         sides = [drawn.uniform(*span) * size for span in ((0.02, 0.2), (0.05, 0.3), (0.02, 0.2))]
-        found += box(place, sides, drawn.uniform(0, 90), drawn.choice(["matt", "wall", "thing2"]))
+        found += box(place, sides, drawn.uniform(0, 90), drawn.choice(["matte", "wall", "thing2"]))
     return found
 
 

@@ -66,7 +66,7 @@ def front(runs: Iterable[Run]) -> list[Run]:
 def seconds_at(runs: Iterable[Run], error_255: float) -> float | None:
     """CPU seconds to an error, between two runs on a line in logarithms; None where it is not reached.
 
-    An error that even the cheapest run comes under costs as much as that run.
+    If the cheapest run is already more accurate, the error costs as much as that run.
     """
     best = front(runs)
     if not best or error_255 < best[-1]["rmse_255"]:

@@ -68,7 +68,7 @@ def scene(
 
 
 def phong(color: list[float], **changes: Any) -> Json:
-    """A matt material with a little ambient light."""
+    """A matte material with a little ambient light."""
     return {"type": "phong", "color": color, "ambient": 0.1, "diffuse": 0.9, "specular": 0, **changes}
 
 

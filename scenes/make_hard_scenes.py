@@ -259,7 +259,7 @@ def camera(
 
 
 def phong(color: list[float], **changes: Any) -> Json:
-    """A matt material."""
+    """A matte material."""
     return {"type": "phong", "color": color, "diffuse": 0.85, **changes}
 
 

@@ -40,7 +40,7 @@ def camera(**changes: Any) -> Json:
 
 
 def phong(color: Sequence[float] | None = None, **changes: Any) -> Json:
-    """A matt material."""
+    """A matte material."""
     base = {} if "color_texture" in changes else {"color": color or [0.8, 0.7, 0.6]}
     return {"type": "phong", **base, "ambient": 0.2, "diffuse": 0.9, **changes}
 
@@ -122,7 +122,7 @@ def scene(*shapes: Json, lights: Any = (), **changes: Any) -> Json:
 
 
 def dark_scene(*shapes: Json, **changes: Any) -> Json:
-    """A scene where nothing but lights shines, on white matt shapes unless changed."""
+    """A scene where nothing but lights shines, on white matte shapes unless changed."""
     white = {"plain": phong([1, 1, 1], ambient=0, diffuse=1)}
     return scene(*shapes, **{"ambient": [0, 0, 0], "background": [0, 0, 0], "materials": white, **changes})
 

@@ -22,7 +22,7 @@ ASKED_SECONDS = 10.0
 
 NEGLIGIBLE_CHANGE = 0.1
 """A change below this share of the picture's error is negligible: errors add in squares, so it changes the
-error by half a per cent."""
+error by 0.5 %."""
 
 MAX_EXTRAPOLATION = 8.0
 """Errors are extrapolated up to so many times the seconds of the most expensive setting."""

@@ -1,4 +1,4 @@
-"""Findings of reading, and their translation into problems at the user's places."""
+"""Findings of reading, and their translation into problems with positions in the user's text."""
 
 from __future__ import annotations
 

@@ -190,6 +190,6 @@ def named_texture(textures: dict[str, Any], texture: dict[str, Any]) -> str:
 
 
 def free_name(name: str, taken: Container[str]) -> str:
-    """A name like this one that is not taken, and that a scene may have."""
+    """A free name like this one that is valid in a scene."""
     spellings = chain([name[:LONGEST_NAME]], (f"{name[: LONGEST_NAME - 10]}-{number}" for number in count(2)))
     return next(spelling for spelling in spellings if spelling not in taken)

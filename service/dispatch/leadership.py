@@ -24,7 +24,7 @@ from service.lifecycle import clock
 from service.storage.database.connection import Database
 from service.storage.database.models import LeaderRow
 
-# Silence after which another server leads, seconds.
+# Seconds of silence after which another server leads.
 LEASE_SECONDS = 3.0
 # How often the leader renews its lease, and the others look whether it is up, seconds.
 BEAT_SECONDS = 0.5

@@ -44,7 +44,7 @@ IDLE_ASSETS = (
 
 @dataclass(frozen=True)
 class Rules:
-    """Retention limits; None is no limit.
+    """Retention limits, each optional.
 
     Attributes
     ----------

@@ -182,7 +182,7 @@ def _samples_of(arrays: dict[str, Any]) -> Samples:
     """Restore samples from their stored arrays."""
     seconds = float(arrays.pop("seconds"))
     if "known" in arrays:
-        # Of version 0.1.0, for which others counted as 0, and which measured doubts.
+        # Estimates of version 0.1.0 have no others, and other names.
         arrays |= {"coverage_variance": arrays.pop("spread"), "shading_errors": arrays.pop("residues")}
         arrays["covers"] = arrays.pop("known")
         arrays["others"] = np.zeros_like(arrays["covers"])

@@ -10,7 +10,7 @@ def workers_of(server: int) -> list[int]:
 
 
 def fork_servers_of(server: int) -> list[int]:
-    """Process id of what the workers of a service are forked from, in a list as it may not run."""
+    """Process id of the fork server of a service, in a list that is empty if it does not run."""
     return [child for child in _children(server) if b"spawn_main" in _read(Path(f"/proc/{child}/cmdline"))]
 
 

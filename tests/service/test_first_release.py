@@ -69,7 +69,7 @@ def test_jobs_run_to_their_end_and_are_read(release: Release) -> None:
         assert states == ENDED | dict.fromkeys(OPEN, "succeeded")
         assert [job["damage"] for job in jobs.values() if job["damage"]] == []
         for name, job in jobs.items():
-            # A count that was not taken is not 0.
+            # A missing count is not 0.
             counted = job["state"] in {"succeeded", "expired"} and name not in UNCOUNTED
             assert (job["numerics"] is not None) == counted
             for address in addresses(job):

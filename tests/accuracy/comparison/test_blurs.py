@@ -1,4 +1,4 @@
-"""Blurs are found by their effect on edges, and noise is not taken for one."""
+"""Blurs are found by their effect on edges, and noise is no blur."""
 
 from dataclasses import replace
 

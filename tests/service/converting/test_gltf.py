@@ -14,7 +14,7 @@ TRIANGLE = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
 
 
 class Made:
-    """A glTF document that is put together piece by piece."""
+    """A glTF document that is built piece by piece."""
 
     def __init__(self) -> None:
         self.binary = b""

@@ -288,7 +288,7 @@ def test_share_with_a_time_limit_is_at_least_that_of_the_time(table: Targets) ->
 
 
 def test_share_is_one_only_with_the_picture() -> None:
-    # All samples are there, and the picture is being put together.
+    # All samples are there, and the picture is being assembled.
     render = RenderRow(state=JobState.RUNNING, counted_share=0.0, counted_work=0, done_work=9, total_work=9)
     assert progress.share(render) < 1
     render.state = JobState.SUCCEEDED

@@ -1,4 +1,4 @@
-"""Pictures put together band by band, and tiles whose files are damaged."""
+"""Pictures assembled from bands, and tiles whose files are damaged."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ WIDE, HIGH, STRIDE = 600, 1000, 8
 
 
 def rows_of(finished: Finished, store: TileStore) -> tuple[np.ndarray, np.ndarray, int]:
-    """A picture and its depths put together of their bands, and the number of these."""
+    """A picture and its depths, assembled from bands, and the number of bands."""
     pixels, sheets = zip(*finished.bands(store, ["depth"]), strict=True)
     return np.concatenate(pixels), np.concatenate([sheet["depth"] for sheet in sheets]), len(pixels)
 
