@@ -90,7 +90,7 @@ def normal_equivalent(t: Floats, freedom: Floats) -> Floats:
 
 
 def clipped(image: npt.ArrayLike) -> Floats:
-    """Linear values as errors are defined for them, float64 in 0..1."""
+    """Linear values clipped for errors, float64 in 0..1."""
     return np.clip(np.asarray(image, dtype=np.float64), 0.0, 1.0)
 
 

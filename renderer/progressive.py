@@ -58,7 +58,7 @@ class Squares:
 
 
 def squares_of(parts: Sequence[tuple[Pass, Image]]) -> dict[int, Squares]:
-    """Error estimate of a tile after each pass, by the pass's index, from the second with samples on.
+    """Error estimates of a tile by the index of the pass, from the second pass with samples on.
 
     Parameters
     ----------

@@ -63,14 +63,14 @@ class _FixedPicture:
         return compose(self.parts[tile.index])
 
     def end_pass(self) -> bool:
-        # The error is known when all passes are there, if at all.
+        # The error is known only after the last pass, if at all.
         self.tally.end_pass(None)
         return bool(self._waiting)
 
     def note_errors(self) -> None:
-        """Keep the errors after those passes of which they are known."""
+        """Record the known errors after passes."""
         pixels = self.plan.width * self.plan.height
-        # By number and not as they came: sums would differ by rounding.
+        # In the order of numbers, not of arrival, since sums would differ by rounding.
         found = [squares_of(self.parts[number]) for number in sorted(self.parts)]
         errors = errors_of(found, pixels)
         for cost, pass_ in zip(reversed(self.tally.passes), reversed(self.plan.passes), strict=False):
@@ -148,7 +148,7 @@ def render(
 
 
 def _converging(result: RenderResult, unknown: str | None) -> RenderResult:
-    """The same with how fast the error falls; `unknown` says why nothing is known of it."""
+    """Add the convergence of the error to the report; `unknown` is the reason if there is none."""
     report = result.report | {"convergence": trend(result.report["passes"], unknown)}
     return replace(result, report=report)
 

@@ -57,7 +57,7 @@ class Raw:
 
 
 def decode(content: Content, name: str, layers: Collection[str], size: Size | None = None) -> Raw:
-    """The numbers of a PNG, NPY or EXR file, and of its layers those that are named.
+    """The numbers of a PNG, NPY or EXR file, and the named ones of its layers.
 
     Raises
     ------

@@ -192,7 +192,7 @@ class Visits:
         return self._by_ray(self.entries)
 
     def longest_first(self) -> Integers:
-        """Order of the visits, sorted by ray, in which each ray takes the longest ways first."""
+        """Order of the visits, sorted by ray, with the longest paths through boxes first."""
         with np.errstate(invalid="ignore"):
             lengths = self.exits - self.entries
             return self._by_ray(lengths.max(initial=0.0) - lengths)

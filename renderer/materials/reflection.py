@@ -20,7 +20,7 @@ class LightTerm(Protocol):
         ...
 
     def run(self, view: LightView) -> None:
-        """Add the mean over light points of V * light * what the material reflects."""
+        """Add the mean over light points of V * light * the reflected share."""
         ...
 
 

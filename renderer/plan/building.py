@@ -67,7 +67,7 @@ def build_plan(request: Request) -> RenderPlan:
 
 
 def compile_visibility(plan: RenderPlan) -> tuple[Lighting, ...]:
-    """One stage a light of the scene, black ones too, that marks what blocks it and adds nothing."""
+    """One stage per light of the scene, black ones included, that marks blocked points and adds no light."""
     return lights.visibility(Request(plan.scene, plan.quality, plan.geometry, plan.culling))
 
 
@@ -103,7 +103,7 @@ def _lens(request: Request, camera: language.Camera) -> Pinhole:
 
 
 def _layers(request: Request) -> tuple[Layer, ...]:
-    """The layers of a request; those that need to know what a pixel shows ask for rays of their own."""
+    """The layers of a request; those that describe the centres of pixels need rays of their own."""
     count = request.sampling.antialiasing.samples
     chosen = tuple(
         replace(LAYERS[name], ground=count) if name == "samples" else LAYERS[name] for name in request.layers

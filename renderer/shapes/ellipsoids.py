@@ -65,7 +65,7 @@ class Ellipsoids(Family):
         return "ellipsoid"
 
     def signatures(self, origin: Floats, direction: Floats, reach: float) -> tuple[Floats, Floats]:
-        """By the centre, which has three roundings along each axis."""
+        """A room by the centre, which has three roundings along each axis."""
         del reach
         return dot(self.centers - origin, direction), 8 * PLANE_ERROR * (self.sizes + magnitude(origin))
 
@@ -107,7 +107,7 @@ class Ellipsoids(Family):
         return viewer is None or self.holds(viewer)
 
     def smooth_shapes(self) -> Integers:
-        """None: its normals are those of the surface."""
+        """No shape: all normals are those of the surface."""
         return self.numbers[:0]
 
     def intersect(self, shape: int, rays: Rays) -> None:
@@ -164,7 +164,7 @@ class Ellipsoids(Family):
     def _departed(
         self, shape: int, start: OriginSurfaces, found: Integers, power: Floats
     ) -> tuple[Floats, Masks]:
-        """Powers whose sign holds, 0 for the rays that leave this ellipsoid, and which rays may hit it.
+        """Powers with certain signs, 0 for rays that leave this ellipsoid, and a mask of possible hits.
 
         A ray that leaves it hits it again only from inside, at the far root.
         """

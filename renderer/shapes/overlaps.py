@@ -16,7 +16,7 @@ from renderer.shapes.family import Family
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Earlier:
-    """Primitives of a small family that come before others, intersected one by one.
+    """Earlier primitives of pairs, of a small family, intersected one by one.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Earlier:
     later: Integers
 
     def run(self, rays: "Tied") -> None:
-        """Offer hits with those that come before something that a ray has hit."""
+        """Offer hits with primitives that come before the one that a ray has hit."""
         hit = np.zeros(rays.ties.later.size, dtype=bool)
         hit[rays.known] = True
         for item in np.unique(self.items[hit[self.later]]).tolist():
@@ -51,7 +51,7 @@ class Overlaps:
         Primitives that come after another.
     alone : tuple of Earlier
     trees : tuple of RayStage
-        For primitives that come before others in trees of their own.
+        Trees of earlier primitives.
     """
 
     offsets: Integers
@@ -61,7 +61,7 @@ class Overlaps:
     trees: tuple[RayStage, ...]
 
     def run(self, rays: Rays) -> None:
-        """Look for earlier hits, where something is hit that comes after another."""
+        """Look for hits with earlier primitives, for rays that hit a later one of a pair."""
         hit = self.offsets[rays.shapes] + rays.primitives
         chosen = np.flatnonzero(self.later[hit])
         if not chosen.size:

@@ -22,7 +22,9 @@ class SharedNoise(Message):
 
     students: tuple[str, ...] = Field(description="Whose submissions they are, by name.")
     tests: tuple[str, ...] = Field(description="Ids of the tests whose pictures have it.")
-    correlation: float = Field(ge=-1, le=1, description="Of the noise, the lowest one that was noticed.")
+    correlation: float = Field(
+        ge=-1, le=1, description="The lowest correlation of their noise that was detected."
+    )
 
 
 class NotCompared(Message):

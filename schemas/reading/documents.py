@@ -117,7 +117,7 @@ class Document:
     content: object
     text: str | None
     repeated: list[Finding] = field(default_factory=list)
-    """Keys that stand in their object more than once."""
+    """Keys that are repeated in their object."""
     find: Find = locate
     """Positions of the document's places in the text."""
 
@@ -138,7 +138,7 @@ def read_text(source: Source, limits: Limits, *, wanted: str = "a JSON document"
     ------
     SceneError
         It is too large, not UTF-8, not JSON, or too deeply nested; or it has text that cannot be shown. A
-        document that Python made may have arrays and numbers of NumPy, but nothing else that JSON has not.
+        document made in Python may have arrays and numbers of NumPy, but no other objects unknown to JSON.
     """
     if isinstance(source, Mapping):
         document = Document(plain(source, max_depth=limits.max_depth), None)
@@ -178,7 +178,7 @@ def _decoded(source: bytes | str, limits: Limits) -> str:
             f"{how_to_raise('max_body_bytes')}",
         )
     try:
-        # A string is encoded too, so that both are held to the same rules.
+        # A string is encoded too, so that the same rules apply to both.
         data = source.encode() if isinstance(source, str) else source
     except UnicodeEncodeError:
         raise _refused("not_utf8", "Half of a surrogate pair is here, which is not a character.") from None
@@ -191,7 +191,7 @@ def _decoded(source: bytes | str, limits: Limits) -> str:
     except UnicodeDecodeError as error:
         before = data[: error.start].decode()
         detail = "The document is not UTF-8 from here on. Save it as UTF-8."
-        # The bytes hang on the error; they belong in no log.
+        # The error refers to the bytes, which must not be logged.
         raise _refused("not_utf8", detail, before, len(before)) from None
 
 
@@ -251,7 +251,7 @@ class _Pairs:
     """Builds objects, and remembers those that have a key twice."""
 
     most: int
-    # The objects are kept, so that no other object can get the identity of one that was thrown away.
+    # The objects are kept, so that no other object gets the identity of a deleted one.
     repeated: dict[int, tuple[dict[str, object], list[str]]] = field(default_factory=dict)
 
     def to_dict(self, pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -265,7 +265,7 @@ class _Pairs:
         return built
 
     def find(self, content: object, depth: int) -> Iterator[Finding]:
-        """Find the objects again where they stand in the finished document."""
+        """Find the locations of the objects in the finished document."""
         for parts, node in _nodes(content, depth):
             _, keys = self.repeated.get(id(node), (None, ()))
             for key in keys:

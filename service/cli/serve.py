@@ -1,4 +1,4 @@
-"""``penumbra serve`` and ``demo``: a service on this machine, and where its settings come from."""
+"""``penumbra serve`` and ``demo``: a service on this machine, and the sources of its settings."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def read_settings(given: Mapping[str, Any], *, config: Path | None = None) -> Se
     Parameters
     ----------
     config
-        The file, in place of that which ``PENUMBRA_CONFIG`` names.
+        The settings file, by default the one that ``PENUMBRA_CONFIG`` names.
 
     Raises
     ------

@@ -132,8 +132,8 @@ def tile_claims(session: Session, room: int, served: Collection[str] = ()) -> It
 def _turn(session: Session, share: ShareRow, until: float, room: int, begun: set[int]) -> Iterator[TileTask]:
     """Hand out steps of a user's jobs, as long as the user's clock is not past ``until``.
 
-    Each job shows its coarse picture before any of them continues, and what has ``begun`` in this round shows
-    it alone; then they follow by priority and age, all tiles in one pass before any tile in the next.
+    Each job gets its coarse picture before any of them continues, and jobs that have ``begun`` in this round
+    get nothing else; then they follow by priority and age, all tiles of one pass before any tile of the next.
     """
     wanted = {"owner": share.owner, "room": room, "begun": list(begun)}
     for render in session.scalars(_CLAIMABLE, wanted).unique().all():
@@ -161,7 +161,7 @@ def _waiting(session: Session, render: RenderRow, last_pass: int, room: int) -> 
 
 
 def _waits(session: Session, owner: str) -> bool:
-    """Whether anything of a user waits."""
+    """Whether a user has a waiting step."""
     return session.scalar(_CLAIMABLE, {"owner": owner, "room": 1, "begun": []}) is not None
 
 
@@ -242,7 +242,7 @@ def take_back(session: Session, render: RenderRow, task: TileTask) -> bool:
 
 
 def note_death(session: Session, render: RenderRow, task: TileTask) -> int:
-    """Return how many workers a step has cost with this one, and keep it handed out.
+    """Return the number of workers that a step has cost, this one included; it stays handed out.
 
     0 if it is a stale attempt, which changes nothing.
     """
@@ -276,7 +276,7 @@ def compose_claims(session: Session, composing: Collection[str]) -> Iterator[Job
     """Hand out the tasks that assemble finished renders, except those in ``composing``."""
     for render in session.scalars(_RENDERED).all():
         if render.id not in composing:
-            # Never reset: a worker of a former leader may still write files of the numbers before.
+            # Never reset: a worker of a former leader may still write files with the earlier numbers.
             render.compose_attempt += 1
             with using(render):
                 task = _compose_task(session, render)
@@ -299,7 +299,7 @@ def _compose_task(session: Session, render: RenderRow) -> JobTask:
 
 
 def complete(session: Session, render: RenderRow, task: ComposeTask, done: ComposeDone) -> None:
-    """Record a final picture, and which files it is in."""
+    """Record a final picture and its files."""
     progress.note_errors(render, done.errors)
     picture = rows.FinalPicture(done.sha256, task.attempt, done.numerics, done.checksums)
     rows.succeed(session, render, picture)
