@@ -28,9 +28,11 @@ def compression(image: Floats) -> Setting | None:
     part = image[:TRIED_SIDE, :TRIED_SIDE]
     if min(part.shape[:2]) < 32:
         return None
-    ratios = {each: _change(part, each) / max(_change(part[4:, 4:], each), 1e-12) for each in SETTINGS}
-    best = min(ratios, key=ratios.__getitem__)
-    return best if ratios[best] <= MOST_CHANGE else None
+    changes = ((each, _change(part, each), _change(part[4:, 4:], each)) for each in SETTINGS)
+    # A picture of one colour is never changed: that is no sign of compression.
+    ratios = {each: change / moved for each, change, moved in changes if moved}
+    best = min(ratios, key=ratios.__getitem__, default=None)
+    return best if best is not None and ratios[best] <= MOST_CHANGE else None
 
 
 def compressed(image: Floats, setting: Setting) -> Floats:

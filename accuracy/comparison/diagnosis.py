@@ -315,9 +315,10 @@ def _averaged_encoded(reference: Picture) -> Floats:
     """
     mean, variance = reference.linear, sample_variances(reference)
     bright = np.minimum(np.maximum(neighbourhood(mean)[1], mean + np.sqrt(variance)), 1)
-    above = np.maximum(bright - mean, 1e-9)
-    dark = np.clip(mean - variance / above, 0, 1)
-    share = (mean - dark) / np.maximum(bright - dark, 1e-9)
+    # Quotients without a value are those of pixels that do not vary, which are not used.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        dark = np.clip(mean - variance / (bright - mean), 0, 1)
+        share = (mean - dark) / (bright - dark)
     codes = share * srgb_from_linear(bright) + (1 - share) * srgb_from_linear(dark)
     return np.where(variance > 0, linear_from_srgb(np.clip(codes, 0, 1)), mean)
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import html
 import io
 import json
 import os
+import re
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -27,6 +29,9 @@ from service.grading.likeness.fingerprints import Fingerprint
 
 FILE_FIELDS = frozenset({"file", "mask", "reference", "scene"})
 """Fields of a manifest that name files, if they are texts. Those of submissions are not found beside it."""
+
+NOT_IN_FILES = re.compile(r"""[\x00-\x1f\x7f&<>"`|':\\/]""")
+"""Characters that Moodle leaves out of names of files (``PARAM_FILE``)."""
 
 RESULT, PRINTS, KEY = "result.json", "fingerprints.npz", "graded.key"
 """In the folder of each student; the key is written last."""
@@ -69,7 +74,9 @@ class Student:
 
     def is_group(self, word: str) -> bool:
         """Whether this is the download of a group of Moodle, which separates its parts by underscores."""
-        return self.name == f"{word.replace('_', ' ')}_{self.number}"
+        # Moodle escapes a name for HTML before it cleans it for a file.
+        escaped = html.unescape(word).replace("&", "&amp;").replace("_", " ")
+        return self.name == f"{NOT_IN_FILES.sub('', escaped)}_{self.number}"
 
 
 def submissions(folder: Path) -> tuple[tuple[Student, ...], tuple[str, ...]]:

@@ -128,6 +128,8 @@ GROUPS = """Identifier,Full name,Status,Group,Grade,Last modified (submission),L
 Participant 3,A,Submitted,Team_B,,"Sunday, November 22, 2026, 8:15 AM",-
 Participant 4,B,Submitted,Team A,,-,-
 Participant 5,C,Submitted,Team_B,,-,-
+Participant 6,D,Submitted,A & B's,,-,-
+Participant 7,E,Submitted,A &amp; B's,,-,-
 """
 
 
@@ -157,7 +159,8 @@ def test_groups_of_moodle_are_found_by_their_names() -> None:
     assert roster.submitted(group) == "2026-11-22T08:15:00"
     filled = roster.filled({group: result(tried(points=2))}, "Ray tracer")
     points = [row["Grade"] for row in csv.DictReader(io.StringIO((filled or b"").decode()))]
-    assert points == ["2.0", "", "2.0"]
+    assert points == ["2.0", "", "2.0", "", ""]
+    assert roster.places(Student(Path("A amp; Bs_9"), "9")) == [3, 4]
 
 
 @pytest.mark.parametrize(
