@@ -14,15 +14,9 @@ from accuracy.statistics import factor
 from renderer.adaptive.adaptive_render import attempt
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.estimate import State
+from renderer.adaptive.forecast import DEVIATIONS
 from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
-
-STATE_DEVIATIONS = {State.SAMPLE: 0.25, State.PROBES: 0.45}
-"""Standard deviation of the logarithm of the predicted CPU time in each state, over the pictures from which
-`forecast.USUAL` was measured."""
-
-FIRST_DEVIATION = 0.85
-"""The same in all earlier states, in which the number of samples is unknown."""
 
 SECONDS_PER_PIXEL = 7e-8
 """CPU seconds a pixel before the first pass: 1.2 s in all at 4096 x 4096."""
@@ -47,14 +41,15 @@ class Rehearsal:
 def rehearse(plan: RenderPlan, deadline: Deadline) -> Rehearsal:
     """Render a picture of target quality as far as there is time; None if it cannot begin."""
     if SECONDS_PER_PIXEL * plan.width * plan.height > deadline.left:
-        return Rehearsal(factor(FIRST_DEVIATION).scaled(price(plan, 1).cpu_seconds))
+        return Rehearsal(factor(DEVIATIONS[State.LATTICE]).scaled(price(plan, 1).cpu_seconds))
     begun, driver, more = time.thread_time(), Driver.begin(plan), True
     while more:
         ahead, before = driver.forecast(), time.thread_time() - begun
         if not _run_pass(driver, deadline):
             spent = time.thread_time() - begun
-            unsure = hypot(STATE_DEVIATIONS.get(driver.estimate.state, FIRST_DEVIATION), TIMING_DEVIATION)
-            guess = factor(unsure).scaled(max(before + ahead.next + ahead.later, spent))
+            guess = factor(hypot(ahead.deviation, TIMING_DEVIATION)).scaled(
+                max(before + ahead.left(0.0), spent)
+            )
             return Rehearsal(Interval(guess.estimate, max(guess.low, spent), guess.high))
         more = driver.end_pass(last=False)
     error = driver.estimate.error

@@ -11,7 +11,7 @@ import numpy as np
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.error_statistics import sample_layers
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.forecast import Forecast, Progress, seconds_left
+from renderer.adaptive.forecast import UNKNOWN, Forecast, Progress, limited
 from renderer.adaptive.requests import TileRequest
 from renderer.adaptive.samples import Samples
 from renderer.adaptive.target_plan import target_plan
@@ -64,7 +64,7 @@ class AdaptiveRender:
     _late: bool = field(default=False, init=False)
     _rays: int = field(default=0, init=False)
     _traced: int = field(default=0, init=False)
-    _expected: Forecast = field(init=False)
+    _expected: Forecast = field(default=UNKNOWN, init=False)
 
     def __post_init__(self) -> None:
         self.buffers = LayerBuffers(self.plan.layers, self.plan.height, self.plan.width)
@@ -111,10 +111,10 @@ class AdaptiveRender:
             self._report(task.tile, self.on_tile)
 
     def _report(self, tile: Tile, on_tile: Callable[[TileEvent], None]) -> None:
-        progress, elapsed = self.progress, self.tally.seconds
-        share = self._expected.share(self.tally.cpu_seconds, self._traced / self._rays)
-        progress.note(share, self.done, elapsed)
-        left = seconds_left(progress.share, elapsed, progress.limit)
+        progress, elapsed, spent = self.progress, self.tally.seconds, self.tally.cpu_seconds
+        part = self._traced / self._rays
+        progress.note(self._expected.share(spent, part), self.done, elapsed)
+        left = limited(self._expected.seconds_left(spent, part, elapsed), elapsed, progress.limit)
         pass_ = Pass(index=len(self.tally.passes), stride=1, first=0, last=0)
         on_tile(
             TileEvent(tile, pass_, self.estimate.part(tile), self.done, progress.total, progress.share, left)

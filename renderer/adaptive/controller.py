@@ -74,6 +74,10 @@ def _after_lattice(estimate: Estimate) -> State:
     if estimate.piloted:
         cover_borders(estimate)
     choose_probes(estimate)
+    found = error_statistics(estimate)
+    errors, interpolation = _reducible(estimate, found)
+    goal = _sampling_goal(estimate, found, interpolation)
+    estimate.predicted_rays = int(_predicted_rays(estimate, found, errors, goal))
     return State.PROBES
 
 
@@ -101,14 +105,16 @@ def _sample_more(estimate: Estimate) -> bool:
     if _sample_probed_strata(estimate, found):
         found = error_statistics(estimate)
     errors, interpolation = _reducible(estimate, found)
-    estimate.predicted_rays = _predicted_rays(estimate, errors)
-    spent, goal = int(COUNTS[estimate.have].sum()), _sampling_goal(estimate, found) - interpolation
+    least, goal = MIN_PASS_SHARE * COUNTS[estimate.have].sum(), _sampling_goal(estimate, found, interpolation)
+    predicted = _predicted_rays(estimate, found, errors, goal)
     for backoff in BACKOFF:
-        _allocate(estimate, found, errors, backoff * max(goal, MIN_GOAL_SHARE * estimate.budget))
+        _allocate(estimate, found, errors, backoff * goal)
         _add_probes(estimate, found, backoff)
         _begin_shown(estimate)
-        if estimate.rays_wanted() > MIN_PASS_SHARE * spent:
+        if estimate.rays_wanted() > least:
             break
+    # Samples reveal more error, so that one pass more follows than is planned.
+    estimate.predicted_rays = int(max(predicted, estimate.work_wanted()) + least)
     return bool(estimate.rays_wanted())
 
 
@@ -159,13 +165,19 @@ def lower_aim(estimate: Estimate, bound: float) -> None:
         raise_probe_probability(estimate, expected)
 
 
-def _predicted_rays(estimate: Estimate, errors: ReducibleErrors) -> int:
+def _predicted_rays(estimate: Estimate, found: ErrorStatistics, errors: ReducibleErrors, goal: float) -> int:
     """Camera rays of all passes to come, if every stratum's error were certain."""
+    goal *= (estimate.target / estimate.aim) ** 2
     certain = replace(errors.strata, uncertain=np.zeros(strata.COUNT))
-    goal = estimate.target**2 * estimate.have.size
     pixels, levels, covers = allocate(replace(errors, strata=certain), goal)
     again = (COUNTS[pixels] - COUNTS[errors.levels]).sum() + (COUNTS[levels] * certain.sizes).sum()
-    return int(again + float(RAY_PRICE * COVERAGES[covers[covers > errors.coverage]].sum()))
+    rays = float(again + RAY_PRICE * COVERAGES[covers[covers > errors.coverage]].sum())
+    if estimate.piloted:
+        return rays
+    # Edges are blurred: errors fall as slowly as those of independent samples in some pixels, and as fast as
+    # the allocation assumes in others.
+    slow = float(COUNTS[estimate.have].sum()) * max(found.total / goal - 1.0, 0.0)
+    return float(np.sqrt(rays * slow))
 
 
 def _allocate(estimate: Estimate, found: ErrorStatistics, errors: ReducibleErrors, goal: float) -> None:
@@ -181,14 +193,15 @@ def _allocate(estimate: Estimate, found: ErrorStatistics, errors: ReducibleError
     estimate.shown.ravel()[hidden[levels > 0]] = True
 
 
-def _sampling_goal(estimate: Estimate, found: ErrorStatistics) -> float:
+def _sampling_goal(estimate: Estimate, found: ErrorStatistics, interpolation: float) -> float:
     """Sum of squared errors whose upper bound is the budget, if its uncertainty falls as the error does.
 
-    The uncertainty of pilot samples is left out: probes reduce it.
+    The error of interpolation is subtracted. The uncertainty of pilot samples is left out: probes reduce it.
     """
     own = np.sqrt(max(found.variance - found.strata.variance, 0.0))
     doubt = own / max(found.total / estimate.budget, 1.0)
-    return float(estimate.budget - standard_errors(estimate.confidence) * doubt)
+    goal = estimate.budget - standard_errors(estimate.confidence) * doubt - interpolation
+    return float(max(goal, MIN_GOAL_SHARE * estimate.budget))
 
 
 def _add_probes(estimate: Estimate, found: ErrorStatistics, backoff: float) -> None:

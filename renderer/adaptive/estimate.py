@@ -42,11 +42,6 @@ class State(Enum):
     SAMPLE = "sample"
     DONE = "done"
 
-    @property
-    def is_measured(self) -> bool:
-        """Whether probes have measured the error of the picture."""
-        return self in (State.SAMPLE, State.DONE)
-
 
 @dataclass(slots=True, eq=False)
 class Estimate:

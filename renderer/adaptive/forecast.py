@@ -1,16 +1,15 @@
 """Forecast of a picture of target quality: the CPU seconds of its next pass and of all later ones.
 
-Rays times prices. The rays of the next pass are known, those of later ones predicted: from the allocation,
-and before there are samples from the plan alone. A price is the measured CPU time of a ray so far, or the
-plan's estimate. Progress, tiles, time limits and quotes share this forecast.
+Rays times prices. The rays of the next pass are known, those of later ones predicted: by the controller's
+allocation, and before the probes from the plan alone. A price is the measured CPU time of a ray so far, or
+the plan's estimate. Progress, tiles, time limits, prices and quotes share this forecast.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import sqrt
+from math import inf, sqrt
 
 from renderer.adaptive.estimate import Estimate, State
-from renderer.adaptive.levels import COUNTS
 from renderer.plan.plan import RenderPlan
 
 PILOTS, SAMPLES, LAYERS = "pilots", "samples", "layers"
@@ -32,9 +31,12 @@ RAYS_PER_SIDE = 2000.0
 """Rays of a picture at an error of 1/255 for each pixel of its side, at the plan's price: about the median of
 the same pictures, and off by 0.8 in the logarithm."""
 
-AFTER_PROBES = 1.35
-"""Cost of all passes from the probes on over that of the probes, with the least mean error of the
-logarithm."""
+DEVIATIONS = {State.LATTICE: 0.85, State.PROBES: 0.45, State.SAMPLE: 0.35}
+"""Standard deviation of the logarithm of a predicted cost, by the kind of the next pass: in the pictures of
+`USUAL_PRICE_RATIOS`."""
+
+MAX_KNOWN_DEVIATION = 0.5
+"""Largest deviation of a forecast that is right within a factor of two in five of six pictures."""
 
 MAX_PROGRESS = 0.99
 """Largest progress of an unfinished picture."""
@@ -42,15 +44,38 @@ MAX_PROGRESS = 0.99
 
 @dataclass(frozen=True, slots=True)
 class Forecast:
-    """Predicted CPU seconds of the next pass and of all later ones."""
+    """Predicted CPU seconds of the next pass and of all later ones.
+
+    Attributes
+    ----------
+    next, later : float
+    deviation : float
+        Standard deviation of the logarithm of their sum.
+    """
 
     next: float
     later: float
+    deviation: float
+
+    def left(self, part: float) -> float:
+        """CPU seconds to come with a part of the next pass done."""
+        return self.next * (1.0 - min(part, 1.0)) + self.later
 
     def share(self, spent: float, part: float) -> float:
-        """Progress, 0 to `MAX_PROGRESS`, with a part of the next pass done."""
-        left = self.next * (1.0 - min(part, 1.0)) + self.later
-        return min(spent / (spent + left), MAX_PROGRESS) if spent > 0 else 0.0
+        """Progress, 0 to `MAX_PROGRESS`, after `spent` CPU seconds."""
+        return min(spent / (spent + self.left(part)), MAX_PROGRESS) if spent > 0 else 0.0
+
+    def seconds_left(self, spent: float, part: float, elapsed: float) -> float:
+        """Seconds until the picture is finished, inf where samples have not told yet how many it needs.
+
+        CPU seconds to come take as long as those `spent` in the `elapsed` seconds did.
+        """
+        known = spent > 0 and self.deviation <= MAX_KNOWN_DEVIATION
+        return self.left(part) * elapsed / spent if known else inf
+
+
+UNKNOWN = Forecast(0.0, 0.0, inf)
+"""Before there is any forecast, and after the last pass."""
 
 
 def share_by(work: float, elapsed: float, limit: float) -> float:
@@ -58,9 +83,10 @@ def share_by(work: float, elapsed: float, limit: float) -> float:
     return min(max(work, elapsed / limit), MAX_PROGRESS)
 
 
-def seconds_left(share: float, elapsed: float, limit: float) -> float | None:
-    """Seconds until the picture is finished, None before any progress."""
-    return min(elapsed / share - elapsed, max(limit - elapsed, 0.0)) if share > 0 else None
+def limited(seconds: float, elapsed: float, limit: float) -> float | None:
+    """Seconds until a picture is finished with its work or at its time limit; None if neither is known."""
+    left = min(seconds, max(limit - elapsed, 0.0))
+    return left if left < inf else None
 
 
 @dataclass(slots=True)
@@ -116,21 +142,10 @@ def forecast(estimate: Estimate, prices: Prices) -> Forecast:
     """Predict the cost of the rest of a picture, the next pass being decided or in progress."""
     kind, rays = kind_of(estimate), estimate.work_wanted()
     upcoming = (rays + TILE_CALL_RAYS) * prices[kind]
-    if estimate.state.is_measured:
-        # Samples reveal more error, so that one pass more follows than is planned.
-        following = max(_samples_to_come(estimate) - rays, 0.0) + TILE_CALL_RAYS
-        return Forecast(upcoming, following * prices[SAMPLES])
-    if estimate.state is State.PROBES:
-        return Forecast(upcoming, (AFTER_PROBES - 1) * upcoming)
-    price = prices[SAMPLES] / USUAL_PRICE_RATIOS[SAMPLES]
-    return Forecast(upcoming, rays_of_picture(estimate.have.size, estimate.target) * price)
-
-
-def _samples_to_come(estimate: Estimate) -> float:
-    """Samples that the allocation predicts, or those so far times the factor by which the error is to fall.
-
-    The allocation alone predicts errors of 4/255 to 0.03/255 well, but never more than one pass may request.
-    """
-    assert estimate.error is not None
-    times = estimate.error.estimate / estimate.target - 1.0
-    return max(float(estimate.predicted_rays), times * float(COUNTS[estimate.have].sum()))
+    if estimate.state is State.LATTICE:
+        following = rays_of_picture(estimate.have.size, estimate.target) / USUAL_PRICE_RATIOS[SAMPLES]
+    elif estimate.state is State.PROBES:
+        following = estimate.predicted_rays + TILE_CALL_RAYS
+    else:
+        following = max(estimate.predicted_rays - rays, 0.0) + TILE_CALL_RAYS
+    return Forecast(upcoming, following * prices[SAMPLES], DEVIATIONS[estimate.state])

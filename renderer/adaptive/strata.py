@@ -100,7 +100,7 @@ class StratumStatistics:
     noise : float64
         Part of `uncertain` that more samples of the same probes would remove.
     variances : float64
-        Of a single camera sample, mean over channels.
+        Of a single camera sample, mean over channels; a pilot sample is one, where there are no probes.
     """
 
     sizes: Integers
@@ -161,5 +161,5 @@ def stratum_statistics(
         errors=np.where(unknown, typical, np.maximum(mean(errors), 0)),
         uncertain=np.where(unknown, typical, np.sqrt(mean(errors * errors) / counts + unseen**2)),
         noise=np.sqrt(mean(noise) / counts),
-        variances=mean(variances),
+        variances=np.where(unknown, typical, mean(variances)),
     )

@@ -233,9 +233,8 @@ def _enter_whole(session: Session, render: RenderRow, task: AdvanceTask, done: A
 
 
 def _begin_pass(session: Session, render: RenderRow, index: int, done: AdvanceDone) -> None:
-    expected = Forecast(next=done.next_seconds, later=done.later_seconds)
-    before = max(rows.share(render), expected.share(render.cpu_seconds, 0.0))
-    after = max(before, _share(expected, render.cpu_seconds))
+    before = max(rows.share(render), done.expected.share(render.cpu_seconds, 0.0))
+    after = max(before, _share(done.expected, render.cpu_seconds))
     render.counted_share, render.counted_work = before, render.done_work
     render.total_work = _total_work(render.done_work, done.samples, before, after)
     pass_ = pass_of(index)
@@ -265,6 +264,8 @@ def _record(render: RenderRow, task: AdvanceTask, done: AdvanceDone) -> dict[str
         "rays": rays,
         "prices": done.prices,
         "ray_seconds": done.ray_seconds,
-        "tile_seconds": done.next_seconds / max(len(done.tiles), 1),
+        "tile_seconds": done.expected.next / max(len(done.tiles), 1),
+        "expected": asdict(done.expected) if done.tiles else None,
+        "samples": done.samples,
         "merging_seconds": done.cpu_seconds,
     }

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from math import inf
 from typing import Any
 
-from renderer.adaptive.forecast import MAX_PROGRESS, seconds_left, share_by
+from renderer.adaptive.forecast import MAX_PROGRESS, Forecast, limited, share_by
 from schemas.api.jobs import JobState
 from service.lifecycle import clock, rows
 from service.storage.database.models import RenderRow
 from service.workers.tasks import TileDone
-
-NO_LIMIT = float("inf")
 
 
 def share(render: RenderRow) -> float:
@@ -29,14 +28,28 @@ def share(render: RenderRow) -> float:
         return done
     if render.target_error is None or render.state != JobState.RUNNING or render.started_at is None:
         return min(done, MAX_PROGRESS)
-    return share_by(done, rows.ran_for(render), render.time_limit or NO_LIMIT)
+    return share_by(done, rows.ran_for(render), render.time_limit or inf)
 
 
 def remaining_seconds(render: RenderRow) -> float | None:
     """Predict in how many seconds a render will be finished; None if it does not run or nothing is known."""
     if render.state != JobState.RUNNING or render.started_at is None or render.paused_at is not None:
         return None
-    return seconds_left(share(render), rows.ran_for(render), render.time_limit or NO_LIMIT)
+    elapsed = rows.ran_for(render)
+    return limited(_work_seconds(render, elapsed), elapsed, render.time_limit or inf)
+
+
+def _work_seconds(render: RenderRow, elapsed: float) -> float:
+    """Predict how long the rest of the work takes after ``elapsed`` seconds; inf if nothing is known."""
+    if render.target_error is None:
+        done = share(render)
+        return elapsed / done - elapsed if done else inf
+    newest = render.merges[-1] if render.merges else {}
+    # Passes that version 0.1 has merged say nothing.
+    if not newest.get("expected"):
+        return inf
+    part = (render.done_work - render.counted_work) / newest["samples"]
+    return Forecast(**newest["expected"]).seconds_left(render.cpu_seconds, part, elapsed)
 
 
 def begin_passes(passes: Sequence[int]) -> list[dict[str, Any]]:

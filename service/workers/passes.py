@@ -16,7 +16,7 @@ from renderer import film
 from renderer.adaptive import Estimate, Samples
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.error_statistics import sample_layers
-from renderer.adaptive.forecast import Forecast, usual_prices
+from renderer.adaptive.forecast import UNKNOWN, usual_prices
 from renderer.adaptive.guides import Surroundings, packed, unpacked
 from renderer.adaptive.requests import LevelRequest, first_levels, tile_request
 from renderer.adaptive.samples import preview
@@ -115,12 +115,10 @@ class PassWorker:
         else:
             sha256, checksums = self._keep_final(estimate, task, image)
         self.store.drop_passes_before(task.job, task.pass_.index - 1)
-        expected = driver.forecast() if continues else Forecast(next=0.0, later=0.0)
         return AdvanceDone(
             tiles=tuple(numbered(driver.tiles())) if continues else (),
             samples=estimate.rays_wanted() if continues else 0,
-            next_seconds=expected.next,
-            later_seconds=expected.later,
+            expected=driver.forecast() if continues else UNKNOWN,
             prices=dict(driver.prices),
             ray_seconds=driver.ray_seconds,
             error=estimate.error.document() if estimate.error else None,

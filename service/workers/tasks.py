@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.adaptive.forecast import Forecast
 from schemas.api.comparisons import ComparisonRequest, Encoding
 from schemas.api.plans import QuoteRequest
 from schemas.errors import Problem
@@ -208,17 +209,16 @@ class Preempted:
 class AdvanceDone:
     """A pass is merged: picture, state and demand are in the store.
 
-    ``tiles`` are those in which the next pass has ``samples`` to take. It is predicted to last
-    ``next_seconds``, all passes after it ``later_seconds``, and one of its camera rays ``ray_seconds``. Where
-    none follows, the final picture lies in the store, and ``sha256`` is that of its file; ``numerics`` and
-    ``checksums`` are as in `ComposeDone`. ``error`` is the estimate with its interval, once known. ``prices``
-    are as in `AdvanceTask`.
+    ``tiles`` are those in which the next pass has ``samples`` to take. ``expected`` predicts the CPU seconds
+    of the passes to come, and ``ray_seconds`` those of a camera ray of the next one. Where none follows, the
+    final picture lies in the store, and ``sha256`` is that of its file; ``numerics`` and ``checksums`` are as
+    in `ComposeDone`. ``error`` is the estimate with its interval, once known. ``prices`` are as in
+    `AdvanceTask`.
     """
 
     tiles: tuple[Tile, ...]
     samples: int
-    next_seconds: float
-    later_seconds: float
+    expected: Forecast
     prices: dict[str, float]
     ray_seconds: float
     error: dict[str, float] | None

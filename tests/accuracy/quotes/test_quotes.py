@@ -78,7 +78,7 @@ def test_target_quality_is_priced(ball_scene: LoadedScene, error: float, limit: 
     assert quoted.asked is not None
     assert quoted.asked.quality == asked
     assert patterns(quoted.offers).keys() == {"sobol"}
-    assert limit or quoted.pilot.seconds < quoted.asked.cpu_seconds.estimate
+    assert limit or quoted.asked.cpu_seconds.estimate > LONG / 2
 
 
 def test_quote_without_time_has_the_price_alone(ball_scene: LoadedScene) -> None:

@@ -1,12 +1,13 @@
 """Decisions of the dispatcher about jobs with a target error."""
 
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 
 import renderer
 from renderer.adaptive import Estimate
-from renderer.adaptive.forecast import forecast, usual_prices
+from renderer.adaptive.forecast import Forecast, forecast, usual_prices
 from schemas.api.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Tile
@@ -41,8 +42,7 @@ def advanced(
     return AdvanceDone(
         tiles=tuple(QUARTERS[number] for number in tiles),
         samples=samples,
-        next_seconds=1.0,
-        later_seconds=later,
+        expected=Forecast(next=1.0, later=later, deviation=0.1),
         prices={"pilots": 1e-5},
         ray_seconds=1e-5,
         error=ERROR,
@@ -285,6 +285,20 @@ def test_share_with_a_time_limit_is_at_least_that_of_the_time(table: Targets) ->
     table.spend(11)
     assert progress.share(table.render()) < 1
     assert progress.remaining_seconds(table.render()) == 0
+
+
+def test_remaining_time_is_that_of_the_newest_forecast(table: Targets) -> None:
+    """The share never falls, but what is left may grow: seconds for each CPU second are as until now."""
+    table.add_target()
+    rough = Forecast(next=1.0, later=1.0, deviation=0.85)
+    table.merge(replace(advanced(1, 2), expected=rough))
+    table.spend(6)
+    assert progress.remaining_seconds(table.render()) is None
+    for later in (1.0, 8.0):
+        table.merge(advanced(1, 2, later=later))
+        render = table.render()
+        pace = rows.ran_for(render) / render.cpu_seconds
+        assert progress.remaining_seconds(render) == pytest.approx((1 + later) * pace, rel=0.1)
 
 
 def test_share_is_one_only_with_the_picture() -> None:
