@@ -165,7 +165,9 @@ def lower_aim(estimate: Estimate, bound: float) -> None:
         raise_probe_probability(estimate, expected)
 
 
-def _predicted_rays(estimate: Estimate, found: ErrorStatistics, errors: ReducibleErrors, goal: float) -> int:
+def _predicted_rays(
+    estimate: Estimate, found: ErrorStatistics, errors: ReducibleErrors, goal: float
+) -> float:
     """Camera rays of all passes to come, if every stratum's error were certain."""
     goal *= (estimate.target / estimate.aim) ** 2
     certain = replace(errors.strata, uncertain=np.zeros(strata.COUNT))

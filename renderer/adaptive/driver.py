@@ -11,7 +11,7 @@ from typing import Self
 from renderer.adaptive.controller import advance
 from renderer.adaptive.error_statistics import settle
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.forecast import Forecast, Prices, forecast, kind_of, measured, usual_prices
+from renderer.adaptive.forecast import MERGING, Forecast, Prices, forecast, kind_of, measured, usual_prices
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.partition import pass_tiles
 from renderer.adaptive.requests import TileRequest, records_centres, tile_request
@@ -30,7 +30,7 @@ class Driver:
     ----------
     estimate : Estimate
     prices : dict
-        CPU seconds of a ray by kind.
+        CPU seconds of a ray by kind, and of merging a pass.
     workers : int
         Processes that share the tiles of a pass; 0 if no one waits for single tiles.
     tile_size : int or None
@@ -60,8 +60,10 @@ class Driver:
         """Expected CPU seconds of a ray of the next pass."""
         return self.prices[kind_of(self.estimate)]
 
-    def forecast(self) -> Forecast:
-        """Predicted CPU seconds of the next pass and of all later ones."""
+    def forecast(self, merging: float = 0.0) -> Forecast:
+        """Predicted CPU seconds of the rest, where merging the last pass has taken `merging`, if any."""
+        if merging:
+            self.prices = {**self.prices, MERGING: merging}
         return forecast(self.estimate, self.prices)
 
     def tiles(self) -> list[Tile]:

@@ -118,7 +118,7 @@ class PassWorker:
         return AdvanceDone(
             tiles=tuple(numbered(driver.tiles())) if continues else (),
             samples=estimate.rays_wanted() if continues else 0,
-            expected=driver.forecast() if continues else UNKNOWN,
+            expected=driver.forecast(time.process_time() - begun) if continues else UNKNOWN,
             prices=dict(driver.prices),
             ray_seconds=driver.ray_seconds,
             error=estimate.error.document() if estimate.error else None,
@@ -132,7 +132,7 @@ class PassWorker:
         """Return the driver of the picture after the previous pass, with the tiles of this one."""
         if task.merged:
             arrays = self._state(task)
-            estimate, prices = Estimate.restored(plan, arrays), task.prices or usual_prices(plan)
+            estimate, prices = Estimate.restored(plan, arrays), usual_prices(plan) | (task.prices or {})
             driver = Driver(estimate, prices, self.workers, task.tile_size)
         else:
             driver = Driver.begin(plan, self.workers, task.tile_size)
