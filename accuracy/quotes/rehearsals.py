@@ -39,7 +39,7 @@ class Rehearsal:
 
 
 def rehearse(plan: RenderPlan, deadline: Deadline) -> Rehearsal:
-    """Render a picture of target quality as far as there is time; None if it cannot begin."""
+    """Render a picture of target quality as far as there is time, and predict the rest."""
     if SECONDS_PER_PIXEL * plan.width * plan.height > deadline.left:
         return Rehearsal(factor(DEVIATIONS[State.LATTICE]).scaled(price(plan, 1).cpu_seconds))
     begun, driver, more = time.thread_time(), Driver.begin(plan), True
