@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-"""Texture coordinates of a triangle's vertices that has none."""
+"""Default texture coordinates of a triangle's vertices."""
 MOST_CORNERS = 10_000
 """Most corners of a face that is clipped: the time grows like their square, to a tenth of a second here."""
 _ACROSS = np.array([[1, 2], [2, 0], [0, 1]])
@@ -50,7 +50,7 @@ def triangulate(points: Floats, sizes: Integers) -> tuple[Integers, Integers]:
         return fans, faces
     corners = points[fans]
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    # A face is as large as its fan, whose triangles count negative where they are turned the other way.
+    # The area of a face is that of its fan, whose triangles count negative if their orientation is opposite.
     normals = np.stack([np.bincount(faces, weights, len(sizes)) for weights in areas.T], axis=1)
     axes = np.abs(normals).argmax(axis=1)
     ways = np.sign(normals[np.arange(len(sizes)), axes])

@@ -115,12 +115,12 @@ def build(texture: language.CheckerTexture, assets: AssetSource) -> CheckerTextu
 
 
 MAX_FIELDS = 64.0
-"""Fields that a side may span. Beyond, the mean over the box around the footprint is as good: within a
-hundredth both have the mean colour."""
+"""Largest side of a footprint, fields. Beyond, the mean over its box is as good: both are within a hundredth
+of the mean colour."""
 
 MIN_AREA_SHARE = 2.0**-20
-"""A footprint is a box where its area is less than this share of that of a square on its longer side: an
-area between edges so near to each other has few digits."""
+"""Footprints whose area is a smaller share of the square on their longer side count as boxes: the area
+between such close edges loses its digits."""
 
 
 @dataclass(frozen=True, slots=True)
