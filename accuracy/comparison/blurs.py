@@ -35,7 +35,7 @@ exactly."""
 CENTRE_WEIGHT = 8 / 3
 """Weight of the central pixel in the Laplacian."""
 
-WIDTHS = (0.4, 0.5, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
+GAUSSIAN_WIDTHS = (0.4, 0.5, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
 """Standard deviations of the Gaussians that are tried, pixels."""
 
 CUTOFF_DEVIATIONS = 3.0
@@ -66,7 +66,7 @@ def blur(image: Picture, reference: Picture, least: float = MIN_LAPLACIAN) -> Bl
     if not _is_softer(image, reference, least):
         return None
     wanted = reference.linear
-    tried = (Blur(width, smoothed(wanted, width) - wanted) for width in WIDTHS)
+    tried = (Blur(width, smoothed(wanted, width) - wanted) for width in GAUSSIAN_WIDTHS)
     return min(tried, key=lambda each: float(np.sum((image.linear - wanted - each.effect) ** 2)))
 
 

@@ -13,7 +13,7 @@ from renderer.assets import AssetError
 from renderer.math.arrays import Floats, Integers
 from renderer.meshes.gltf import FAN, STRIP, TRIANGLE_MODES, Json, damage_reported
 from renderer.meshes.gltf_containers import DAMAGED, split_glb
-from renderer.meshes.triangulation import CORNERS
+from renderer.meshes.triangulation import DEFAULT_COORDINATES
 from schemas.quantities import MAX_COORDINATE
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -34,7 +34,7 @@ class _Part:
 def read_glb(content: bytes) -> tuple[Floats, Integers, Floats | None]:
     """Vertices (3, V), triangles (3, T) and texture coordinates (2, V) or None of a packed GLB.
 
-    Where some of its primitives have texture coordinates, triangles of the others get `CORNERS`.
+    Where some of its primitives have texture coordinates, triangles of the others get `DEFAULT_COORDINATES`.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def _with_texture(part: _Part) -> _Part:
         return part
     count = len(part.triangles)
     order = np.arange(3 * count).reshape(-1, 3)
-    return _Part(part.vertices[part.triangles.ravel()], order, np.tile(CORNERS, (count, 1)))
+    return _Part(part.vertices[part.triangles.ravel()], order, np.tile(DEFAULT_COORDINATES, (count, 1)))
 
 
 def _parts(document: Json, binary: bytes) -> Iterator[_Part]:

@@ -12,14 +12,14 @@ import numpy as np
 
 from renderer.assets import AssetError
 from renderer.math.arrays import Floats, Integers, Masks
-from renderer.meshes.triangulation import CORNERS, triangulate
+from renderer.meshes.triangulation import DEFAULT_COORDINATES, triangulate
 from renderer.meshes.wavefront import name_in, statements
 from schemas.quantities import MAX_COORDINATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-NONE = -1
+MISSING = -1
 """Stands for missing texture coordinates, normals or materials."""
 
 _COMPONENTS = {"v": 3, "vt": 2, "vn": 3}
@@ -64,14 +64,14 @@ class ObjFile:
     texture : (U, 2) float64
     normals : (N, 3) float64
     corners : (C, 3) int64
-        Numbers of the vertex, the texture coordinates and the normal of each corner, from 0; `NONE` for the
-        last two where it has none.
+        Numbers of the vertex, the texture coordinates and the normal of each corner, from 0; the last two may
+        be `MISSING`.
     sizes : (F,) int64
         Corners of each face, at least 3; faces are in the order of the file.
     lines : (F,) int64
         The line of each face, from 1.
     materials : (F,) int64
-        The material of each face by its position in `used`; `NONE` before the first.
+        The material of each face by its position in `used`; `MISSING` before the first.
     used
         Names of materials, and the lines that use them first.
     libraries
@@ -125,7 +125,7 @@ def read_obj(name: str, content: bytes) -> ObjFile:
 def cut_into_triangles(obj: ObjFile) -> tuple[Floats, Integers, Floats | None]:
     """Vertices (3, V), triangles (3, T) and texture coordinates (2, V), or None if no face has any.
 
-    A face of which a corner has none has none at all: each of its triangles gets `CORNERS`.
+    A face of which a corner has none has none at all: each of its triangles gets `DEFAULT_COORDINATES`.
     """
     triangles, faces = triangulate(obj.vertices[obj.corners[:, 0]], obj.sizes)
     vertex, texture, _ = obj.corners.T
@@ -140,13 +140,13 @@ def cut_into_triangles(obj: ObjFile) -> tuple[Floats, Integers, Floats | None]:
     rows[bare] = len(known) + np.arange(3 * bare.sum()).reshape(-1, 3)
     numbers, coordinates = np.divmod(known, len(obj.texture))
     vertices = obj.vertices[np.concatenate([numbers, vertex[triangles[bare]].ravel()])]
-    uv = np.concatenate([obj.texture[coordinates], np.tile(CORNERS, (bare.sum(), 1))])
+    uv = np.concatenate([obj.texture[coordinates], np.tile(DEFAULT_COORDINATES, (bare.sum(), 1))])
     return vertices.T.copy(), rows.T.copy(), uv.T.copy()
 
 
 def has_all(obj: ObjFile, numbers: Integers) -> Masks:
     """Faces (F,) of which every corner has a number, given one column of `corners`."""
-    return np.logical_and.reduceat(numbers != NONE, np.cumsum(obj.sizes) - obj.sizes)
+    return np.logical_and.reduceat(numbers != MISSING, np.cumsum(obj.sizes) - obj.sizes)
 
 
 class _Coordinates:
@@ -262,7 +262,7 @@ class _Faces:
             where = f"{count} in the file" if given[corner] >= 0 else "those before this line"
             detail = f"There is no {_THINGS[kind.keyword]} {given[corner]} among {where}; they count from 1. "
             raise ObjError(self.name, self._line_of(corner), detail + _AGAIN)
-        return np.where(there, numbers - 1, NONE)
+        return np.where(there, numbers - 1, MISSING)
 
 
 def _corners(words: list[bytes]) -> Integers:
@@ -360,5 +360,5 @@ class _Reader:
     def _materials(self) -> Integers:
         positions = {name: place for place, name in enumerate(self.used)}
         starts = [start for start, _ in self.changes]
-        numbers = [positions.get(name, NONE) for _, name in self.changes]
+        numbers = [positions.get(name, MISSING) for _, name in self.changes]
         return np.repeat(numbers, np.diff([*starts, len(self.faces.sizes)]))

@@ -7,7 +7,7 @@ from renderer.assets import AssetError
 from renderer.math.arrays import Floats, Integers
 from renderer.meshes.ply_header import header_of
 from renderer.meshes.ply_rows import Body, Lists, Rows
-from renderer.meshes.triangulation import CORNERS, triangulate
+from renderer.meshes.triangulation import DEFAULT_COORDINATES, triangulate
 from schemas.quantities import MAX_COORDINATE
 
 _AXES = ("x", "y", "z")
@@ -28,7 +28,7 @@ def read_ply(content: bytes, most: int) -> tuple[Floats, Integers, Floats | None
     """Vertices (3, V), triangles (3, T) and texture coordinates (2, V) or None of a PLY file.
 
     Where a face has texture coordinates of its own at its corners, each corner of the mesh becomes a vertex.
-    Where only some faces have any, triangles of the others get `CORNERS`.
+    Where only some faces have any, triangles of the others get `DEFAULT_COORDINATES`.
 
     Parameters
     ----------
@@ -54,7 +54,8 @@ def read_ply(content: bytes, most: int) -> tuple[Floats, Integers, Floats | None
     if own is None:
         return vertices.T.copy(), triangles.T.copy(), None if texture is None else texture.T.copy()
     # Coordinates of the corners count where a file has both.
-    shared = np.broadcast_to(CORNERS, (*triangles.shape, 2)) if texture is None else texture[triangles]
+    default = np.broadcast_to(DEFAULT_COORDINATES, (*triangles.shape, 2))
+    shared = default if texture is None else texture[triangles]
     corners = shared.copy()
     corners[: len(own)] = np.where(np.isnan(own), corners[: len(own)], own)
     order = np.arange(triangles.size).reshape(triangles.shape)

@@ -15,7 +15,7 @@ from renderer.math.arrays import Floats, Integers
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+DEFAULT_COORDINATES = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 """Default texture coordinates of a triangle's vertices."""
 MOST_CORNERS = 10_000
 """Most corners of a face that is clipped: the time grows like their square, to a tenth of a second here."""

@@ -22,7 +22,7 @@ from renderer.math.arrays import (
 )
 from renderer.math.streams import keys
 from renderer.meshes.files import read_mesh
-from renderer.meshes.triangulation import CORNERS
+from renderer.meshes.triangulation import DEFAULT_COORDINATES
 from renderer.shapes.triangles import Triangles, needs_exact_area, unit_normals
 from schemas.limits import how_to_raise
 from schemas.reading.advice import on_one_line
@@ -69,9 +69,9 @@ class Surface:
         return np.stack([taken(vertices, row) for row in self.triangles])
 
     def corner_texture(self) -> Floats:
-        """Texture coordinates (3, 2, T) of the corners, those of `CORNERS` where none are given."""
+        """Texture coordinates (3, 2, T) of the corners, by default `DEFAULT_COORDINATES`."""
         given = self.corners(self.texture)
-        return np.where(self.mapped[self.meshes], given, CORNERS[:, :, None])
+        return np.where(self.mapped[self.meshes], given, DEFAULT_COORDINATES[:, :, None])
 
 
 def surface_of(meshes: Sequence[Mesh]) -> Surface:

@@ -9,7 +9,7 @@ import numpy as np
 
 from renderer.assets import AssetError
 from renderer.meshes.gltf_containers import DAMAGED, split_glb
-from renderer.meshes.obj import NONE
+from renderer.meshes.obj import MISSING
 from schemas.errors import SceneError
 from schemas.limits import how_to_raise, limits_in_force
 from schemas.reading.documents import read_text
@@ -138,7 +138,7 @@ def written_part(parts: Sequence[Part]) -> bytes:
     corners, first, first_texture = [], 0, 0
     for part in parts:
         vertex = part.triangles.ravel()
-        texture = np.full_like(vertex, NONE) if part.texture is None else vertex + first_texture
+        texture = np.full_like(vertex, MISSING) if part.texture is None else vertex + first_texture
         corners.append(np.stack([vertex + first, texture], axis=1))
         first += len(part.vertices)
         first_texture += 0 if part.texture is None else len(part.texture)

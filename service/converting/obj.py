@@ -13,7 +13,7 @@ import numpy as np
 from renderer.assets import AssetError
 from renderer.math.arrays import Floats, Integers, Masks
 from renderer.meshes.files import file_kind, refuse_too_many
-from renderer.meshes.obj import NONE, ObjError, ObjFile, cut_into_triangles, has_all, read_obj
+from renderer.meshes.obj import MISSING, ObjError, ObjFile, cut_into_triangles, has_all, read_obj
 from schemas.limits import limits_in_force
 from schemas.quantities import LONGEST_NAME
 from service.converting.errors import FileAwayError, wrong_at_line
@@ -79,7 +79,7 @@ def by_material(obj: ObjFile) -> Parts:
     used = [*obj.used]
     numbers, first = np.unique(obj.materials, return_index=True)
     return {
-        None if number == NONE else used[number]: np.flatnonzero(obj.materials == number)
+        None if number == MISSING else used[number]: np.flatnonzero(obj.materials == number)
         for number in numbers[np.argsort(first)].tolist()
     }
 
@@ -222,7 +222,7 @@ def write_obj(vertices: Floats, texture: Floats, corners: Integers, sizes: Integ
     vertices, texture
         Coordinates, (V, 3) and (U, 2).
     corners
-        Numbers of the vertex and the texture coordinates of each corner, (C, 2); `NONE` where it has none.
+        Numbers of the vertex and the texture coordinates of each corner, (C, 2); `MISSING` where it has none.
     sizes
         Corners of each face, (F,).
     """
@@ -239,10 +239,10 @@ def write_obj(vertices: Floats, texture: Floats, corners: Integers, sizes: Integ
 
 
 def _renumbered(numbers: Integers) -> tuple[Integers, Integers]:
-    """Numbers that are used, in the order of their first use, and new ones from 1 for all; 0 for `NONE`."""
+    """Used numbers, in the order of their first use, and new ones from 1 for all; 0 for `MISSING`."""
     known, first, inverse = np.unique(numbers, return_index=True, return_inverse=True)
-    order = np.argsort(np.where(known == NONE, -1, first))
+    order = np.argsort(np.where(known == MISSING, -1, first))
     ranks = np.empty_like(order)
     ranks[order] = np.arange(len(order))
-    has_none = NONE in known
+    has_none = MISSING in known
     return known[order][has_none:], ranks[inverse] + (not has_none)

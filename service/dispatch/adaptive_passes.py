@@ -19,7 +19,7 @@ from schemas.api.jobs import JobState
 from schemas.quality import TargetQuality
 from schemas.tiles import Pass, Tile
 from service.lifecycle import clock, fairness, rows
-from service.lifecycle.damage import UNREADABLE, DamagedRenderError
+from service.lifecycle.damage import ROW_ERRORS, DamagedRenderError
 from service.storage.database.models import DONE, WAITING, RenderRow, TileRow
 from service.storage.tiles import StoredTile, pass_prefix
 from service.workers.planning import Outline
@@ -106,7 +106,7 @@ def expire(session: Session) -> float | None:
     for limited in session.execute(_LIMITED).all():
         try:
             left = tile_time_left(limited)
-        except UNREADABLE as error:
+        except ROW_ERRORS as error:
             raise DamagedRenderError(session.get_one(RenderRow, limited.number)) from error
         if left is not None and left > 0:
             upcoming.append(left)

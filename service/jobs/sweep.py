@@ -167,7 +167,7 @@ class Sweep:
         job_id = self._session.scalars(select(JobRow.id).where(JobRow.number == number)).one()
         try:
             unused = self._removed(number, forgets=forgets)
-        except damage.UNREADABLE as error:
+        except damage.ROW_ERRORS as error:
             damage.note(job_id, error)
             return
         ended.append(job_id)

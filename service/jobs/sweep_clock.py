@@ -77,6 +77,6 @@ def _newest(session: Session) -> int:
     newest = []
     for time_of in (JobRow.created_at, AssetRow.used_at):
         # One that is damaged says nothing.
-        with suppress(*damage.UNREADABLE):
+        with suppress(*damage.ROW_ERRORS):
             newest.append(session.scalar(select(func.max(time_of))))
     return max((int(at.timestamp()) for at in newest if at is not None), default=0)

@@ -20,7 +20,7 @@ from service.errors import DamagedJobError
 from service.lifecycle import totals
 from service.storage.database.models import JobRow, RenderRow
 
-UNREADABLE = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
+ROW_ERRORS = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
 """Exceptions of rows with a value of another kind than their column's, or JSON of another form."""
 
 MESSAGE = str(DamagedJobError())
@@ -42,7 +42,7 @@ def load(session: Session, query: Select[JobRow]) -> Sequence[JobRow | Unreadabl
     """Load jobs; a damaged one is represented by an object for `describe`."""
     try:
         return session.scalars(query).all()
-    except UNREADABLE:
+    except ROW_ERRORS:
         numbers = session.scalars(query.with_only_columns(JobRow.number)).all()
         return [_load_alone(session, number) for number in numbers]
 
@@ -50,7 +50,7 @@ def load(session: Session, query: Select[JobRow]) -> Sequence[JobRow | Unreadabl
 def _load_alone(session: Session, number: int) -> JobRow | UnreadableRow:
     try:
         return session.scalars(select(JobRow).where(JobRow.number == number)).one()
-    except UNREADABLE as error:
+    except ROW_ERRORS as error:
         return UnreadableRow(number, error)
 
 
@@ -59,7 +59,7 @@ def reading(job_id: str) -> Iterator[None]:
     """Read one job; DamagedJobError if its rows cannot be read."""
     try:
         yield
-    except UNREADABLE as error:
+    except ROW_ERRORS as error:
         note(job_id, error)
         raise DamagedJobError from error
 
@@ -83,7 +83,7 @@ def using(render: RenderRow) -> Iterator[None]:
     """Work with the row of a render; DamagedRenderError if it cannot be used."""
     try:
         yield
-    except UNREADABLE as error:
+    except ROW_ERRORS as error:
         raise DamagedRenderError(render) from error
 
 
@@ -140,7 +140,7 @@ def _read(session: Session, number: int, column: InstrumentedAttribute[Any]) -> 
     """Return one column; None if it cannot be read."""
     try:
         return session.scalars(select(column).where(JobRow.number == number)).one()
-    except UNREADABLE:
+    except ROW_ERRORS:
         return None
 
 

@@ -48,7 +48,7 @@ def documents(
         rendering = at_work.get(row.render_number, ())
         try:
             found.append(_document(row, keep_seconds, before.get(row.number), rendering))
-        except damage.UNREADABLE as error:
+        except damage.ROW_ERRORS as error:
             found.append(damage.describe(session, row.number, error, _links))
     return tuple(found)
 

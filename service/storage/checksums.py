@@ -19,7 +19,7 @@ BAND_BYTES = 1 << 20
 """A range costs reading at most two bands more, and a gigabyte has a few kilobytes of checksums."""
 MAX_READS = 2
 """Reads of a file before it counts as damaged: a network or memory may garble one."""
-UNREADABLE = (ValueError, EOFError, LookupError, NotImplementedError, RuntimeError, zipfile.BadZipFile)
+READER_ERRORS = (ValueError, EOFError, LookupError, NotImplementedError, RuntimeError, zipfile.BadZipFile)
 """Exceptions of readers of .npy and .npz files that are not as they were written."""
 
 LOSS_ERRORS = (FileNotFoundError, StoreDamagedError)
@@ -93,7 +93,7 @@ def damage_reported(name: str) -> Iterator[None]:
     """Read an .npy or .npz file; StoreDamagedError if it is not one that was written here."""
     try:
         yield
-    except UNREADABLE as error:
+    except READER_ERRORS as error:
         raise StoreDamagedError(name) from error
 
 

@@ -49,7 +49,7 @@ LAYERS_SUFFIX, SAMPLES_SUFFIX, UNFINISHED_SUFFIX = ".npz", ".samples", ".unfinis
 TILES, SPEC = "tiles", "spec.json"
 NPY_HEAD_BYTES = 4096
 """Bytes read for the header of an .npy file; those of this service are shorter."""
-MEMBERS = slice(-12, -10)
+MEMBER_COUNT = slice(-12, -10)
 """Offset of the number of members from the end of an .npz file."""
 UNFINISHED_SECONDS = 3600.0
 """Age from which on a temporary file is deleted: another server may be writing a younger one."""
@@ -334,7 +334,7 @@ def _get_arrays(objects: Objects, names: Sequence[str]) -> Iterator[Layers]:
 def _arrays(name: str, data: bytes) -> Layers:
     with damage_reported(name), np.load(io.BytesIO(data), allow_pickle=False) as found:
         # Every member has a CRC-32, which is checked, and their list has none: the end has their number.
-        if len(found.files) != int.from_bytes(data[MEMBERS], "little"):
+        if len(found.files) != int.from_bytes(data[MEMBER_COUNT], "little"):
             raise ValueError("a member is missing")
         return dict(found)
 

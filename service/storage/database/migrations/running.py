@@ -25,7 +25,7 @@ SILENCE_MS = 60_000
 # How often to look whether services of an earlier version are gone.
 LOOK_SECONDS = 0.5
 # After the end of a lease another server tries to lead within half a second, if there is one.
-SUCCESSION = timedelta(seconds=2)
+SUCCESSION_TIME = timedelta(seconds=2)
 IN_USE = (
     "A service of an earlier version, or another program, uses this database. Two versions cannot use it at "
     "the same time: stop all servers and workers of the earlier one, then start this one."
@@ -75,7 +75,7 @@ def _is_led(connection: Connection) -> bool:
     if not inspect(connection).has_table(LeaderRow.__tablename__):
         return False
     expires_at, now = connection.execute(select(LeaderRow.expires_at, func.clock_timestamp())).one()
-    return bool(now < expires_at + SUCCESSION)
+    return bool(now < expires_at + SUCCESSION_TIME)
 
 
 def _is_open_elsewhere(database: Database) -> bool:
