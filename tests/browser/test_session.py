@@ -13,7 +13,7 @@ from service.server import RunningServer
 from service.settings import Settings
 from service.storage.database.connection import Database
 from tests.browser.conftest import Open
-from tests.browser.scenes import PASTE, TIMEOUT, editor, endless, opened, small, write
+from tests.browser.scenes import PASTE, TIMEOUT, choose, editor, endless, opened, small, write
 from tests.service.forking import running
 from tests.service.support import finish, submit, until
 
@@ -134,6 +134,16 @@ def test_key_after_leaving(open_page: Open, key: str) -> None:
     assert page.context.cookies() == []
 
 
+# The texts that all tabs keep in the browser.
+STORED = """() => new Promise((done) => {
+  const opening = indexedDB.open("penumbra");
+  opening.onsuccess = () => {
+    const asked = opening.result.transaction("texts").objectStore("texts").getAll();
+    asked.onsuccess = () => (opening.result.close(), done(JSON.stringify(asked.result)));
+  };
+})"""
+
+
 @pytest.mark.slow
 def test_signing_out_leaves_no_scene_in_any_tab(open_page: Open, key: str) -> None:
     page = open_page("/")
@@ -145,6 +155,11 @@ def test_signing_out_leaves_no_scene_in_any_tab(open_page: Open, key: str) -> No
         opened(tab)
         write(tab, small("basic", name="solution of ada"))
         opened(tab)
+    # What is replaced is a recent scene.
+    choose(page, "Falloff")
+    page.get_by_role("button", name="Replace it").click()
+    until(lambda: "solution of ada" in page.evaluate(STORED))
+    opened(page)
     # The last words are not kept yet when the page is left.
     editor(page).press("Control+A")
     leave = (
@@ -159,6 +174,7 @@ def test_signing_out_leaves_no_scene_in_any_tab(open_page: Open, key: str) -> No
         opened(tab)
         expect(editor(tab)).not_to_contain_text("of ada")
         assert "ada" not in str(tab.evaluate("JSON.stringify(sessionStorage)"))
+    assert "ada" not in page.evaluate(STORED)
 
 
 @pytest.mark.slow

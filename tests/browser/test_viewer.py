@@ -101,10 +101,16 @@ def test_zoom_is_in_the_address(open_page: Open, client: httpx2.Client, job: str
         assert value == pytest.approx(there[side], abs=1)
     again.get_by_role("button", name="Fit").click()
     again.wait_for_url(re.compile(r"/jobs/\w+$"), timeout=TIMEOUT)
+    page.get_by_label("Exposure", exact=True).fill("2")
+    page.get_by_role("button", name="Display").click()
+    page.get_by_label("Channel").select_option("red")
     tab(page, "Compare")
     page.get_by_label("Compare with").select_option(other)
     page.get_by_role("button", name="Compare").click()
-    page.wait_for_url(re.compile(rf"/compare/{job}/{other}\?zoom="), timeout=TIMEOUT)
+    page.wait_for_url(re.compile(rf"/compare/{job}/{other}\?.*zoom="), timeout=TIMEOUT)
+    expect(page.locator(".verdict")).to_be_visible(timeout=TIMEOUT)
+    expect(page.get_by_label("Exposure", exact=True)).to_have_value("2")
+    expect(page.locator("#shown-channel")).to_have_value("red")
 
 
 @pytest.mark.slow
@@ -124,6 +130,10 @@ def test_line_is_dragged(open_page: Open, client: httpx2.Client, job: str) -> No
     page.keyboard.down(" ")
     np.testing.assert_array_equal(codes_of(page), two)
     page.keyboard.up(" ")
+    np.testing.assert_array_equal(codes_of(page), np.hstack([one[:, :20], two[:, 20:]]))
+    page.wait_for_url("**line=2*", timeout=TIMEOUT)
+    page.reload()
+    expect(page.locator(".verdict")).to_be_visible(timeout=TIMEOUT)
     np.testing.assert_array_equal(codes_of(page), np.hstack([one[:, :20], two[:, 20:]]))
 
 

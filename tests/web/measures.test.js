@@ -10,6 +10,7 @@ import {
   exposureFor,
   histogramOf,
 } from "../../service/web/views/picture/histogram.js";
+import { minus, short } from "../../service/web/views/picture/numbers.js";
 import { statisticsOf } from "../../service/web/views/picture/statistics.js";
 
 function film(width, height, values) {
@@ -62,6 +63,15 @@ test("statistics are of the rectangle alone, and leave out what is not finite", 
 test("the variance of large values does not cancel", () => {
   const values = Float64Array.from({ length: 4 }, (_, i) => 1e9 + (i % 2));
   assert.equal(statisticsOf(values, 1, 4, { x0: 0, y0: 0, x1: 4, y1: 1 })[0].variance, 0.25);
+});
+
+test("two equal infinities are 0 apart in the readout", () => {
+  assert.deepEqual([minus(Infinity, Infinity), minus(-Infinity, -Infinity), minus(3, 1)].map(short), [
+    "0",
+    "0",
+    "2",
+  ]);
+  assert.deepEqual([minus(-Infinity, Infinity), minus(NaN, NaN)].map(short), ["−∞", "NaN"]);
 });
 
 test("the difference is the largest of the channels, and equal infinities are none", () => {

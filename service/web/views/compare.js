@@ -60,7 +60,7 @@ async function open(root, { a, b, signal }) {
   const result = h("section.compared-verdict", { "aria-label": "Verdict" });
   const sides = h("div", makeSides(one, null));
   const details = h("div.compared-details");
-  const another = makeComparing(one.job, pair.screen, signal);
+  const another = makeComparing(one.job, pair.address.write, signal);
   const picker = b === FILE ? makePicker((file, encoding) => compare(ofFile(file, encoding))) : "";
   panel.append(picker, result, sides, details, another.element);
   another.fill();

@@ -2,6 +2,7 @@
 
 import { announce, h } from "../../dom.js";
 import { field } from "../../elements.js";
+import { round } from "../picture/place.js";
 import { makeViewer } from "../picture/viewer.js";
 import { DIFFERENCES, layerOf } from "./differences.js";
 import { catchLine, drawLine, hearSpace } from "./line.js";
@@ -18,6 +19,7 @@ const CHOICES = [
   ),
 ];
 const REGION = "#ffb43c";
+const MIDDLE = 0.5;
 
 /** @param {import("../picture/frame.js").Frame} frame @param {Film} film - A. @param {AbortSignal} signal */
 export function makePair(frame, film, signal) {
@@ -28,16 +30,18 @@ export function makePair(frame, film, signal) {
     choices: CHOICES,
     choose: show,
     overlay,
+    inAddress: () => ({ line: share === MIDDLE ? null : round(100 * share) }),
     signal,
   });
-  const { screen, developer, choice } = viewer;
+  const { screen, developer, choice, address } = viewer;
   /** @type {Map<string, Layer>} */
   const layers = new Map();
   /** @type {PixelRectangle | null} */
   let region = null;
   let mode = "a";
+  const asked = Number(address.asked.get("line") || NaN) / 100;
   // The share of the width left of the line.
-  let share = 0.5;
+  let share = asked >= 0 && asked <= 1 ? asked : MIDDLE;
   /** @type {HTMLInputElement} */
   const line = h("input", {
     id: "split-line",
@@ -45,7 +49,7 @@ export function makePair(frame, film, signal) {
     min: 0,
     max: 100,
     step: 0.5,
-    value: 50,
+    value: 100 * share,
     oninput: () => divide(Number(line.value) / 100),
   });
   // Until B is there.
@@ -68,6 +72,7 @@ export function makePair(frame, film, signal) {
   function divide(at) {
     share = at;
     line.value = String(100 * at);
+    address.changed();
     if (mode === "split") show(mode);
   }
 

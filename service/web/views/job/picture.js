@@ -31,7 +31,7 @@ export function mount(frame, watch, life) {
   const nothing = h("p.stage-nothing", { hidden: true });
   const first = makeFirst(watch, screen, () => viewer.pixel);
   const arrivals = makeArrivals(screen);
-  const comparing = makeComparing(job, screen, signal);
+  const comparing = makeComparing(job, viewer.address.write, signal);
   let wanted = "";
   // Whether the layer that is shown was fetched before the job had ended, or could not be.
   let isEarly = true;

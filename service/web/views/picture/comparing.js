@@ -4,7 +4,6 @@ import { get } from "../../api.js";
 import { h } from "../../dom.js";
 import { navigate } from "../../navigation.js";
 import { nameOf } from "../job/state.js";
-import { placeOf } from "./place.js";
 
 const MOST = 50;
 
@@ -12,29 +11,28 @@ const MOST = 50;
  * A form that chooses the picture to compare that of a finished job with.
  *
  * @param {JobDocument} job
- * @param {PictureScreen} screen
+ * @param {() => void} write - Brings the address up to date: the comparison shows what is shown here.
  * @param {AbortSignal} signal
  */
-export function makeComparing(job, screen, signal) {
+export function makeComparing(job, write, signal) {
   /** @type {HTMLSelectElement} */
   const select = h("select", { id: "compared-with" });
   const form = h(
     "form.comparing",
     {
       hidden: true,
-      onsubmit: (event) => (event.preventDefault(), navigate(`/compare/${job.id}/${select.value}${at()}`)),
+      onsubmit: compare,
     },
     h("label", { htmlFor: select.id }, "Compare with"),
     select,
     h("button", { type: "submit" }, "Compare"),
   );
 
-  /** The part that is shown here, for the address of the comparison. */
-  function at() {
-    const query = new URLSearchParams(
-      Object.entries(placeOf(screen)).flatMap(([name, value]) => (value === null ? [] : [[name, value]])),
-    );
-    return query.size ? `?${query}` : "";
+  /** @param {SubmitEvent} event */
+  function compare(event) {
+    event.preventDefault();
+    write();
+    navigate(`/compare/${job.id}/${select.value}${location.search}`);
   }
 
   /** Ask for the list of jobs again, and keep what is chosen. */

@@ -4,7 +4,7 @@ import { unpack } from "./colormaps.js";
 import { Darkroom, develop } from "./darkroom.js";
 import { area } from "./film.js";
 import { plainLook } from "./look.js";
-import { drawNumbers, short } from "./numbers.js";
+import { drawNumbers, minus, short } from "./numbers.js";
 import { Encoder } from "./transfer.js";
 
 /** @typedef {import("./film.js").Film} Film @typedef {import("./film.js").Rectangle} Rectangle */
@@ -131,7 +131,8 @@ export class Developer {
   /** @param {number} x @param {number} y */
   #describeBoth(x, y) {
     const [a, b] = this.films.map((film) => film.at(x, y) ?? []);
-    return `\nA ${triple(a)}\nB ${triple(b)}\nA − B ${triple(a.map((value, i) => value - b[i]))}`;
+    const apart = a.map((value, i) => minus(value, b[i]));
+    return `\nA ${triple(a)}\nB ${triple(b)}\nA − B ${triple(apart)}`;
   }
 
   /**

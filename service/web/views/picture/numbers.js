@@ -38,6 +38,9 @@ export function drawNumbers(context, screen, lines, shown) {
   }
 }
 
+/** A difference; that of two equal infinities is 0. @param {number} one @param {number} other */
+export const minus = (one, other) => (one === other ? 0 : one - other);
+
 /** A number with at most four digits. @param {number} value */
 export function short(value) {
   if (Number.isNaN(value)) return "NaN";

@@ -28,14 +28,14 @@ export function lookAt(screen, asked) {
 }
 
 /** The place as parameters of an address; none while the whole picture is fitted. @param {PictureScreen} screen */
-export function placeOf(screen) {
+function placeOf(screen) {
   if (screen.fitted) return { zoom: null, x: null, y: null };
   const { x, y } = screen.middle;
   return { zoom: round(100 * screen.zoomed), x: round(x), y: round(y) };
 }
 
-/** @param {number} value */
-const round = (value) => String(Number(value.toFixed(2)));
+/** A number of an address. @param {number} value */
+export const round = (value) => String(Number(value.toFixed(2)));
 
 /** The pixel that an address names, or null. @param {string | null} text @param {PictureScreen} screen */
 export function pixelOf(text, { width, height }) {

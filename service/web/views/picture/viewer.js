@@ -41,6 +41,7 @@ const NARROW = matchMedia("(max-width: 60rem)");
  * @param {[string, string][]} options.choices - What can be shown: names and labels.
  * @param {(name: string) => void} options.choose - Show one of them.
  * @param {(context: CanvasRenderingContext2D) => void} options.overlay - Draws over the picture.
+ * @param {() => Record<string, string | null>} [options.inAddress] - What the address says besides.
  * @param {AbortSignal} options.signal
  */
 export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
@@ -105,6 +106,7 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
     const layer = choice.select.value;
     const { channel } = developer.look;
     return {
+      ...options.inAddress?.(),
       ...display.asked,
       layer: layer === choices[0][0] ? null : layer,
       channel: channel === "rgb" ? null : channel,
@@ -156,6 +158,7 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
   }
 
   const self = {
+    address,
     screen,
     developer,
     /** Show the picture with the settings of its scene. @param {DisplaySettings} settings */
