@@ -15,8 +15,8 @@ from schemas.api.plans import Offer, Predicted
 from schemas.quality import CONFIDENCE, Quality
 
 USUAL_ERROR_SHARE, LEAST_ERROR_SHARE = 0.7, 0.3
-"""Usual and least error of target quality relative to the target, unless the picture was completed: it stops
-at an error that is lower by chance."""
+"""Usual and least ratio of the final error to the target: by chance it ends lower. A completed picture may
+end far below."""
 
 SECONDS_POWER, POWER_DEVIATION = 1.0, 0.5
 """The seconds of target quality grow like this power of the error beyond the errors tried; with its standard

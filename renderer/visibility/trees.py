@@ -30,7 +30,7 @@ SHAFT_LEVELS = 3
 """Levels that all points traverse with the shaft to the whole light."""
 
 FEW_NODES = (8, 96)
-"""Most nodes of the last of these, and of each level below, with which a point continues with its shaft."""
+"""Nodes above which a point sends rays: in the last of these levels, and in each level below."""
 
 FEW_TRIANGLES = 256
 """Most triangles that are compared with all light points at once."""

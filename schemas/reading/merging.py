@@ -82,7 +82,7 @@ def _without_repetition(details: Iterable[ErrorDetails]) -> list[Merged]:
 def _explained_by_misspelling(
     details: Sequence[ErrorDetails], model: type[BaseModel], suggest: Suggest
 ) -> set[int]:
-    """Numbers of the errors about fields and names that are there, under a misspelt name."""
+    """Indices of errors that say "missing" of a field or name that is only misspelt."""
     unknown: dict[Location, list[str]] = defaultdict(list)
     missing: dict[Location, list[int]] = defaultdict(list)
     for number, detail in enumerate(details):
@@ -101,7 +101,7 @@ def _explained_by_misspelling(
 
 
 def _without_a_form(details: Sequence[ErrorDetails], model: type[BaseModel]) -> set[int]:
-    """Numbers of the errors but one of an object that gives no form of its type."""
+    """Indices of repeated errors: an object that chooses no form of its type needs only one."""
     missing: dict[Location, dict[str | int, int]] = defaultdict(dict)
     for number, detail in enumerate(details):
         if detail["type"] == "missing":
@@ -116,7 +116,7 @@ def _without_a_form(details: Sequence[ErrorDetails], model: type[BaseModel]) -> 
 
 
 def _of_another_form(details: Sequence[ErrorDetails], model: type[BaseModel]) -> set[int]:
-    """Numbers of the errors but the first about fields of another form in the same object."""
+    """Indices of repeated errors: an object that mixes the fields of two forms needs only one."""
     mixed: set[Location] = set()
     explained: set[int] = set()
     for number, detail in enumerate(details):

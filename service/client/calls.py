@@ -26,7 +26,7 @@ LONGEST_SECONDS = 1e9
 """Three decades; the system takes no timeouts that are much longer."""
 
 Labels = Mapping[str, str | Sequence[str]]
-"""Names of labels, and the value or the values of each of which a job has one."""
+"""Names of labels, each with its wanted value or values: a job has one of them."""
 
 Answer = TypeVar("Answer")
 Model = TypeVar("Model", bound=BaseModel)

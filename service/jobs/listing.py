@@ -16,10 +16,10 @@ from service.lifecycle.documents import documents
 from service.storage.database.models import JobRow, LabelRow, RenderRow
 
 NEWEST_JOBS = 10_000
-"""Jobs of a user, or of all, that are searched, sorted and counted: a bound on what these read."""
+"""Only the newest jobs are searched, sorted and counted, so that a request reads a bounded number of rows."""
 
 Labels = Mapping[str, Sequence[str]]
-"""Names of labels, and the values of each of which a job has one."""
+"""Names of labels with their wanted values: a job has one of those of each label."""
 Sort = Literal["-created", "created", "name", "-name", "user", "-user"]
 """Keys that a list is sorted by; ``-`` reverses the order."""
 NEWEST_FIRST: Sort = get_args(Sort)[0]
@@ -113,7 +113,7 @@ def _has_label(*conditions: ColumnElement[bool]) -> ColumnElement[bool]:
 
 
 def _labelled(wanted: Listing, cursor: int | None, limit: int) -> CompoundSelect[int]:
-    """Select the newest jobs with each value of the first label, which have one of those of the others."""
+    """Select the newest jobs that have, of each label, one of the wanted values."""
     (name, values), *others = wanted.labels.items()
     query = _LABELLED.where(LabelRow.name == name).order_by(LabelRow.job.desc()).limit(limit)
     if wanted.owner is not None:
