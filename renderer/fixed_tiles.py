@@ -20,8 +20,8 @@ from renderer.tiling import BLOCK_RAYS, Block, blocks
 from schemas.tiles import Pass, Tile
 
 PORTION_SECONDS = 0.5
-"""Seconds that a batch of camera rays may take, and exceed the time slice by. Rays through eight balls of
-glass take 6 ms each, those beside them a thousandth of that, so no ray predicts the next."""
+"""Seconds that a batch of camera rays may take, so that a time slice is exceeded by no more. Rays through
+eight balls of glass take 6 ms each, those beside them a thousandth of that, so no ray predicts the next."""
 
 FEWEST_RAYS = 64
 """Least rays of a batch: with fewer, calls dominate the cost."""
@@ -145,7 +145,7 @@ class TileRendering:
         self._counts.update(counts)
 
     def _close(self, block: Block) -> None:
-        """Add a block to the film, all of whose rays are cast."""
+        """Add a block to the film once all its rays are cast."""
         for moments in self._moments.values():
             moments.add(block.columns, block.rows, self._open)
         # Last, since it may sum the samples in place.

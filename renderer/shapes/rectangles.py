@@ -130,17 +130,17 @@ class Rectangles(FlatFamily):
         points.face_rays(chosen, taken(self.normals, shapes), flipped)
 
     def frames(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
-        """Along the first edge; the normal is that of both edges, so nothing is mirrored."""
+        """Tangents along the first edges; the normals are those of both edges, so nothing is mirrored."""
         del points, chosen
         return unit(self.first[:, shapes]), np.ones(shapes.size)
 
     def derivatives(self, points: Points, chosen: Integers, shapes: Integers) -> tuple[Floats, Floats]:
-        """The edges."""
+        """Derivatives of the positions by u and v: the edges."""
         del points, chosen
         return self.first[:, shapes], self.second[:, shapes]
 
     def smooth_shapes(self) -> Integers:
-        """None."""
+        """No shapes, as all normals are those of planes."""
         return self.numbers[:0]
 
     def occluders(self) -> Polygons:

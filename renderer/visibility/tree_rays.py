@@ -37,7 +37,7 @@ class RayShadows:
     emitter: Emitter
 
     def mark(self, view: LightView, positions: Floats, shafts: Visits, levels: int) -> None:
-        """Send rays from the nodes that the shafts of their points have hit after so many levels."""
+        """Send rays that begin with the nodes of this level that the shafts of their points have hit."""
         owners, nodes = shafts.rays, shafts.nodes
         points, first = np.unique(owners, return_index=True)
         step = max(1, RAYS_AT_ONCE // view.light_points.count)

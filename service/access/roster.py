@@ -95,7 +95,7 @@ def _row(header: Sequence[str], cells: Sequence[str]) -> KeyRequest:
 
 
 def _value(column: str, cell: str) -> str | float:
-    """Return a number where the column has numbers; what is none is refused with the other problems."""
+    """Return a number where the column has numbers; text there is refused later, with the other problems."""
     with suppress(KeyError, ValueError):
         return NUMBERS[column](cell)
     return cell
