@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from accuracy.comparison import variances
 from accuracy.comparison.blocks import Bias, bias
 from accuracy.comparison.decoding import refuse_other_size
-from accuracy.comparison.diagnosis import Cause, diagnose, predicted, stored_or_filtered
+from accuracy.comparison.diagnosis import (
+    STORED,
+    STORED_REASON,
+    Cause,
+    diagnose,
+    predicted,
+    stored_or_filtered,
+)
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.judging import Judgement, Policy, judge
 from accuracy.comparison.metrics import ROUNDING_BOUND, Metrics, Similarity, Sums, flip, luma_of_seen
@@ -224,6 +231,8 @@ def _judged(
     if judgement.verdict == "mismatch" and not causes and variances.known(reference):
         if judgement.test == "noise":
             causes = stored_or_filtered(image, reference)
+            if any(cause.cause in STORED for cause in causes):
+                judgement = replace(judgement, reason=STORED_REASON)
         else:
             causes = predicted(image, reference, policy.tolerance, policy.most_bias)
     return judgement, causes

@@ -1,34 +1,24 @@
 """Diagnosis of a picture: undoes each likely mistake and measures the remaining difference."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from accuracy.comparison.blocks import Bias, bias, gathered
+from accuracy.comparison.blocks import Bias, bias
 from accuracy.comparison.blurs import LEAST_FILTER, blur
-from accuracy.comparison.compression import TRIED_SIDE, compressed, compression
+from accuracy.comparison.compression import TRIED_SIDE, compressed, compression, palette
 from accuracy.comparison.inputs import Picture
 from accuracy.comparison.metrics import luma_of_seen
 from accuracy.comparison.mistakes import Mistake, candidates
 from accuracy.comparison.neighbours import neighbourhood
 from accuracy.comparison.noise import sample_variances
 from accuracy.comparison.pixels import bands, bordered_bands
+from accuracy.comparison.ratings import MAX_RMSE_LEFT, Rating
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from renderer.math.arrays import Floats, Masks
-
-MAX_RMSE_LEFT = 0.5
-"""A mistake is named if undoing it leaves less than this share of the RMSE,"""
-
-MAX_RMSE_OF_CONTROL = 0.75
-"""and less than this share of the RMSE that its control leaves."""
-
-MIN_GAIN = 0.1
-"""If noise hides the rest, undoing must remove at least this share of the mean square,"""
-
-MIN_GAIN_ERRORS = 4.0
-"""and this many standard errors of the gain over all blocks (one false alarm in 30,000)."""
 
 ROW_STEP = 4
 """Step between the rows that are compared first."""
@@ -68,8 +58,19 @@ FILTERED_HINT = (
 LOSSY = "lossy_compression"
 
 LOSSY_HINT = (
-    "The picture was stored with lossy compression (JPEG) before it became this file. Store it as PNG."
+    "The picture was stored with lossy compression (JPEG, WebP) before it became this file. Store it as PNG."
 )
+
+PALETTE = "palette"
+
+PALETTE_HINT = (
+    "The picture has {} colours, its reference {}: a palette, as in GIF, has 256 at most. Store it as PNG "
+    "with 24 bits, NPY or EXR."
+)
+
+STORED = LOSSY, PALETTE
+
+STORED_REASON = "Storing the picture lost so much that it looks noisier than it is: its format is the reason."
 
 AVERAGED = "averaged_after_encoding"
 
@@ -77,6 +78,9 @@ AVERAGED_HINT = (
     "Pixels are darker where their samples differ: samples were encoded before their mean was taken. Take "
     "the mean of linear values, then encode it."
 )
+
+Rows = Callable[[slice], Floats]
+"""A picture: some rows of it, (h, W, 3)."""
 
 PREDICTED = AVERAGED, FILTERED, LOSSY
 """Mistakes that are recognized by their effect on the reference."""
@@ -108,13 +112,18 @@ class Cause:
     ----------
     cause, hint : str
     rmse_before, rmse_after : float
-        Linear, without the outermost pixels, before and after the mistake is undone.
+        Linear, without the outermost pixels, before and after the mistake is undone; equal if it cannot be.
     """
 
     cause: str
     hint: str
     rmse_before: float
     rmse_after: float
+
+    @property
+    def is_undone(self) -> bool:
+        """Whether the picture is closer without it; else it is only named."""
+        return self.rmse_after < self.rmse_before
 
 
 def diagnose(image: Picture, reference: Picture, tolerance: float, most_bias: float) -> tuple[Cause, ...]:
@@ -136,12 +145,16 @@ def diagnose(image: Picture, reference: Picture, tolerance: float, most_bias: fl
         return ()
     trial = _Trial(image, reference, tolerance, most_bias)
     found = [cause for mistake in trial.nearer() if (cause := trial.of(mistake)) is not None]
-    if not found:
-        found = trial.edges() or trial.blurs()
-    found.sort(key=lambda cause: cause.rmse_after)
-    return tuple(
-        cause for cause in found[:MAX_CAUSES] if cause.rmse_after <= MAX_RMSE_RATIO * found[0].rmse_after
-    )
+    return best(found or trial.edges() or trial.blurs())
+
+
+def best(causes: Iterable[Cause]) -> tuple[Cause, ...]:
+    """The causes that leave least, each once, the best one first."""
+    ordered, first = sorted(causes, key=lambda cause: cause.rmse_after), dict[str, Cause]()
+    for cause in ordered:
+        if cause.rmse_after <= MAX_RMSE_RATIO * ordered[0].rmse_after:
+            first.setdefault(cause.cause, cause)
+    return tuple(first.values())[:MAX_CAUSES]
 
 
 class _Trial:
@@ -150,7 +163,6 @@ class _Trial:
     def __init__(self, image: Picture, reference: Picture, tolerance: float, most_bias: float) -> None:
         self._image, self._reference = image, reference
         self._tolerance, self._most_bias = tolerance, most_bias
-        self._before = 0.0
 
     def nearer(self) -> list[Mistake]:
         """Mistakes whose undoing brings a part of the rows no farther from the reference."""
@@ -159,12 +171,8 @@ class _Trial:
         for rows in self._bordered():
             image = self._image.pixels.part(rows).linear
             wanted = self._reference.pixels.part(rows).linear[1:-1, 1:-1]
-            self._before += _square(image[1:-1, 1:-1] - wanted)
             seen = [image[FIRST_ROWS], *(self._glance(each, rows, image) for each in tried)]
             glances += [_square(undone - wanted[::ROW_STEP]) for undone in seen]
-        self._before /= self._values
-        if self._before == 0:
-            return []
         return [each for each, left in zip(tried, glances[1:], strict=True) if left <= glances[0]]
 
     def _glance(self, mistake: Mistake, rows: slice, image: Floats) -> Floats:
@@ -175,53 +183,48 @@ class _Trial:
 
     def of(self, mistake: Mistake) -> Cause | None:
         """The cause of the difference, if this mistake explains it."""
-        undo, control = self._undone(mistake), mistake.control
-        after = self._left(undo)
-        if after > (1 - MIN_GAIN) * self._before:
-            return None
-        compared = self._undone(replace(mistake, undo=control, turns=False) if control else None)
-        fair = self._left(compared) if control else self._before
-        clear = after < MAX_RMSE_LEFT**2 * self._before and after < MAX_RMSE_OF_CONTROL**2 * fair
-        if not clear and not self._gains(undo, compared):
-            return None
-        return Cause(mistake.cause, mistake.hint, math.sqrt(self._before), math.sqrt(after))
+        control = mistake.control
+        fair = self._undone(replace(mistake, undo=control, turns=False) if control else None)
+        return self._cause(mistake.cause, mistake.hint, self._undone(mistake), fair)
 
     def edges(self) -> list[Cause]:
         """Missing anti-aliasing, which no change of the picture undoes."""
         left = jagged_left_over(self._image, self._reference)
-        if left is None or left > MAX_RMSE_LEFT**2 * self._before:
+        if left is None or math.sqrt(left) > MAX_RMSE_LEFT * self.rmse:
             return []
-        return [Cause(JAGGED, JAGGED_HINT, math.sqrt(self._before), math.sqrt(left))]
+        return [Cause(JAGGED, JAGGED_HINT, self.rmse, math.sqrt(left))]
 
     def blurs(self) -> list[Cause]:
         """A blur, which is reproduced with the reference."""
         found = blur(self._image, self._reference)
         if found is None:
             return []
-
         return self.of_effect(BLURRED, BLURRED_HINT.format(found.width), found.effect.__getitem__)
 
-    def of_effect(self, cause: str, hint: str, effect: Callable[[slice], Floats]) -> list[Cause]:
+    def of_effect(self, cause: str, hint: str, effect: Rows) -> list[Cause]:
         """A mistake that adds an effect to the rows of the reference, if it explains the picture."""
-
-        def undo(rows: slice) -> Floats:
-            return np.asarray(self._image.pixels.part(rows).linear - effect(rows))
-
         as_it_is = self._undone(None)
-        before, after = self._left(as_it_is), self._left(undo)
-        if after >= MAX_RMSE_LEFT**2 * before and not self._gains(undo, as_it_is):
-            return []
-        return [Cause(cause, hint, math.sqrt(before), math.sqrt(after))]
+        found = self._cause(cause, hint, lambda rows: np.asarray(as_it_is(rows) - effect(rows)), as_it_is)
+        return [] if found is None else [found]
 
-    @property
-    def _values(self) -> int:
-        """Values without the outermost pixels, which lack neighbours."""
-        return 3 * (self._image.height - 2) * (self._image.width - 2)
+    def _cause(self, cause: str, hint: str, undone: Rows, fair: Rows) -> Cause | None:
+        """The cause, if the picture is much closer without it than a fair alternative."""
+        rating = Rating.of(self._left(undone, fair))
+        if not rating.is_clear and not (rating.is_sure and self._agrees(undone)):
+            return None
+        return Cause(cause, hint, self.rmse, math.sqrt(rating.left))
+
+    @cached_property
+    def rmse(self) -> float:
+        """RMSE of the unchanged picture."""
+        bands = self._left(self._undone(None))
+        squares, values = np.sum([(_square(left), left.size) for left, _ in bands], axis=0)
+        return math.sqrt(squares / values)
 
     def _bordered(self) -> Iterator[slice]:
         return bordered_bands(self._image.height, self._image.width)
 
-    def _undone(self, mistake: Mistake | None) -> Callable[[slice], Floats]:
+    def _undone(self, mistake: Mistake | None) -> Rows:
         """Rows of the picture without a mistake."""
         pixels = self._image.pixels
         if mistake is None:
@@ -238,39 +241,26 @@ class _Trial:
 
         return undo
 
-    def _left(self, undo: Callable[[slice], Floats]) -> float:
-        """Mean squared difference from the reference, without the outermost pixels."""
-        differences = (undo(rows) - self._reference.pixels.part(rows).linear for rows in self._bordered())
-        return math.fsum(_square(difference[1:-1, 1:-1]) for difference in differences) / self._values
-
-    def _gains(self, undone: Callable[[slice], Floats], compared: Callable[[slice], Floats]) -> bool:
-        """Whether undoing helps significantly over many blocks, and the pictures then agree."""
-        gained = []
+    def _left(self, *pictures: Rows) -> Iterator[tuple[Floats, ...]]:
+        """Differences of pictures from the reference, and the allowed one, without the outermost pixels."""
         for rows in self._bordered():
-            wanted = self._reference.pixels.part(rows).linear
-            gain = (compared(rows) - wanted) ** 2 - (undone(rows) - wanted) ** 2
-            gained.append(gathered(gain[1:-1, 1:-1].mean(axis=2)).mean(axis=2).ravel())
-        blocks = np.concatenate(gained)
-        deviation = float(blocks.std()) / math.sqrt(blocks.size)
-        mean = float(blocks.mean())
-        if mean < max(MIN_GAIN * self._before, MIN_GAIN_ERRORS * deviation):
-            return False
-        height, width = self._image.height, self._image.width
-        parts = [self._bias(slice(*rows), undone) for rows in bands(height, width)]
-        # The bias of a gradient that is displaced by a pixel is within the tolerance.
-        if mean < (math.fsum(allowed for _, allowed in parts) / (3 * height * width)) ** 2:
-            return False
-        return Bias.joined([biased for biased, _ in parts]).share <= self._most_bias
+            wanted, allowed = self._reference.pixels.part(rows).linear, self._allowed(rows)
+            yield tuple(each[1:-1, 1:-1] for each in (*(p(rows) - wanted for p in pictures), allowed))
 
-    def _bias(self, rows: slice, undone: Callable[[slice], Floats]) -> tuple[Bias, float]:
-        """Bias of a band, and the sum of its allowed differences."""
+    def _agrees(self, undone: Rows) -> bool:
+        parts = [bias(*band) for band in self._left(undone)]
+        return Bias.joined(parts).share <= self._most_bias
+
+    def _allowed(self, rows: slice) -> Floats:
         image, reference = self._image.pixels.part(rows), self._reference.pixels.part(rows)
-        allowed = image.rounding + reference.rounding + self._tolerance
-        return bias(undone(rows) - reference.linear, allowed), float(allowed.sum())
+        return np.asarray(image.rounding + reference.rounding + self._tolerance)
 
 
 def predicted(image: Picture, reference: Picture, tolerance: float, most_bias: float) -> tuple[Cause, ...]:
-    """A mistake whose effect on the reference, whose errors are known, explains the picture."""
+    """A mistake whose effect on the reference, whose errors are known, explains the picture.
+
+    A lossy format is named even if it does not explain the picture.
+    """
     if min(image.size) < 3:
         return ()
 
@@ -283,17 +273,29 @@ def predicted(image: Picture, reference: Picture, tolerance: float, most_bias: f
     found = trial.of_effect(AVERAGED, AVERAGED_HINT, average)
     if not found and (effect := effect_of(LOSSY, image, reference)) is not None:
         found = trial.of_effect(LOSSY, LOSSY_HINT, effect.__getitem__)
-    return tuple(found)
+        found = found or [Cause(LOSSY, LOSSY_HINT, trial.rmse, trial.rmse)]
+    return tuple(found) or _reduced(image, reference)
 
 
 def stored_or_filtered(image: Picture, reference: Picture) -> tuple[Cause, ...]:
-    """Compression or the pixel filter that explains the noise of a picture; empty where neither shows."""
+    """A lossy format or the pixel filter that explains the noise of a picture; empty where neither shows."""
+    if named := _reduced(image, reference):
+        return named
     seen, wanted = image.linear, reference.linear
     for cause, hint in ((LOSSY, LOSSY_HINT), (FILTERED, FILTERED_HINT)):
         if (effect := effect_of(cause, image, reference)) is not None:
             expected = wanted, wanted + effect
             return (Cause(cause, hint, *(math.sqrt(float(np.mean((seen - e) ** 2))) for e in expected)),)
     return ()
+
+
+def _reduced(image: Picture, reference: Picture) -> tuple[Cause, ...]:
+    """A palette, whose losses cannot be undone."""
+    colors = palette(image.linear, reference.linear)
+    if colors is None:
+        return ()
+    rmse = math.sqrt(float(np.mean((image.linear - reference.linear) ** 2)))
+    return (Cause(PALETTE, PALETTE_HINT.format(*colors), rmse, rmse),)
 
 
 def effect_of(cause: str, image: Picture, reference: Picture) -> Floats | None:

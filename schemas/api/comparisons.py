@@ -85,7 +85,7 @@ class ComparisonCause(Message):
     cause: str = Field(description="A word for programs, such as `flipped_vertically`.")
     hint: str = Field(description="The probable mistake, and its cure.")
     rmse_before: float = Field(ge=0, description="`rmse` of all but the outermost pixels.")
-    rmse_after: float = Field(ge=0, description="The same with the mistake undone.")
+    rmse_after: float = Field(ge=0, description="The same with the mistake undone, if it can be.")
 
 
 class ComparisonRegion(Message):

@@ -153,8 +153,9 @@ def _partial(accept: Verdict, found: Comparison, share: float) -> float:
     # A block that is wrong beyond doubt costs something even where no other is.
     certain = found.judgement.test == "block"
     by_share = share_of(share + accept.full if certain else share, accept)
+    explained = any(cause.is_undone for cause in found.causes)
     # What explains noise does not show that all else is right.
-    by_cause = accept.diagnosed if found.causes and found.judgement.test != "noise" else 0.0
+    by_cause = accept.diagnosed if explained and found.judgement.test != "noise" else 0.0
     return max(by_share if by_share < 1.0 else 0.0, by_cause)
 
 

@@ -142,7 +142,7 @@ def pardoned(accept: Acceptance, found: Comparison) -> Pardon:
     forgiven = accept.forgiven if isinstance(accept, Verdict) else ()
     # What changes no more than a blur is accepted wherever a blur is.
     forgiven = (*forgiven, *PREDICTED) if BLURRED in forgiven else forgiven
-    cause = next((cause.cause for cause in found.causes if cause.cause in forgiven), "")
+    cause = next((each.cause for each in found.causes if each.is_undone and each.cause in forgiven), "")
     if not cause:
         return Pardon("", _unchanged)
     image, reference = found.image, found.reference

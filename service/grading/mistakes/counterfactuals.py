@@ -8,7 +8,7 @@ much closer to that than to the reference, its shadows are missing.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,8 +16,9 @@ import numpy as np
 
 from accuracy.comparison import Comparison
 from accuracy.comparison.blocks import bias
-from accuracy.comparison.diagnosis import Cause
-from accuracy.comparison.mistakes import candidates
+from accuracy.comparison.diagnosis import Cause, best
+from accuracy.comparison.mistakes import EXPOSURE, candidates
+from accuracy.comparison.ratings import MIN_GAIN_ERRORS, Rating
 from renderer.math.arrays import Floats
 from renderer.scenes import LoadedScene
 from service.grading.mistakes.altered_scenes import Alteration, alterations
@@ -37,33 +38,15 @@ LIKELY, CLOSEST = 5, 2.0
 """Mistakes that are rendered with many samples: the closest ones with few, unless they leave more than this
 many times the RMSE of the very closest."""
 
-HALF = 0.5
-"""A mistake is named if reproducing it leaves less than this share of the RMSE,"""
-
-SURE = 5.0
-"""or if the pixels it changes are closer by this many standard errors and the pictures then agree."""
-
-MOST = 3
-"""Largest number of causes in a diagnosis."""
-
 SETTLED = 0.3
 """If undoing a mistake leaves no more than this share of the RMSE, no other is tried,"""
 
 VAGUE = ("exposure", "pixel")
 """unless its name has one of these words: many mistakes of shading and of the camera resemble it."""
 
-EXPOSURE = "exposure"
 
-ALIKE = 1.25
-"""Other causes are listed only if they leave at most this many times the RMSE of the first."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Explanation:
-    """A mistake, and the difference (H, W, 3) that it leaves; None if it cannot be undone."""
-
-    cause: Cause
-    left: Floats | None
+Left = tuple[Cause, Floats | None]
+"""A mistake, and the difference (H, W, 3) that it leaves; None if it cannot be undone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,30 +84,25 @@ class _Trial:
         """The difference from a picture with a mistake."""
         return self.image - self.reproductions.draw(alteration, self.detail)
 
-    def explanations(self, likely: Iterable[Alteration], budget: Budget) -> Iterator[_Explanation]:
+    def explanations(self, likely: Iterable[Alteration], budget: Budget) -> Iterator[Left]:
         """The mistakes that explain the picture when they are reproduced."""
         cost = self.reproductions.rays(self.detail)
         if not budget.take(cost):
             return
+        before = self.image - self.reference
         # A picture with the samples of trials is closer to the right scene with these samples.
-        right = min(self.image - self.reference, self.left(self.reproductions.right), key=_rms)
+        right = min(before, self.left(self.reproductions.right), key=_rms)
         for alteration in likely:
             if budget.take(cost):
                 left = self.left(alteration)
                 if self._explains(left, right):
-                    yield self._explanation(alteration, left)
-
-    def _explanation(self, alteration: Alteration, left: Floats) -> _Explanation:
-        hint = HINTS[alteration.cause].format(alteration.about)
-        before = _rms(self.image - self.reference)
-        return _Explanation(Cause(alteration.cause, hint, before, _rms(left)), left)
+                    hint = HINTS[alteration.cause].format(alteration.about)
+                    yield Cause(alteration.cause, hint, _rms(before), _rms(left)), left
 
     def _explains(self, left: Floats, right: Floats) -> bool:
-        """Whether less than half of the error remains, or significantly less, and the pictures then agree."""
-        if _rms(left) < HALF * _rms(right):
-            return True
-        shown = (np.abs(left - right) > self.allowed).any(axis=2)
-        return _is_less(left[shown], right[shown]) and bias(left, self.allowed).share <= self.most_bias
+        rating = Rating.of([(left, right, self.allowed)])
+        agrees = rating.is_sure and bias(left, self.allowed).share <= self.most_bias
+        return rating.is_clear or agrees
 
 
 def explain(scene: LoadedScene, found: Comparison, *, keep: Path | None = None) -> tuple[Cause, ...]:
@@ -152,9 +130,9 @@ def explain(scene: LoadedScene, found: Comparison, *, keep: Path | None = None) 
         return (noise,)
     likely = _likely(_Trial.of(reproductions, GLANCE, found), left)
     made = close.explanations(likely, left) if likely else ()
-    named = [*_undone(found, reproductions.factor(CLOSE)), *made]
+    named = dict([*_undone(found, reproductions.factor(CLOSE)), *made])
     if named or not left.take(reproductions.rays(PENUMBRAE)):
-        return _chosen(named)
+        return _chosen(named, close.allowed)
     band = bands(reproductions.reduced(scene, CLOSE), close.image, close.reference)
     return () if band is None else (band,)
 
@@ -191,43 +169,25 @@ def _likely(trial: _Trial, budget: Budget) -> list[Alteration]:
     return [alteration for after, alteration in closer if after <= CLOSEST * closer[0][0]]
 
 
-def _undone(found: Comparison, factor: int) -> Iterator[_Explanation]:
+def _undone(found: Comparison, factor: int) -> Iterator[Left]:
     image, reference = found.image, found.reference
     mistakes = {mistake.cause: mistake for mistake in candidates(image, reference)}
     for cause in found.causes:
         mistake = mistakes.get(cause.cause)
         left = None if mistake is None else reduced(mistake.undo(image.linear) - reference.linear, factor)
-        yield _Explanation(cause, left)
+        yield cause, left
 
 
-def _chosen(named: Iterable[_Explanation]) -> tuple[Cause, ...]:
-    """The best explanation and those that are nearly as good; none if another mistake is as good."""
-    ordered = sorted(named, key=lambda each: each.cause.rmse_after)
-    if not ordered:
-        return ()
-    near = [e for e in ordered if e.cause.rmse_after <= ALIKE * ordered[0].cause.rmse_after]
-    near = [e for e in near if e.cause.cause != EXPOSURE] or near
-    best = near[0]
-    others = [e for e in near if e.cause.cause != best.cause.cause]
-    if any(_equally_good(best, other) for other in others):
-        return ()
-    first: dict[str, Cause] = {}
-    for each in near:
-        first.setdefault(each.cause.cause, each.cause)
-    return tuple(first.values())[:MOST]
-
-
-def _equally_good(best: _Explanation, other: _Explanation) -> bool:
-    """Whether the other leaves no significantly larger difference."""
-    if best.left is None or other.left is None:
-        return False
-    return not _is_less(best.left, other.left)
-
-
-def _is_less(left: Floats, before: Floats) -> bool:
-    """Whether differences (..., 3) are significantly smaller than others, pixel by pixel."""
-    gain = (before**2 - left**2).mean(axis=-1).ravel()
-    return bool(gain.size) and float(gain.mean()) > SURE * float(gain.std()) / math.sqrt(gain.size)
+def _chosen(left: Mapping[Cause, Floats | None], allowed: Floats) -> tuple[Cause, ...]:
+    """The best cause and those that are nearly as good; none if another mistake leaves no more than it."""
+    causes = best(left)
+    causes = tuple(cause for cause in causes if cause.cause != EXPOSURE) or causes
+    known = [each for cause in causes if (each := left[cause]) is not None]
+    if known and known[0] is left[causes[0]]:
+        ratings = (Rating.of([(known[0], other, allowed)]) for other in known[1:])
+        if any(rating.errors < MIN_GAIN_ERRORS for rating in ratings):
+            return ()
+    return causes
 
 
 def _rms(difference: Floats) -> float:

@@ -18,8 +18,6 @@ from accuracy.comparison.blocks import Bias, bias, gathered
 from accuracy.comparison.diagnosis import (
     JAGGED,
     JAGGED_HINT,
-    MAX_RMSE_LEFT,
-    MIN_GAIN_ERRORS,
     diagnose,
     has_soft_edges,
     jagged_left_over,
@@ -33,6 +31,7 @@ from accuracy.comparison.mistakes import (
     Mistake,
     exposure_hint,
 )
+from accuracy.comparison.ratings import FLOOR, MAX_RMSE_LEFT, MIN_GAIN_ERRORS, Rating
 from renderer.math.arrays import Floats
 from service.grading.displacements import DISPLACEMENTS
 from service.grading.mistakes.hints import AMBIENT_HINT
@@ -50,9 +49,6 @@ GLANCE = 16_000
 """Most pixels of a picture that the search for the closest program looks at: with all of ten pictures of
 512 x 384 it takes 9 CPU seconds."""
 
-FLOOR = 0.002
-"""Differences below this are as good as none: half a step of 8 bits."""
-
 CLEAR = 3.0
 """Standard errors by which a single picture speaks for or against a mistake."""
 
@@ -61,12 +57,6 @@ OUTWEIGHED = 2
 
 LEAST_PICTURES = 2
 """So many must speak for it at least: what is in a single picture may be a mistake of that picture."""
-
-LEAST_BLOCKS = 4
-"""Blocks in which a mistake must show, for their standard error to mean anything."""
-
-MOST_STANDARD_ERRORS = 10.0
-"""A single picture counts no more than this in the sum over all."""
 
 MOST_BIAS = 0.02
 """Share of biased blocks up to which nothing is looked for: the usual limit of the verdict."""
@@ -127,12 +117,6 @@ def shared(pairs: Mapping[str, Pair], kinds: Collection[str]) -> ProgramMistakes
     return ProgramMistakes(program, found)
 
 
-def _agrees(pair: Pair, program: Program, most_bias: float) -> bool:
-    """Whether a picture is what the program makes but for noise."""
-    difference = program.facing(pair.image) - program.predicted(pair)
-    return bias(difference, pair.allowed).share <= most_bias
-
-
 class _Search:
     """Pictures and the kinds of mistakes that may be in them."""
 
@@ -174,7 +158,7 @@ class _Search:
         if "offset" not in self._kinds:
             return program
         tried = [replace(program, offset=offset) for offset in (None, *DISPLACEMENTS)]
-        return min(tried, key=lambda one: _distance([self._left(one, pair) for pair in self._pairs]))
+        return min(tried, key=lambda one: _distance([_square(_left(pair, one)) for pair in self._pairs]))
 
     def needed(self, program: Program) -> Program:
         """The program without mistakes that it can do without."""
@@ -204,22 +188,14 @@ class _Search:
 
     def _evidence(self, program: Program, kind: str) -> list[float]:
         """By how many standard errors each picture is closer with the mistake than without it."""
-        return [_gain(pair, program, program.without(kind)) for pair in self._pairs]
+        return [_rating(pair, program, program.without(kind)).errors for pair in self._pairs]
 
     def explains(self, program: Program) -> bool:
         """Whether at least half of the pictures that differ from their references agree with the program."""
         right = Program()
-        differ = [pair for pair in self._pairs if not _agrees(pair, right, AGREED)]
-        return 2 * sum(self._explained(program, pair) for pair in differ) >= len(differ)
-
-    def _explained(self, program: Program, pair: Pair) -> bool:
-        if _agrees(pair, program, AGREED):
-            return True
-        return self._left(program, pair) < MAX_RMSE_LEFT**2 * self._left(Program(), pair)
-
-    @staticmethod
-    def _left(program: Program, pair: Pair) -> float:
-        return _square(program.facing(pair.image) - program.predicted(pair))
+        differ = [pair for pair in self._pairs if not _agrees(pair, right)]
+        explained = (_agrees(pair, program) or _rating(pair, program, right).is_clear for pair in differ)
+        return 2 * sum(explained) >= len(differ)
 
 
 def _named(program: Program, kind: str) -> tuple[str, str]:
@@ -271,27 +247,18 @@ def _exposure(program: Program, pair: Pair) -> float:
     return scale
 
 
-def _gain(pair: Pair, program: Program, other: Program) -> float:
-    """By how many standard errors of its blocks a picture is closer to one program than to another.
-
-    Only blocks in which the two would differ count; 0 if they are too few.
-    """
-    left = [one.facing(pair.image) - one.predicted(pair) for one in (program, other)]
-    apart = _in_blocks((left[0] - left[1]) ** 2)
-    shown = apart > FLOOR**2
-    if np.count_nonzero(shown) < LEAST_BLOCKS:
-        return 0.0
-    # A picture that is what the program makes is closer by as much as the two are apart.
-    gains, apart = (_in_blocks(left[1] ** 2) - _in_blocks(left[0] ** 2))[shown], apart[shown]
-    others = gains - gains.sum() / apart.sum() * apart
-    spread = math.sqrt(float((others * others).sum()) * gains.size / (gains.size - 1))
-    limit, total = MOST_STANDARD_ERRORS, float(gains.sum())
-    return float(np.clip(total / spread, -limit, limit)) if spread else math.copysign(limit, total)
+def _left(pair: Pair, program: Program) -> Floats:
+    return program.facing(pair.image) - program.predicted(pair)
 
 
-def _in_blocks(squares: Floats) -> Floats:
-    """Means of blocks over all channels, (rows, columns)."""
-    return gathered(squares.mean(axis=2)).mean(axis=2)
+def _agrees(pair: Pair, program: Program) -> bool:
+    """Whether a picture is what the program makes but for noise."""
+    return bias(_left(pair, program), pair.allowed).share <= AGREED
+
+
+def _rating(pair: Pair, program: Program, other: Program) -> Rating:
+    """The rating of a program against another one by one picture."""
+    return Rating.of([(_left(pair, program), _left(pair, other), pair.allowed)])
 
 
 def _sum(errors: Sequence[float]) -> float:

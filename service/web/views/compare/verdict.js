@@ -54,7 +54,12 @@ export function makeDetails({ diagnosis: causes, worst_regions: worst, metrics }
 const mistake = ({ cause, hint, rmse_before: before, rmse_after: after }) => [
   h("strong", cause.replaceAll("_", " ")),
   h("p", hint),
-  h("p.soft.small", `With it undone, the RMSE falls from ${short(before)} to ${short(after)}.`),
+  h(
+    "p.soft.small",
+    after < before
+      ? `With it undone, the RMSE falls from ${short(before)} to ${short(after)}.`
+      : "It cannot be undone.",
+  ),
 ];
 
 /** @param {ComparedRegion} region */

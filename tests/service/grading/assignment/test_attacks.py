@@ -86,10 +86,14 @@ def test_pixel_filter_costs_points_where_antialiasing_is_graded(name: str, tmp_p
     assert "pixel_filter" in outcome.message
 
 
-def as_jpeg(picture: np.ndarray, quality: int = 95) -> np.ndarray:
+def stored(picture: np.ndarray, form: str, **options: int) -> np.ndarray:
     file = io.BytesIO()
-    Image.fromarray(encoded(picture)).save(file, "JPEG", quality=quality)
-    return np.asarray(Image.open(file))
+    Image.fromarray(encoded(picture)).save(file, form, **options)
+    return np.asarray(Image.open(file).convert("RGB"))
+
+
+def as_jpeg(picture: np.ndarray, quality: int = 95) -> np.ndarray:
+    return stored(picture, "JPEG", quality=quality)
 
 
 @pytest.mark.parametrize(
@@ -116,6 +120,36 @@ def test_jpeg_is_named_where_its_noise_costs_points(name: str, tmp_path: Path) -
     outcome = explained(name, as_jpeg(drawn(name)), tmp_path)
     assert outcome.share == 0
     assert [cause.cause for cause in outcome.diagnosis] == ["lossy_compression"]
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "cause"),
+    [
+        ("phong_highlights", "GIF", "palette"),
+        ("phong_highlights", "WEBP", "lossy_compression"),
+        ("shadow_soft", "WEBP", "lossy_compression"),
+        ("shadow_soft", "JPEG", "lossy_compression"),
+    ],
+)
+def test_lossy_format_is_named_though_it_cannot_be_undone(
+    name: str, form: str, cause: str, tmp_path: Path
+) -> None:
+    quality = {"quality": 50} if form != "GIF" else {}
+    outcome = explained(name, stored(drawn(name), form, **quality), tmp_path)
+    assert outcome.share == 0
+    assert [each.cause for each in outcome.diagnosis] == [cause]
+    assert "noisier than 4 samples" not in outcome.message
+
+
+@pytest.mark.parametrize("form", ["GIF", "JPEG"])
+def test_named_format_earns_nothing(form: str, tmp_path: Path) -> None:
+    """A test that gives half of its points for one mistake gives none for a format that hides others."""
+    quality = {"quality": 50} if form == "JPEG" else {}
+    codes, test = stored(drawn("phong_highlights", "no_ambient"), form, **quality), TESTS["phong_highlights"]
+    Image.fromarray(codes).save(tmp_path / "phong_highlights.png")
+    lenient = test.model_copy(update={"accept": test.accept.model_copy(update={"diagnosed": 0.5})})
+    outcome = next(iter(findings(lenient, run_of(tmp_path, tmp_path))))
+    assert (outcome.share, outcome.metric) == (0, "bias_blocks")
 
 
 def test_too_noisy_jpeg_is_not_said_to_cost_nothing(tmp_path: Path) -> None:
