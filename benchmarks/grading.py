@@ -43,7 +43,7 @@ from schemas.grading.manifests import RaysTest
 from service.grading.errors import GradingError
 from service.grading.folders import Folder
 from service.grading.grading import findings, grade
-from service.grading.program_search import search
+from service.grading.programs.program_search import search
 from service.grading.settings import Run
 
 if TYPE_CHECKING:

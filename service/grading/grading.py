@@ -22,7 +22,7 @@ from service.grading.folders import Folder
 from service.grading.likeness.fingerprints import Fingerprint
 from service.grading.outcomes import Outcome, by_number, of_file
 from service.grading.processes import MEBIBYTE, Errand, Finished, run_all
-from service.grading.program_search import search
+from service.grading.programs.program_search import search
 from service.grading.rays.ray_tests import rays
 from service.grading.references import prepare, to_render
 from service.grading.rendering import rendered

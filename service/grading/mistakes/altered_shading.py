@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -22,8 +22,7 @@ from renderer.plan.stages import Illumination, Lighting
 from renderer.workspace import Workspace
 from schemas.lights import DirectionalLight
 from schemas.scene import Scene
-from schemas.shapes import Triangle
-from service.grading.mistakes.altered_normals import Bend, bent, from_center, of_gradient, of_sphere
+from schemas.shapes import Ellipsoid, Parallelogram, Rectangle, Triangle
 from service.grading.mistakes.altered_rays import Change
 
 BRIGHTEST = 1e6
@@ -31,6 +30,10 @@ BRIGHTEST = 1e6
 
 MAPS = ("normal_map", "bump_map", "displacement_map")
 """Fields of a material whose normals no formula for the whole shape gives."""
+
+
+Bend = Callable[[Any, Floats, Floats], Floats]
+"""Maps a shape, and the positions and normals (N, 3) of its hits, to other normals."""
 
 
 Shine = Callable[[Lighting, Points, Workspace], int]
@@ -57,6 +60,53 @@ class Formula:
     halfway: bool = False
     colored: bool = False
     clamped: bool = True
+
+
+def bent(bend: Bend, document: Scene, shapes: Any, places: Floats, normals: Floats) -> Floats:
+    """Wrong normals of hits with the shapes of these numbers, (N, 3), on the same side as the right ones."""
+    changed = normals.copy()
+    for number, shape in enumerate(document.shapes):
+        seen = np.flatnonzero(shapes == number)
+        if seen.size:
+            changed[seen] = bend(shape, places[seen], normals[seen])
+    turned = (changed * normals).sum(axis=1, keepdims=True) < 0
+    return np.where(turned, -changed, changed)
+
+
+def from_center(shape: Any, places: Floats, normals: Floats) -> Floats:
+    """Not normalised: p - center on an ellipsoid, the cross product of the edges on a flat shape."""
+    return places - np.array(shape.center) if shape.type == "ellipsoid" else normals * _area(shape)
+
+
+def of_gradient(shape: Any, places: Floats, normals: Floats) -> Floats:
+    """Not normalised: M^-T x for x on the unit sphere, the cross product of the edges on a flat shape."""
+    if shape.type != "ellipsoid":
+        return normals * _area(shape)
+    inverse = np.linalg.inv(_axes(shape).T)
+    gradient: Floats = (places - np.array(shape.center)) @ inverse.T @ inverse
+    return gradient
+
+
+def of_sphere(shape: Any, places: Floats, normals: Floats) -> Floats:
+    """Of unit length, but along p - center on an ellipsoid."""
+    if shape.type != "ellipsoid":
+        return normals
+    away = places - np.array(shape.center)
+    return np.asarray(away / np.linalg.norm(away, axis=1, keepdims=True))
+
+
+def _axes(shape: Any) -> Floats:
+    return np.array(shape.axes) if isinstance(shape, Ellipsoid) else np.eye(3) * shape.radius
+
+
+def _area(shape: Triangle | Rectangle | Parallelogram) -> float:
+    """Length of the cross product of the two edges."""
+    if isinstance(shape, Rectangle):
+        return shape.size[0] * shape.size[1]
+    if isinstance(shape, Parallelogram):
+        return float(np.linalg.norm(np.cross(*shape.edges)))
+    a, b, c = np.array(shape.vertices)
+    return float(np.linalg.norm(np.cross(b - a, c - a)))
 
 
 RIGHT = Formula()

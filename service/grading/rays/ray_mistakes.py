@@ -11,7 +11,7 @@ from accuracy.comparison.regions import named
 from accuracy.comparison.shown import names_of
 from renderer.math.arrays import Floats, Masks
 from schemas.scene import Scene
-from service.grading.mistakes.altered_normals import bent, of_sphere
+from service.grading.mistakes.altered_shading import bent, of_sphere
 from service.grading.mistakes.hints import HINTS
 from service.grading.rays.ray_agreement import Answers, near
 from service.grading.rays.ray_sources import RayList

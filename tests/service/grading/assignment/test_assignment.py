@@ -18,7 +18,7 @@ from service.grading.classes.class_records import Student
 from service.grading.folders import Folder
 from service.grading.grading import findings, grade
 from service.grading.mistakes.counterfactuals import explain
-from service.grading.program_search import search
+from service.grading.programs.program_search import search
 from service.grading.settings import Run
 from tests.service.grading.assignment import tracer
 from tests.service.grading.assignment.mistakes import MISTAKES, NOISELESS, RAYS, WHOLE, Mistake

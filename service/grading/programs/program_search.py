@@ -7,6 +7,8 @@ if without it the pictures are significantly farther away, in most of the pictur
 the pictures then agree with their references.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -14,15 +16,9 @@ from itertools import compress, product
 
 import numpy as np
 
+from accuracy.comparison import Picture, Policy
 from accuracy.comparison.blocks import Bias, bias, gathered
-from accuracy.comparison.diagnosis import (
-    JAGGED,
-    JAGGED_HINT,
-    diagnose,
-    has_soft_edges,
-    jagged_left_over,
-)
-from accuracy.comparison.inputs import Picture
+from accuracy.comparison.diagnosis import JAGGED, JAGGED_HINT, diagnose, has_soft_edges, jagged_left_over
 from accuracy.comparison.mistakes import (
     CHANNELS,
     ENCODINGS,
@@ -32,18 +28,27 @@ from accuracy.comparison.mistakes import (
     exposure_hint,
 )
 from accuracy.comparison.ratings import FLOOR, MAX_RMSE_LEFT, MIN_GAIN_ERRORS, Rating
+from renderer.errors import MissingExtraError
 from renderer.math.arrays import Floats
+from schemas.grading.acceptance import Verdict
+from schemas.grading.manifests import ImageTest
 from service.grading.displacements import DISPLACEMENTS
+from service.grading.errors import GradingError
 from service.grading.mistakes.hints import AMBIENT_HINT
 from service.grading.programs.program import (
     MISTAKES,
+    NONE,
     Pair,
     Program,
     ProgramMistake,
     ProgramMistakes,
     encoded,
+    is_undone,
     orientations,
 )
+from service.grading.references import read_picture, reference_picture, reference_scene
+from service.grading.repairing import ambient_term
+from service.grading.settings import Run
 
 GLANCE = 16_000
 """Most pixels of a picture that the search for the closest program looks at: with all of ten pictures of
@@ -74,6 +79,72 @@ CORNER_HINT = (
     "Edges are jagged: each pixel shows the colour at its corner, where the reference shows its mean. Take "
     "the mean of several camera samples over the pixel's square, from its corner to the next."
 )
+
+LEAST_SIDE = 3
+"""Pixels along the shorter side of a picture in which a shift can be seen."""
+
+
+def search(run: Run) -> ProgramMistakes:
+    """The mistakes of a program that the manifest charges once.
+
+    Pictures that are missing or cannot be compared are left out.
+    """
+    kinds = {kind for charge in run.manifest.charged_once for kind in charge.mistakes}
+    # Pictures that agree need not be in memory together.
+    if all(agree(*pictures, _tolerance(test)) for test, pictures in _pictures(run)):
+        return NONE
+    seen = {test.id: _pair(test, *pictures) for test, pictures in _pictures(run)}
+    if "ambient" in kinds:
+        tests = {test.id: test for test in run.manifest.tests if isinstance(test, ImageTest)}
+        seen = {name: _with_ambient(tests[name], pair, run) for name, pair in seen.items()}
+    made = shared(seen, kinds)
+    return replace(made, found=tuple(_charged(each, made.program, [*seen], run) for each in made.found))
+
+
+def _pictures(run: Run) -> Iterator[tuple[ImageTest, tuple[Picture, Picture]]]:
+    """Tests with their pictures and references, those left out that cannot be compared."""
+    for test in run.manifest.tests:
+        if isinstance(test, ImageTest):
+            asked = test.submitted
+            try:
+                reference = reference_picture(test.reference, run)
+                _, picture = read_picture(run.submission, asked.file, asked.encoding, reference.size)
+            except (GradingError, MissingExtraError):
+                # The test itself reports it.
+                continue
+            if min(reference.size) >= LEAST_SIDE:
+                yield test, (picture, reference)
+
+
+def _pair(test: ImageTest, picture: Picture, reference: Picture) -> Pair:
+    allowed = picture.rounding + reference.rounding + _tolerance(test)
+    return Pair(picture.linear, reference.linear, allowed)
+
+
+def _tolerance(test: ImageTest) -> float:
+    return test.accept.tolerance if isinstance(test.accept, Verdict) else Policy().tolerance
+
+
+def _with_ambient(test: ImageTest, pair: Pair, run: Run) -> Pair:
+    try:
+        scene = reference_scene(test.reference, run)
+    except GradingError:
+        return pair
+    return pair if scene is None else replace(pair, ambient=ambient_term(scene, samples=1))
+
+
+def _charged(found: ProgramMistake, program: Program, pictures: Sequence[str], run: Run) -> ProgramMistake:
+    """A mistake with the tests in which it costs points: all of pictures if it cannot be undone."""
+    tests = next(charge.tests for charge in run.manifest.charged_once if found.kind in charge.mistakes)
+    if found.kind == "exposure" and not is_undone(program.scale):
+        tests = tuple(pictures)
+    return replace(found, charged=tuple(each for each in tests if found.cause not in _forgiven(run, each)))
+
+
+def _forgiven(run: Run, test_id: str) -> tuple[str, ...]:
+    """Mistakes that cost nothing in a test that judges their kind."""
+    (accept,) = (test.accept for test in run.manifest.tests if test.id == test_id)
+    return accept.forgiven if isinstance(accept, Verdict) else ()
 
 
 def agree(image: Picture, reference: Picture, tolerance: float) -> bool:

@@ -10,7 +10,7 @@ from accuracy.comparison import Picture
 from accuracy.comparison.mistakes import CHANNELS, ENCODINGS, TRANSPOSED, TURNED
 from renderer.images.colors import linear_from_srgb, srgb_from_linear
 from service.grading.programs.program import KINDS, MISTAKES, Pair, Program, ProgramMistake, encoded
-from service.grading.programs.shared_mistakes import agree, shared
+from service.grading.programs.program_search import agree, shared
 
 HEIGHT, WIDTH = 48, 64
 FINE = 8
