@@ -59,31 +59,16 @@ def scene(test: SceneTest, run: Run) -> Iterator[Outcome]:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """The results of a comparison.
-
-    Attributes
-    ----------
-    submitted : Comparison
-        Of the whole picture, unchanged.
-    whole : Comparison
-        Of the whole picture, without mistakes of the program that other tests charge.
-    part : Comparison
-        Of the part that is judged.
-    right : Comparison
-        Of the whole picture, without any mistakes of the program.
-    selection : Selection
-        Its pixels.
-    pardon : Pardon
-    enough : bool
-        Whether enough of the picture is left to judge it without its mistakes.
-    """
+    """The results of comparing a picture: all of it but in `part`, which is judged."""
 
     submitted: Comparison
+    # Without mistakes of the program that other tests charge, and without any.
     whole: Comparison
-    part: Comparison
     right: Comparison
+    part: Comparison
     selection: Selection
     pardon: Pardon
+    # Whether enough of the picture is left to judge it without its mistakes.
     enough: bool
 
     @property
@@ -220,7 +205,7 @@ def _compared(
         if charged:
             every = Repair.of(reference, mistakes, (*undone, *charged), run.keep)
             right = compared(accept, *every.pair(picture))
-        return _Found(submitted, whole, part, right, selection, pardon, enough)
+        return _Found(submitted, whole, right, part, selection, pardon, enough)
     except MissingExtraError as error:
         raise BrokenTestError(str(error)) from error
     except NotComparableError as error:

@@ -38,7 +38,6 @@ class Graded:
 
     Attributes
     ----------
-    grade : Grade
     pictures : dict of str to bytes
         PNG files, by the names in the grade.
     prints : dict of str to Fingerprint

@@ -32,14 +32,11 @@ class Errand:
 
     Attributes
     ----------
-    name : str
     call : callable
         Takes no arguments; the call, its results and its exceptions must be picklable. If it returns an
         iterator, each result replaces the previous one.
-    deadline : float
-        Seconds.
-    memory : int or None
-        Bytes that the process may allocate; None for no limit.
+    deadline, memory : float, int or None
+        Seconds, and bytes that the process may allocate; None for no limit.
     then : callable or None
         Maps its outcome to errands that follow it. They are run before any other that waits, and the outcome
         itself is not reported.

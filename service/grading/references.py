@@ -36,16 +36,7 @@ from service.grading.settings import Run
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """A reference.
-
-    Attributes
-    ----------
-    picture : Picture
-    stored : int or None
-        Bytes of the picture file; None if it was rendered here.
-    scene : LoadedScene or None
-        The scene it shows, if known.
-    """
+    """A reference, the bytes of its file if it was not rendered here, and the scene it shows if known."""
 
     picture: Picture
     stored: int | None

@@ -36,8 +36,6 @@ class Ordered:
 
     Attributes
     ----------
-    folder : Folder
-    file : str
     quality : Quality or None
         Replaces the scene's own sampling.
     server : str or None
@@ -55,16 +53,7 @@ class Ordered:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rendered:
-    """A picture.
-
-    Attributes
-    ----------
-    image : (H, W, 3) float32
-        Linear.
-    layers : mapping
-        Layers `shape` and, if samples are random, `error` and `samples`.
-    cpu_seconds : float
-    """
+    """A linear picture (H, W, 3), its layer `shape` and, if samples are random, `error` and `samples`."""
 
     image: NDArray[np.float32]
     layers: Mapping[str, NDArray[Any]]

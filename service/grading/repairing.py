@@ -41,11 +41,8 @@ class Repair:
 
     Attributes
     ----------
-    reference : Wanted
     program : Program
-        With the mistakes to undo, missing anti-aliasing left out.
-    jagged : bool
-        Whether missing anti-aliasing is undone.
+        With the mistakes to undo but missing anti-aliasing, which `jagged` says.
     ambient : (H, W, 3) float64 or None
         The ambient term that is missing; None where none is.
     moved : (H, W, 3) float64 or None

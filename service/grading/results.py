@@ -32,14 +32,7 @@ _STATUS: dict[type, Status] = {
 
 @dataclass(frozen=True, slots=True)
 class Tested:
-    """The result of a test.
-
-    Attributes
-    ----------
-    grade : TestGrade
-    outcome : Outcome
-        Its pictures have the names in the grade.
-    """
+    """The result of a test; the pictures of its outcome have the names in the grade."""
 
     grade: TestGrade
     outcome: Outcome

@@ -20,9 +20,6 @@ class Run:
 
     Attributes
     ----------
-    manifest : Manifest
-    references, submission : Folder
-        Folders of the manifest and of the submission.
     server : str or None
         The service that renders; None for this machine.
     pictures : bool

@@ -48,9 +48,7 @@ class Student:
     number : str or None
         The student's number in the system that it was downloaded from.
     submitted : str or None
-        Time of the submission, ISO 8601.
-    corrections : tuple of Correction
-        Points that staff give it.
+        ISO 8601.
     """
 
     folder: Path

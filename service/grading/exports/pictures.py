@@ -29,13 +29,7 @@ NOTE = 200
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """A picture in a document.
-
-    Attributes
-    ----------
-    label : str
-    png : bytes
-    """
+    """A picture in a document."""
 
     label: str
     png: bytes
@@ -54,15 +48,7 @@ class Shown:
 
 @dataclass(frozen=True, slots=True)
 class Album:
-    """The pictures of all rows.
-
-    Attributes
-    ----------
-    by_id : mapping of str to list of Shown
-        By the row's id.
-    note : str
-        How the pictures were reduced to fit; empty if they were not.
-    """
+    """The pictures of all rows by id, and a note on how they were reduced to fit; empty if they were not."""
 
     by_id: Mapping[str, list[Shown]] = field(default_factory=dict)
     note: str = ""

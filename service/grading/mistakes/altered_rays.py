@@ -77,10 +77,7 @@ def _scaled(across: float, upwards: float, right: Pinhole) -> Pinhole:
 class LastHit:
     """Stage: the shape with the highest number that a camera ray hits, at the nearest of its hits.
 
-    Attributes
-    ----------
-    stages : tuple of RayStage
-        They find nearest hits.
+    Its stages find nearest hits.
     """
 
     stages: tuple[RayStage, ...]

@@ -34,7 +34,6 @@ class Alteration:
     ----------
     cause : str
         A key of `hints.HINTS`; empty for a scene without a mistake.
-    scene : LoadedScene
     about : str
         What the hint says about this scene.
     change : callable or None

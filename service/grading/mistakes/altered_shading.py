@@ -178,14 +178,7 @@ def _with_altered_lights(add: Shine, plan: RenderPlan) -> RenderPlan:
 
 @dataclass(frozen=True, slots=True)
 class AlteredLight:
-    """A light that does something else than it should.
-
-    Attributes
-    ----------
-    right : Lighting
-        The light as it should be, with all its shadows.
-    add : Shine
-    """
+    """A light that does something else than the `right` one, which has all its shadows."""
 
     right: Lighting
     add: Shine

@@ -24,12 +24,8 @@ from renderer.scenes import LoadedScene
 from service.grading.mistakes.altered_scenes import Alteration, alterations
 from service.grading.mistakes.altered_shading import is_lit
 from service.grading.mistakes.hints import HINTS
-from service.grading.mistakes.reproductions import CLOSE, GLANCE, Budget, Detail, Reproductions, reduced
+from service.grading.mistakes.reproductions import CLOSE, GLANCE, Detail, Reproductions, reduced
 from service.grading.mistakes.shadow_patterns import POINTS, acne, bands
-
-BUDGET = 100_000_000
-"""Camera and shadow rays after which no further mistake is tried: a picture of 128 x 96 pixels with two
-lights takes half of them."""
 
 PENUMBRAE = Detail(CLOSE.most_pixels, 1, POINTS)
 """Rays that find the penumbrae."""
@@ -44,23 +40,15 @@ SETTLED = 0.3
 VAGUE = ("exposure", "pixel")
 """unless its name has one of these words: many mistakes of shading and of the camera resemble it."""
 
-
 Left = tuple[Cause, Floats | None]
 """A mistake, and the difference (H, W, 3) that it leaves; None if it cannot be undone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Trial:
-    """A picture and its reference at one size, against which mistakes are tried in turn.
+    """A picture and its reference at one size, linear (H, W, 3), against which mistakes are tried in turn.
 
-    Attributes
-    ----------
-    reproductions : Reproductions
-    detail : Detail
-    image, reference, allowed : (H, W, 3) float64
-        Linear, 0 to 1; the last is the difference allowed in a block.
-    most_bias : float
-        Share of biased blocks with which pictures agree.
+    They agree where no more than a share of `most_bias` blocks differs by more than is allowed.
     """
 
     reproductions: Reproductions
@@ -80,24 +68,22 @@ class _Trial:
         )
         return cls(reproductions, detail, seen, wanted, allowed, found.policy.most_bias)
 
-    def left(self, alteration: Alteration) -> Floats:
-        """The difference from a picture with a mistake."""
-        return self.image - self.reproductions.draw(alteration, self.detail)
+    def left(self, alteration: Alteration) -> Floats | None:
+        """The difference from a picture with a mistake; None if too few rays are left to draw it."""
+        drawn = self.reproductions.draw(alteration, self.detail)
+        return None if drawn is None else self.image - drawn
 
-    def explanations(self, likely: Iterable[Alteration], budget: Budget) -> Iterator[Left]:
+    def explanations(self, likely: Iterable[Alteration]) -> Iterator[Left]:
         """The mistakes that explain the picture when they are reproduced."""
-        cost = self.reproductions.rays(self.detail)
-        if not budget.take(cost):
-            return
         before = self.image - self.reference
         # A picture with the samples of trials is closer to the right scene with these samples.
-        right = min(before, self.left(self.reproductions.right), key=_rms)
+        grid = self.left(self.reproductions.right)
+        right = before if grid is None else min(before, grid, key=_rms)
         for alteration in likely:
-            if budget.take(cost):
-                left = self.left(alteration)
-                if self._explains(left, right):
-                    hint = HINTS[alteration.cause].format(alteration.about)
-                    yield Cause(alteration.cause, hint, _rms(before), _rms(left)), left
+            left = self.left(alteration)
+            if left is not None and self._explains(left, right):
+                hint = HINTS[alteration.cause].format(alteration.about)
+                yield Cause(alteration.cause, hint, _rms(before), _rms(left)), left
 
     def _explains(self, left: Floats, right: Floats) -> bool:
         rating = Rating.of([(left, right, self.allowed)])
@@ -124,14 +110,14 @@ def explain(scene: LoadedScene, found: Comparison, *, keep: Path | None = None) 
     """
     if is_certain(found.causes):
         return found.causes
-    reproductions, left = Reproductions(scene, keep), Budget(BUDGET)
+    reproductions = Reproductions(scene, keep)
     close = _Trial.of(reproductions, CLOSE, found)
-    if (noise := _acne(close, left)) is not None:
+    if (noise := _acne(close)) is not None:
         return (noise,)
-    likely = _likely(_Trial.of(reproductions, GLANCE, found), left)
-    made = close.explanations(likely, left) if likely else ()
+    likely = _likely(_Trial.of(reproductions, GLANCE, found))
+    made = close.explanations(likely) if likely else ()
     named = dict([*_undone(found, reproductions.factor(CLOSE)), *made])
-    if named or not left.take(reproductions.rays(PENUMBRAE)):
+    if named or not reproductions.afford(PENUMBRAE):
         return _chosen(named, close.allowed)
     band = bands(reproductions.reduced(scene, CLOSE), close.image, close.reference)
     return () if band is None else (band,)
@@ -144,28 +130,23 @@ def is_certain(undone: Sequence[Cause]) -> bool:
     return undone[0].rmse_after <= SETTLED * undone[0].rmse_before
 
 
-def _acne(trial: _Trial, budget: Budget) -> Cause | None:
+def _acne(trial: _Trial) -> Cause | None:
     scene = trial.reproductions.scene
-    if not is_lit(scene.document) or not budget.take(trial.reproductions.rays(trial.detail)):
+    if not is_lit(scene.document):
         return None
     document = scene.document.model_copy(update={"lights": ()})
-    dark = Alteration("", LoadedScene(document, scene.assets))
-    return acne(trial.reproductions.draw(dark, trial.detail), trial.image, trial.reference)
+    dark = trial.reproductions.draw(Alteration("", LoadedScene(document, scene.assets)), trial.detail)
+    return None if dark is None else acne(dark, trial.image, trial.reference)
 
 
-def _likely(trial: _Trial, budget: Budget) -> list[Alteration]:
+def _likely(trial: _Trial) -> list[Alteration]:
     """The mistakes that come closer than the right scene does with as few samples, the closest first."""
-    reproductions = trial.reproductions
-    cost = reproductions.rays(trial.detail)
-    if not budget.take(cost):
+    right = trial.left(trial.reproductions.right)
+    if right is None:
         return []
-    right = _rms(trial.left(reproductions.right))
-    tried = [
-        (_rms(trial.left(alteration)), alteration)
-        for alteration in alterations(reproductions.scene)
-        if budget.take(cost)
-    ]
-    closer = sorted((pair for pair in tried if pair[0] < right), key=lambda pair: pair[0])[:LIKELY]
+    tried = ((trial.left(alteration), alteration) for alteration in alterations(trial.reproductions.scene))
+    errors = [(_rms(left), alteration) for left, alteration in tried if left is not None]
+    closer = sorted((pair for pair in errors if pair[0] < _rms(right)), key=lambda pair: pair[0])[:LIKELY]
     return [alteration for after, alteration in closer if after <= CLOSEST * closer[0][0]]
 
 

@@ -44,29 +44,12 @@ class Detail:
     light_points: int
 
 
+BUDGET = 100_000_000
+"""Camera and shadow rays after which no further mistake is tried: a picture of 128 x 96 pixels with two
+lights takes half of them."""
+
 GLANCE, CLOSE = Detail(4_000, 4, 4), Detail(20_000, 16, 16)
 """Of the first trial, and of the second one for the mistakes that remain likely."""
-
-
-@dataclass(slots=True)
-class Budget:
-    """Remaining budget of trials.
-
-    Counted in rays, never in seconds: a diagnosis must not depend on how busy the machine is.
-
-    Attributes
-    ----------
-    rays : int
-    """
-
-    rays: int
-
-    def take(self, rays: int) -> bool:
-        """Whether a trial of so many rays may begin; it is then paid."""
-        if rays > self.rays:
-            return False
-        self.rays -= rays
-        return True
 
 
 @dataclass(slots=True)
@@ -79,10 +62,14 @@ class Reproductions:
         As it should be.
     keep : Path or None
         Where altered pictures are kept for other submissions.
+    rays : int
+        Camera and shadow rays that are left. They are counted, never seconds: a diagnosis must not depend on
+        how busy the machine is.
     """
 
     scene: LoadedScene
     keep: Path | None = None
+    rays: int = BUDGET
     _geometry: SceneGeometry | None = field(default=None, init=False)
 
     @property
@@ -95,14 +82,22 @@ class Reproductions:
         camera = self.scene.document.camera
         return reduction(camera.width, camera.height, detail.most_pixels)
 
-    def rays(self, detail: Detail) -> int:
-        """Camera and shadow rays of a trial."""
+    def afford(self, detail: Detail) -> bool:
+        """Whether the rays of a trial are left; they are then paid."""
         camera, factor = self.scene.document.camera, self.factor(detail)
         pixels = camera.width * camera.height // factor**2
-        return pixels * detail.samples * (1 + detail.light_points * len(self.scene.document.lights))
+        cost = pixels * detail.samples * (1 + detail.light_points * len(self.scene.document.lights))
+        is_left = cost <= self.rays
+        self.rays -= cost if is_left else 0
+        return is_left
 
-    def draw(self, alteration: Alteration, detail: Detail) -> Floats:
-        """The picture of a mistake, linear, clipped to 0..1, (H, W, 3) with the size of trials."""
+    def draw(self, alteration: Alteration, detail: Detail) -> Floats | None:
+        """The picture of a mistake, linear, clipped to 0..1, (H, W, 3) with the size of trials.
+
+        None if too few rays are left for it.
+        """
+        if not self.afford(detail):
+            return None
         scene = self.reduced(alteration.scene, detail)
         key = f"{alteration.place} {detail} {scene.document.model_dump_json()}"
         picture = kept(self.keep, key, partial(self._rendered, alteration, scene, detail))

@@ -189,7 +189,6 @@ class ProgramMistake:
     ----------
     kind : str
         One of `KINDS`.
-    cause, hint : str
     shows : frozenset of str
         Ids of tests in whose pictures it shows.
     charged : tuple of str
@@ -207,11 +206,7 @@ class ProgramMistake:
 class ProgramMistakes:
     """The mistakes of one program.
 
-    Attributes
-    ----------
-    program : Program
-        With all of them but missing anti-aliasing.
-    found : tuple of ProgramMistake
+    The program has all of them but missing anti-aliasing.
     """
 
     program: Program

@@ -41,7 +41,6 @@ class Answers:
 
     Attributes
     ----------
-    hits : Hits
     allowed : mapping of str to (N, ...) float64
         The allowed difference of each number of each field.
     doubtful : (N,) bool
