@@ -8,8 +8,8 @@ from accuracy.comparison.diagnosis import diagnose
 from accuracy.comparison.mistakes import moved
 
 
-def causes(image: np.ndarray, reference: np.ndarray) -> list[str]:
-    found = diagnose(Picture.of_values(image), Picture.of_values(reference), 1e-6, 0.02)
+def causes(image: np.ndarray, reference: np.ndarray, tolerance: float = 1e-6) -> list[str]:
+    found = diagnose(Picture.of_values(image), Picture.of_values(reference), tolerance, 0.02)
     return [cause.cause for cause in found]
 
 
@@ -25,6 +25,21 @@ def test_stripes_that_any_smoothing_removes_are_no_shift() -> None:
     """Means of neighbours take them away, and so does the control that moves nothing."""
     stripes = plain() + np.where(np.arange(48) % 2, 0.1, -0.1)[None, :, None]
     assert causes(stripes, plain()) == []
+
+
+def noisy(picture: np.ndarray, deviation: float) -> np.ndarray:
+    return picture + np.random.default_rng(1).normal(0, deviation, picture.shape)
+
+
+def test_mistake_that_leaves_most_of_the_error_as_noise_is_named() -> None:
+    assert causes(noisy(moved(plain(), 1, 0), 0.06), plain(), 0.01)[0] == "one_pixel_right"
+
+
+def test_shift_of_a_slope_within_the_tolerance_is_not_named() -> None:
+    slope = np.repeat(np.add.outer(np.linspace(0, 0.2, 40), np.linspace(0.2, 0.4, 48))[:, :, None], 3, axis=2)
+    shifted = noisy(moved(slope, 1, 0), 0.004)
+    assert causes(shifted, slope, 0.01) == []
+    assert causes(shifted, slope, 0.001) != []
 
 
 @pytest.mark.parametrize(("right", "down"), [(1, 0), (-1, 0), (0, 1), (0, -1), (1, -1)])
