@@ -26,7 +26,7 @@ from service.settings import Settings
 from service.supervision import SupervisedThread
 from service.workers.dask_worker import BEGUN_TOPIC, PLUGIN_NAME, SlotPlugin, execute, stop
 from service.workers.states import WorkerState
-from service.workers.tasks import Interrupted, Outcome, Report, Task, WorkerDied
+from service.workers.tasks import Interrupted, Outcome, Report, Task, TaskFailed, WorkerDied
 from service.workers.worker import WorkerSetup
 
 # Tasks per worker: one runs, and the others are ready when it ends.
@@ -166,7 +166,13 @@ class DaskEngine:
         if self._client is None:
             self._end(task, Interrupted())
             return
-        future = self._client.submit(execute, key, task, key=key, pure=False)
+        try:
+            future = self._client.submit(execute, key, task, key=key, pure=False)
+        except Exception as error:  # noqa: BLE001  (such as MemoryError: another task may be smaller)
+            reason = f"The task could not be sent to the cluster: {type(error).__name__}."
+            is_lost = self._client.status != "running"
+            self._end(task, Interrupted() if is_lost else TaskFailed("render_failed", reason))
+            return
         self._flights[key] = flight = _Flight(key, task, future)
         self._follow(self._await(flight))
 

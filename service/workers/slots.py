@@ -296,6 +296,9 @@ class Slot:
         except OSError:
             # It is dead, which the listener will notice; no task is to blame.
             self._verdict = first, Interrupted()
+        except Exception as error:  # noqa: BLE001  (such as MemoryError: another task may be smaller)
+            reason = f"The task could not be sent to its worker: {type(error).__name__}."
+            self._end_first(TaskFailed("render_failed", reason))
 
     def _end_first(self, outcome: Outcome) -> None:
         """Kill the process during its first task, and set the outcome to report."""

@@ -4,6 +4,7 @@ import json
 import os
 import queue
 import signal
+import threading
 from collections.abc import Iterator
 
 import numpy as np
@@ -72,6 +73,12 @@ def test_error_comes_back_with_its_code(bench: Bench) -> None:
     failed = bench.run(rays(bench, origins=2))
     assert isinstance(failed, TaskFailed)
     assert failed.code == "render_failed"
+
+
+def test_task_that_cannot_be_sent_fails_alone(bench: Bench) -> None:
+    task = TraceTask(bench.plan.document, threading.Lock(), np.ones((1, 3)), user="ann")  # type: ignore[arg-type]
+    assert isinstance(bench.run(task), TaskFailed)
+    assert isinstance(bench.run(rays(bench)), CallDone)
 
 
 def test_room_is_for_a_few_tasks(bench: Bench) -> None:
