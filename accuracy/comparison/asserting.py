@@ -124,8 +124,8 @@ def sentences(found: Comparison) -> Iterator[str]:
     if found.judgement.margin is not None:
         yield f"margin: {found.judgement.margin:+.0%} of the limit"
     for cause in found.causes:
-        undone = f"RMSE {cause.rmse_before:.4f}, undone {cause.rmse_after:.4f}"
-        yield f"probable cause: {cause.cause} ({undone}). {cause.hint}"
+        undone = f"undone {cause.rmse_after:.4f}" if cause.is_undone else "cannot be undone"
+        yield f"probable cause: {cause.cause} (RMSE {cause.rmse_before:.4f}, {undone}). {cause.hint}"
     for region in found.regions:
         name = named(region.shape, found.names)
         yield (

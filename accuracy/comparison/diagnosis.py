@@ -270,11 +270,12 @@ def predicted(image: Picture, reference: Picture, tolerance: float, most_bias: f
         return (_averaged_encoded(around) - around.linear)[above : above + rows.stop - rows.start]
 
     trial = _Trial(image, reference, tolerance, most_bias)
-    found = trial.of_effect(AVERAGED, AVERAGED_HINT, average)
+    # Compression leaves thousands of colours.
+    found = trial.of_effect(AVERAGED, AVERAGED_HINT, average) or [*_reduced(image, reference)]
     if not found and (effect := effect_of(LOSSY, image, reference)) is not None:
         found = trial.of_effect(LOSSY, LOSSY_HINT, effect.__getitem__)
         found = found or [Cause(LOSSY, LOSSY_HINT, trial.rmse, trial.rmse)]
-    return tuple(found) or _reduced(image, reference)
+    return tuple(found)
 
 
 def stored_or_filtered(image: Picture, reference: Picture) -> tuple[Cause, ...]:

@@ -148,7 +148,9 @@ def lines(document: dict[str, Any]) -> Iterator[str]:
     yield f"{output.emphasis(document['verdict'], color)}: {document['reason']}"
     yield from _certainty(document)
     for cause in document["diagnosis"]:
-        yield f"cause: {cause['cause']} (RMSE {cause['rmse_before']:.4f}, undone {cause['rmse_after']:.4f})"
+        before, after = cause["rmse_before"], cause["rmse_after"]
+        undone = f"undone {after:.4f}" if after < before else "cannot be undone"
+        yield f"cause: {cause['cause']} (RMSE {before:.4f}, {undone})"
         yield f"  {cause['hint']}"
     for region in document["worst_regions"] if document["verdict"] == "mismatch" else []:
         yield f"where: {_region(region)}"

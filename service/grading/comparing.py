@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 
 from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of, variances
 from accuracy.comparison.diagnosis import Cause, predicted
 from accuracy.comparison.heat import encoded, heat_map, side_by_side
 from accuracy.comparison.regions import named
 from renderer.errors import MissingExtraError
-from renderer.math.arrays import Floats
 from renderer.scenes import load_scene
 from schemas.api.comparisons import ComparisonCause, ComparisonRegion
 from schemas.grading.acceptance import Acceptance, Verdict
@@ -192,8 +190,13 @@ def _compared(
         pardon = pardoned(accept, whole)
         judged, left = pardon.picture(whole.image), None
         if undone or pardon.cause:
-            undo = partial(_undone, repair, pardon)
-            left = evidence(picture, judged, whole.reference, undo, submitted.policy.tolerance)
+            left = evidence(
+                picture,
+                judged,
+                whole.reference,
+                lambda values: pardon.undo(repair.linear(values)),
+                submitted.policy.tolerance,
+            )
         enough = left is None or left.is_enough(selection.mask(reference.picture))
         if left is not None and enough:
             selection = selection.among(left.left)
@@ -210,10 +213,6 @@ def _compared(
         raise BrokenTestError(str(error)) from error
     except NotComparableError as error:
         raise NotGradableError(str(error)) from error
-
-
-def _undone(repair: Repair, pardon: Pardon, values: Floats) -> Floats:
-    return pardon.undo(repair.linear(values))
 
 
 def _regions(found: _Found, names: Sequence[str]) -> tuple[ComparisonRegion, ...]:

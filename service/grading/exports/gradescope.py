@@ -60,15 +60,12 @@ def _details(row: Row, test: TestGrade | None) -> dict[str, Any]:
     """The fields that only tests have; points lost by lateness are a row without a test."""
     if test is None:
         return {"visibility": "visible"}
+    value = None if test.value is None else significant(test.value)
     return {
         "tags": _tags(row, test),
         "visibility": _visibility(test),
-        "extra_data": {"id": test.id, "metric": test.metric, "value": _value(test)},
+        "extra_data": {"id": test.id, "metric": test.metric, "value": value},
     }
-
-
-def _value(test: TestGrade) -> float | None:
-    return None if test.value is None else significant(test.value)
 
 
 def _tags(row: Row, test: TestGrade) -> list[str]:

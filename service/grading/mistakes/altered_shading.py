@@ -82,7 +82,8 @@ def of_gradient(shape: Any, places: Floats, normals: Floats) -> Floats:
     """Not normalised: M^-T x for x on the unit sphere, the cross product of the edges on a flat shape."""
     if shape.type != "ellipsoid":
         return normals * _area(shape)
-    inverse = np.linalg.inv(_axes(shape).T)
+    axes = np.array(shape.axes) if isinstance(shape, Ellipsoid) else np.eye(3) * shape.radius
+    inverse = np.linalg.inv(axes.T)
     gradient: Floats = (places - np.array(shape.center)) @ inverse.T @ inverse
     return gradient
 
@@ -93,10 +94,6 @@ def of_sphere(shape: Any, places: Floats, normals: Floats) -> Floats:
         return normals
     away = places - np.array(shape.center)
     return np.asarray(away / np.linalg.norm(away, axis=1, keepdims=True))
-
-
-def _axes(shape: Any) -> Floats:
-    return np.array(shape.axes) if isinstance(shape, Ellipsoid) else np.eye(3) * shape.radius
 
 
 def _area(shape: Triangle | Rectangle | Parallelogram) -> float:

@@ -114,14 +114,12 @@ def near(values: Floats, wanted: Floats, allowed: Floats) -> Masks:
 
 def _missed(submitted: Mapping[str, Floats]) -> Masks:
     """Mask of rays that miss: no distance or no shape; without both fields, by the first one."""
-    found = {name: values < 0 if name == "shape" else _unknown(values) for name, values in submitted.items()}
+    found = {
+        name: values < 0 if name == "shape" else ~_each_row(np.isfinite(values))
+        for name, values in submitted.items()
+    }
     told = [found[name] for name in ("t", "shape") if name in found] or [*found.values()][:1]
     return np.asarray(np.logical_or.reduce(told))
-
-
-def _unknown(values: Floats) -> Masks:
-    """Mask of rows with a number that is not finite."""
-    return ~_each_row(np.isfinite(values))
 
 
 def _each_row(marks: Masks) -> Masks:

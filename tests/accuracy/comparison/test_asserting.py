@@ -1,4 +1,5 @@
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -6,7 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from accuracy.comparison import NotComparableError, assert_render_close
+from accuracy.comparison import NotComparableError, Picture, assert_render_close, compare
+from accuracy.comparison.asserting import sentences
 from renderer.images.colors import linear_from_srgb
 from renderer.results import RenderResult
 
@@ -35,6 +37,17 @@ def test_message_gives_verdict_cause_place_and_files(ramp: np.ndarray, tmp_path:
     assert "where: columns 0 to 63" in message
     assert f"pictures: actual.png, reference.png, difference.png, heat.png in {tmp_path}" in message
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.png" for name in PICTURES}
+
+
+def test_message_says_what_cannot_be_undone() -> None:
+    """A picture of 64 colours beside a reference of 4096, which states its noise."""
+    y, x = np.mgrid[0:64, 0:64] / 64
+    right = np.stack((x, y, np.zeros_like(x)), axis=2)
+    layers = {"error": np.full(right.shape, 0.001), "samples": np.full(x.shape, 16)}
+    reference = replace(Picture.of_values(right), layers=layers)
+    message = " ".join(sentences(compare(Picture.of_values(np.floor(8 * right) / 8), reference)))
+    assert "palette (RMSE" in message
+    assert "cannot be undone" in message
 
 
 def test_tolerance_may_allow_what_differs(ramp: np.ndarray) -> None:
