@@ -4,8 +4,8 @@ from time import monotonic, thread_time
 
 from accuracy.quotes.choices import Adaptive, Fixed, closest, soonest
 from accuracy.quotes.pilots import Pilot
-from accuracy.quotes.prices import price
 from accuracy.quotes.settings import LADDER_ERRORS
+from renderer.adaptive.forecast import price
 from renderer.compiling import compile_scene
 from renderer.scenes import LoadedScene
 from schemas.api.plans import EffectShare, Offer, Quote

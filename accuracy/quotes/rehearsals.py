@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 from math import hypot
 
 from accuracy.quotes.deadlines import Deadline
-from accuracy.quotes.prices import price
 from accuracy.quotes.timings import TIMING_DEVIATION
 from accuracy.statistics import factor
 from renderer.adaptive.adaptive_render import attempt
 from renderer.adaptive.driver import Driver
 from renderer.adaptive.estimate import State
-from renderer.adaptive.forecast import DEVIATIONS
+from renderer.adaptive.forecast import DEVIATIONS, price
 from renderer.math.intervals import Interval
 from renderer.plan.plan import RenderPlan
 

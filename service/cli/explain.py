@@ -135,7 +135,7 @@ def explain(
 
 def _priced(plan: RenderPlan) -> PlanDocument:
     """The plan, with the cost of a picture on all processors of this machine."""
-    from accuracy.quotes.prices import price
+    from renderer.adaptive.forecast import price
     from renderer.processors import usable_processors
 
     return plan.describe().model_copy(update={"cost": price(plan, usable_processors())})

@@ -7,10 +7,9 @@ import json
 from dataclasses import dataclass
 
 import renderer
-from accuracy.quotes.prices import price
 from renderer import progressive, tiling
 from renderer.adaptive.driver import Driver
-from renderer.adaptive.forecast import Forecast
+from renderer.adaptive.forecast import Forecast, price
 from schemas.api.jobs import JobRequest
 from schemas.api.plans import PlanDocument
 from schemas.api.previews import PREVIEW_QUALITY

@@ -8,8 +8,8 @@ import pytest
 import renderer
 from accuracy.quotes.deadlines import Deadline
 from accuracy.quotes.pilot_pixels import cells, parts
-from accuracy.quotes.prices import price
 from accuracy.quotes.timings import Stopwatch
+from renderer.adaptive.forecast import price
 from renderer.scenes import LoadedScene
 from schemas.quality import Antialiasing, FixedQuality, TargetQuality
 
