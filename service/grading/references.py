@@ -17,7 +17,7 @@ from accuracy.comparison import Picture, picture_of
 from accuracy.comparison.decoding import Content, Size
 from accuracy.comparison.inputs import PACKED, unpacked
 from accuracy.comparison.shown import names_of, shapes_shown
-from renderer.errors import ImageFileError, MissingExtraError, SceneError
+from renderer.errors import ImageFileError, SceneError
 from renderer.scenes import LoadedScene, load_scene
 from schemas.api.comparisons import Encoding
 from schemas.grading.manifests import (
@@ -118,8 +118,6 @@ def read_picture(
             content, packed = unpacked(io.BytesIO(content), name)
             layers = packed | layers
         return stored, picture_of(content, name, encoding, layers, size)
-    except MissingExtraError as error:
-        raise BrokenTestError(str(error)) from error
     except ImageFileError as error:
         raise folder.fault(str(error)) from error
 

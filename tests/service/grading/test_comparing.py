@@ -4,6 +4,7 @@ import io
 import json
 from collections.abc import Callable
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -199,6 +200,18 @@ def test_unusable_picture_is_not_gradable_and_not_zero(
     assert (tested.status, tested.verdict) == ("not_gradable", "not_comparable")
     assert said in tested.message
     assert (found.gradable, found.verdict, found.ungraded) == (False, "not_comparable", ("picture",))
+
+
+def test_missing_extra_is_no_fault_of_a_submission(
+    assignment: Assignment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assignment.hand_in("picture.exr", encode_exr(RIGHT))
+    # Tests of an assignment run in processes of their own.
+    (tmp_path / "OpenEXR.py").write_text("raise ImportError")
+    monkeypatch.syspath_prepend(tmp_path)
+    tested = assignment.test(image_test(submitted={"file": "picture.exr", "encoding": "linear"}))
+    assert tested.status == "error"
+    assert "penumbra-render[exr]" in tested.message
 
 
 def test_noise_layers_of_a_submission_are_ignored(assignment: Assignment) -> None:
