@@ -53,10 +53,6 @@ def leads(server: RunningServer) -> bool:
     return "penumbra_leads 1.0" in httpx2.get(f"{server.url}/metrics", timeout=TIMEOUT).text
 
 
-def client_of(server: RunningServer) -> httpx2.Client:
-    return httpx2.Client(base_url=server.url, timeout=TIMEOUT)
-
-
 def half_done(client: httpx2.Client, **request: Any) -> str:
     job = submit(client, work(), **request)
     wait(client, job, lambda found: found["progress"]["done"] >= 3)

@@ -1,6 +1,9 @@
-"""Processes of a service, read from /proc."""
+"""Processes of a service: found in /proc, and stopped for a while."""
 
-from contextlib import suppress
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
@@ -12,6 +15,18 @@ def workers_of(server: int) -> list[int]:
 def fork_servers_of(server: int) -> list[int]:
     """Process id of the fork server of a service, in a list that is empty if it does not run."""
     return [child for child in _children(server) if b"spawn_main" in _read(Path(f"/proc/{child}/cmdline"))]
+
+
+@contextmanager
+def held(*processes: int) -> Iterator[None]:
+    """Stop processes until the block ends."""
+    for process in processes:
+        os.kill(process, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        for process in processes:
+            os.kill(process, signal.SIGCONT)
 
 
 def is_alive(process: int) -> bool:

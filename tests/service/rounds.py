@@ -15,7 +15,16 @@ from service.dispatch.rounds import Round
 from service.lifecycle import progress, rows, sharing
 from service.storage.database.connection import Database
 from service.storage.database.models import JobRow, RenderRow, ShareRow, TileRow
-from service.workers.tasks import ComposeDone, JobTask, Outcome, Released, TileDone, TileTask, pass_of
+from service.workers.tasks import (
+    ComposeDone,
+    ComposeTask,
+    JobTask,
+    Outcome,
+    Released,
+    TileDone,
+    TileTask,
+    pass_of,
+)
 from tests.service.support import enter
 
 DONE = TileDone(
@@ -77,6 +86,12 @@ class Table:
         with self.database.writing() as session:
             enter(session, job_id, render, **fields)
             session.add_all(TileRow(**rows.new_step(render.number, *step)) for step in steps)
+
+    def composing(self) -> ComposeTask:
+        """Finish all tiles of the only job, and return what composes its picture."""
+        (task,) = self.round(*((task, DONE) for task in [self.next() for _ in range(9)])).tasks
+        assert isinstance(task, ComposeTask)
+        return task
 
     def join(self, job_id: str, other: str, owner: str) -> None:
         """Let another job share the render of a job."""

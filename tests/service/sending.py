@@ -1,7 +1,8 @@
-"""Files, scenes and keys that tests send, and the problems that come back."""
+"""Files, scenes and keys that tests send, clients that send them, and the problems that come back."""
 
 import hashlib
 import io
+import socket
 import struct
 import zlib
 from pathlib import Path
@@ -13,10 +14,11 @@ from PIL import Image
 
 from schemas.api.administration import Role
 from service.access import keys
+from service.server import RunningServer
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
-from tests.service.support import scene
+from tests.service.support import TIMEOUT, scene
 
 JSON = {"Content-Type": "application/json"}
 MARK = "e7a1-not-to-be-repeated"
@@ -96,9 +98,9 @@ def with_mesh(data: bytes) -> dict[str, Any]:
     return document
 
 
-def make_keys(data: Path, **roles: Role) -> dict[str, str]:
-    """Make a key for each user, in the database of a data folder."""
-    database = Database(Settings(data=data).database_url)
+def make_keys(data: Path, url: str | None = None, /, **roles: Role) -> dict[str, str]:
+    """Make a key for each user, in the database of a data folder or another one."""
+    database = Database(Settings(data=data, database=url).database_url)
     upgrade(database)
     with database.writing() as session:
         made = {user: str(keys.add(session, user, role)) for user, role in roles.items()}
@@ -108,3 +110,18 @@ def make_keys(data: Path, **roles: Role) -> dict[str, str]:
 
 def bearer(key: str) -> dict[str, str]:
     return {"Authorization": f"Bearer {key}"}
+
+
+def client_of(server: RunningServer, key: str = "", address: str = "127.0.0.1") -> httpx2.Client:
+    """A client of a server, perhaps with a key, at an address of this machine."""
+    transport = httpx2.HTTPTransport(local_address=address)
+    headers = bearer(key) if key else {}
+    return httpx2.Client(base_url=server.url, transport=transport, headers=headers, timeout=TIMEOUT)
+
+
+def connected(server: RunningServer, content: bytes = b"", address: str = "127.0.0.1") -> socket.socket:
+    """A connection to a server on which something has been sent."""
+    url = httpx2.URL(server.url)
+    connection = socket.create_connection((url.host, url.port), TIMEOUT, (address, 0))
+    connection.sendall(content)
+    return connection

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from sqlalchemy.orm import Session
 
+from schemas.api.jobs import JobState
 from service.lifecycle import fairness
 from service.storage.database.models import JobRow, RenderRow
 
@@ -123,6 +124,25 @@ def job_with(job_id: str, render: RenderRow, *, owner: str = "local", **fields: 
         coarse_cpu_seconds=fairness.coarse_cpu_seconds(render),
         created_at=datetime.now(UTC),
         **fields,
+    )
+
+
+def pictured(render: str, **more: Any) -> RenderRow:
+    """A finished render of one pixel."""
+    return RenderRow(
+        id=render,
+        state=JobState.SUCCEEDED,
+        width=1,
+        height=1,
+        spec_sha256="",
+        passes=[{"index": 0, "stride": 1, "first": 0, "last": 1}],
+        display={},
+        total_steps=0,
+        total_work=1,
+        predicted_cpu_seconds=1.0,
+        numerics={},
+        pass_costs=[],
+        **more,
     )
 
 

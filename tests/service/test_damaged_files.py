@@ -3,7 +3,6 @@
 import hashlib
 import itertools
 import os
-import signal
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ from sqlalchemy import select, text
 from service.storage.database.models import JobRow, RenderRow
 from tests.service.conftest import typical
 from tests.service.in_process import InProcess, in_process
-from tests.service.processes import workers_of
+from tests.service.processes import held, workers_of
 from tests.service.support import finish, image, job_of, scene, submit, wait
 
 SEEDS = itertools.count(100)
@@ -227,13 +226,9 @@ def test_damaged_request_fails_its_job(place: Place, harm: Callable[[Path], obje
     document = scene(32, 24, samples=1)
     document["sampling"]["seed"] = next(SEEDS)
     send = submit if private else lambda _, document: place.send(document)
-    workers = workers_of(os.getpid())
-    for worker in workers:
-        os.kill(worker, signal.SIGSTOP)
-    job = send(place.client, document)
-    harm(place.data / "jobs" / job / "spec.json")
-    for worker in workers:
-        os.kill(worker, signal.SIGCONT)
+    with held(*workers_of(os.getpid())):
+        job = send(place.client, document)
+        harm(place.data / "jobs" / job / "spec.json")
     failed = wait(place.client, job, lambda found: found["state"] == "failed")
     assert (failed["failure"]["code"], failed["failure"]["retryable"]) == ("request_damaged", True)
     finish(place.client, send(place.client, document))

@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 import renderer
-from schemas.api.batches import FLOAT32, unpack
+from schemas.api.batches import FLOAT32
 from schemas.quality import TargetQuality
+from service.client.batches import decode_batch
 from service.jobs.tile_events import pixel_batch
 from service.jobs.verification import verify
 from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.folder import Folder
 from service.storage.tiles import TileStore
-from tests.service.api.routes.test_tiles import painted
 from tests.service.in_process import in_process
 from tests.service.support import TIMEOUT, finish, image, job_of, scene, steps, submit, until, work
 from tests.service.test_damaged_files import HARMS, change
@@ -134,14 +134,17 @@ def test_job_that_ends_while_its_tiles_are_read_is_whole(
 
         late = replace(local.service, store=TileStore(Overtaken(tmp_path / "jobs", end)))
         batch = anyio.run(anyio.to_thread.run_sync, partial(pixel_batch, late, job, 0, FLOAT32))
-        head, tiles = unpack(batch.read(0, batch.size))
+        news = decode_batch(batch.read(0, batch.size))
         assert states[0] == "running"
-        assert head.complete
-        assert head.succeeded is not is_cancelled
+        assert news.complete
+        assert news.succeeded is not is_cancelled
         assert job_of(client, job)["damage"] is None
         if not is_cancelled:
             expected = image(client, job)
-            np.testing.assert_array_equal(painted(tiles, *expected.shape[:2]), expected)
+            canvas = np.full_like(expected, np.nan)
+            for tile in news.tiles:
+                tile.paint(canvas)
+            np.testing.assert_array_equal(canvas, expected)
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,8 @@ from sqlalchemy.engine import make_url
 from service.storage.database.models import LeaderRow
 from tests.postgres_server import PostgresServer
 from tests.service.between import Between
-from tests.service.failover import Pair, client_of, half_done, leads, pair
+from tests.service.failover import Pair, half_done, leads, pair
+from tests.service.sending import client_of
 from tests.service.support import ended, finish, image, job_of, long_scene, scene, submit, until, wait, work
 
 pytestmark = pytest.mark.slow

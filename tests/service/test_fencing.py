@@ -15,9 +15,10 @@ from service.storage.database.models import RenderRow
 from service.storage.tiles import StoredTile, final_prefix
 from service.workers.tasks import ComposeDone, ComposeTask, TileDone, TileTask
 from tests.postgres_server import PostgresServer
-from tests.service.failover import client_of, leads, pair
+from tests.service.failover import leads, pair
 from tests.service.faulty import GATE
 from tests.service.processes import workers_of
+from tests.service.sending import client_of
 from tests.service.support import finish, image, scene, submit, until
 from tests.service.workers.bench import Bench
 

@@ -2,20 +2,19 @@
 
 import json
 import os
-import socket
 import subprocess
 import sys
 from multiprocessing import Pipe
 from pathlib import Path
 from typing import Any
 
-import httpx2
 import pytest
 
 from service.server import RunningServer
 from service.settings import Settings
 from service.workers.fork_server import ForkServer
 from tests.service.forking import running
+from tests.service.sending import connected
 from tests.service.support import TIMEOUT, until
 
 # All that reports something without a logger of ours; the last ends the process.
@@ -101,9 +100,7 @@ def test_settings_that_cannot_be_used_are_json(tmp_path: Path) -> None:
 
 
 def send(server: RunningServer, content: bytes) -> None:
-    url = httpx2.URL(server.url)
-    with socket.create_connection((url.host, url.port), timeout=TIMEOUT) as connection:
-        connection.sendall(content)
+    with connected(server, content) as connection:
         connection.recv(1 << 16)
 
 

@@ -1,7 +1,6 @@
 """The limit of open files: raised at the start, or the start is refused."""
 
 import resource
-import socket
 import subprocess
 import sys
 from contextlib import ExitStack
@@ -13,6 +12,7 @@ import pytest
 from service.cli.errors import ExitCode
 from service.server import running
 from service.settings import Settings
+from tests.service.sending import connected
 from tests.service.support import TIMEOUT
 
 LOW, MORE = 256, 300
@@ -28,9 +28,8 @@ def test_low_limit_is_raised_as_far_as_connections_need(tmp_path: Path) -> None:
             server = stack.enter_context(running(Settings(data=tmp_path, port=0, workers=1)))
         finally:
             resource.setrlimit(resource.RLIMIT_NOFILE, before)
-        host, port = server.url.removeprefix("http://").split(":")
         for _ in range(MORE):
-            stack.enter_context(socket.create_connection((host, int(port)), TIMEOUT)).sendall(REQUEST)
+            stack.enter_context(connected(server, REQUEST))
         assert httpx2.get(f"{server.url}/v1/jobs", timeout=TIMEOUT).status_code == 200
 
 

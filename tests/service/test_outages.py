@@ -13,8 +13,9 @@ import pytest
 
 from service.server import RunningServer
 from tests.service.conftest import Start
-from tests.service.processes import fork_servers_of, workers_of
-from tests.service.support import TIMEOUT, finish, submit, wait, work
+from tests.service.processes import fork_servers_of, held, workers_of
+from tests.service.sending import client_of
+from tests.service.support import finish, submit, wait, work
 
 pytestmark = pytest.mark.slow
 
@@ -25,22 +26,17 @@ Outage = Callable[[RunningServer, Path], Iterator[None]]
 
 def suspended(server: RunningServer, _: Path) -> Iterator[None]:
     """The machine sleeps: neither the server nor its workers run."""
-    processes = [server.process.pid, *fork_servers_of(server.process.pid), *workers_of(server.process.pid)]
-    for process in processes:
-        os.kill(process, signal.SIGSTOP)
-    yield
-    for process in processes:
-        os.kill(process, signal.SIGCONT)
+    own = server.process.pid
+    with held(own, *fork_servers_of(own), *workers_of(own)):
+        yield
 
 
 def without_workers(server: RunningServer, _: Path) -> Iterator[None]:
-    (fork_server,) = fork_servers_of(server.process.pid)
     workers = workers_of(server.process.pid)
-    os.kill(fork_server, signal.SIGSTOP)
-    for worker in workers:
-        os.kill(worker, signal.SIGKILL)
-    yield
-    os.kill(fork_server, signal.SIGCONT)
+    with held(*fork_servers_of(server.process.pid)):
+        for worker in workers:
+            os.kill(worker, signal.SIGKILL)
+        yield
 
 
 def without_database(_: RunningServer, data: Path) -> Iterator[None]:
@@ -73,19 +69,19 @@ def test_time_limit_does_not_count_a_restart(
 ) -> None:
     url = request.getfixturevalue("postgres").database() if kind == "postgresql" else None
     first = start(workers=1, database=url)
-    with httpx2.Client(base_url=first.url, timeout=TIMEOUT) as client:
+    with client_of(first) as client:
         jobs = both_qualities(client)
     first.process.send_signal(signal.SIGKILL if kill else signal.SIGTERM)
     first.process.wait()
     time.sleep(LIMIT)
-    with httpx2.Client(base_url=start(workers=1, database=url).url, timeout=TIMEOUT) as client:
+    with client_of(start(workers=1, database=url)) as client:
         check_both(client, *jobs)
 
 
 @pytest.mark.parametrize("outage", [suspended, without_workers, without_database])
 def test_time_limit_does_not_count_an_outage(start: Start, tmp_path: Path, outage: Outage) -> None:
     server = start(workers=1)
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+    with client_of(server) as client:
         jobs = both_qualities(client)
         with contextmanager(outage)(server, tmp_path):
             time.sleep(LIMIT)

@@ -6,7 +6,6 @@ from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
-import httpx2
 import numpy as np
 import pytest
 
@@ -14,24 +13,13 @@ from service.settings import Settings
 from tests.service.conftest import Start
 from tests.service.forking import running
 from tests.service.processes import fork_servers_of, is_alive, workers_of
-from tests.service.support import (
-    TIMEOUT,
-    ended,
-    finish,
-    image,
-    kill_at_work,
-    scene,
-    steps,
-    submit,
-    until,
-    wait,
-    work,
-)
+from tests.service.sending import client_of
+from tests.service.support import ended, finish, image, kill_at_work, scene, steps, submit, until, wait, work
 
 
 def test_tile_is_rendered_again(start: Start, tmp_path: Path, undisturbed: np.ndarray) -> None:
     server = start(tile_size=48)
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+    with client_of(server) as client:
         job = submit(client, work())
         wait(client, job, lambda found: found["progress"]["done"] >= 3)
         kill_at_work(workers_of(server.process.pid)[0])
@@ -49,7 +37,7 @@ def test_scene_that_kills_its_workers_fails_alone(tmp_path: Path) -> None:
     settings = Settings(data=tmp_path, port=0, workers=2, log_level="error", max_attempts=3)
     with (
         running(settings, module="tests.service.faulty") as server,
-        httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
+        client_of(server) as client,
     ):
         small = scene(64, 48)
         job, other = submit(client, small | {"name": "poison"}), submit(client, small)

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import httpx2
 import pytest
 from pydantic import ValidationError
 
@@ -12,8 +11,8 @@ from schemas.api.administration import Role
 from service.settings import Settings
 from tests.service.forking import running
 from tests.service.in_process import InProcess, in_process
-from tests.service.sending import bearer, make_keys, problem_of
-from tests.service.support import TIMEOUT, finish, scene, submit
+from tests.service.sending import bearer, client_of, make_keys, problem_of
+from tests.service.support import finish, scene, submit
 
 HEADER = "X-Forwarded-User"
 NAME = "render.example"
@@ -104,9 +103,7 @@ def test_proxy_is_believed_on_loopback_or_where_it_is_named(
     )
     with (
         running(settings) as server,
-        httpx2.Client(
-            base_url=server.url, transport=httpx2.HTTPTransport(local_address=address), timeout=TIMEOUT
-        ) as client,
+        client_of(server, address=address) as client,
     ):
         cookie = client.post("/v1/session", headers=secure | bearer(key)).headers["Set-Cookie"]
         name, _, token = cookie.partition(";")[0].partition("=")

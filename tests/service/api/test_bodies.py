@@ -5,7 +5,6 @@ import copy
 import gzip
 import json
 import random
-import socket
 from collections.abc import Iterator
 from typing import Any
 
@@ -19,8 +18,8 @@ from schemas.reading import read_document
 from service.server import RunningServer
 from service.settings import Settings
 from tests.service.forking import running
-from tests.service.sending import JSON, MARK, mistakes, problem_of
-from tests.service.support import TIMEOUT, finish, scene, submit
+from tests.service.sending import JSON, MARK, connected, mistakes, problem_of
+from tests.service.support import finish, scene, submit
 
 PATHS = ["/v1/jobs", "/v1/plans", "/v1/traces", "/v1/comparisons"]
 NUMBERS = {"NaN": "NaN", "Infinity": "Infinity", "1e400": "1e400", "5,000 digits": "1" * 5000}
@@ -116,15 +115,10 @@ def hasty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]:
         yield started
 
 
-def connected(server: RunningServer) -> socket.socket:
-    host, port = server.url.removeprefix("http://").split(":")
-    return socket.create_connection((host, int(port)), timeout=TIMEOUT)
-
-
 def status_of(server: RunningServer, head: str, body: bytes = b"") -> int:
     """Send the beginning of a request that never ends, and return the status of the answer."""
-    with connected(server) as connection:
-        connection.sendall(f"POST /v1/plans HTTP/1.1\r\nHost: 127.0.0.1\r\n{head}\r\n\r\n".encode() + body)
+    begun = f"POST /v1/plans HTTP/1.1\r\nHost: 127.0.0.1\r\n{head}\r\n\r\n".encode() + body
+    with connected(server, begun) as connection:
         return int(connection.recv(65536).split(b" ")[1])
 
 
@@ -145,18 +139,14 @@ def test_body_that_stops_at_its_last_byte_is_given_up(hasty: RunningServer) -> N
 
 
 def test_body_that_breaks_off_affects_no_other_request(server: RunningServer, client: httpx2.Client) -> None:
-    with connected(server) as connection:
-        connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\n{")
+    connected(server, b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\n{").close()
     finish(client, submit(client, scene(8, 8)))
 
 
 def test_connection_with_half_a_body_is_closed_after_the_answer(hasty: RunningServer) -> None:
-    with connected(hasty) as connection:
-        connection.sendall(b"GET /version HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000\r\n\r\nx")
-        received = b""
-        while part := connection.recv(1000):
-            received += part
-        assert received.startswith(b"HTTP/1.1 200")
+    begun = b"GET /version HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000\r\n\r\nx"
+    with connected(hasty, begun) as connection, connection.makefile("rb") as received:
+        assert received.read().startswith(b"HTTP/1.1 200")
 
 
 def test_scene_without_its_wrapping_is_one_mistake(api: httpx2.Client) -> None:

@@ -16,7 +16,7 @@ from schemas.limits import Limits
 from service.server import RunningServer
 from service.settings import Settings
 from tests.service.forking import running
-from tests.service.sending import bearer, make_keys, problem_of, put
+from tests.service.sending import client_of, connected, make_keys, problem_of, put
 from tests.service.support import TIMEOUT, long_scene, scene, submit, until
 
 MOST, MOST_OF_ADDRESS, MOST_STREAMS = 12, 4, 2
@@ -42,23 +42,16 @@ def crowded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningServer]
 @contextmanager
 def held(server: RunningServer, addresses: list[str]) -> Iterator[None]:
     """Hold connections from each of these addresses, on which a request has begun and does not end."""
-    host, port = server.url.removeprefix("http://").split(":")
     with ExitStack() as stack:
         for address in addresses:
             for _ in range(MANY):
-                connection = socket.create_connection((host, int(port)), TIMEOUT, (address, 0))
-                stack.enter_context(connection).sendall(UNFINISHED)
+                stack.enter_context(connected(server, UNFINISHED, address))
         yield
     until(lambda: ask(server, "/version", addresses[0]).status_code == 200)
 
 
-def caller(server: RunningServer, address: str) -> httpx2.Client:
-    transport = httpx2.HTTPTransport(local_address=address)
-    return httpx2.Client(base_url=server.url, transport=transport, timeout=TIMEOUT)
-
-
 def ask(server: RunningServer, path: str, address: str) -> httpx2.Response:
-    with caller(server, address) as client:
+    with client_of(server, address=address) as client:
         return client.get(path)
 
 
@@ -86,9 +79,7 @@ def test_connections_of_all_leave_room_for_probes(crowded: RunningServer) -> Non
 @pytest.mark.slow
 def test_connections_of_a_proxy_may_have_one_address(tmp_path: Path) -> None:
     with running(settings(tmp_path, trusted_proxies="127.0.0.1")) as server, ExitStack() as stack:
-        clients = [
-            stack.enter_context(httpx2.Client(base_url=server.url, timeout=TIMEOUT)) for _ in range(MOST - 1)
-        ]
+        clients = [stack.enter_context(client_of(server)) for _ in range(MOST - 1)]
         # Each keeps its connection.
         assert [client.get("/version").status_code for client in clients] == [200] * len(clients)
 
@@ -124,10 +115,7 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RunningSe
 def users(shared: tuple[RunningServer, dict[str, str]]) -> Iterator[tuple[httpx2.Client, httpx2.Client]]:
     server, made = shared
     with ExitStack() as stack:
-        ann, bob = (
-            stack.enter_context(httpx2.Client(base_url=server.url, timeout=TIMEOUT, headers=bearer(key)))
-            for key in made.values()
-        )
+        ann, bob = (stack.enter_context(client_of(server, key)) for key in made.values())
         yield ann, bob
 
 
@@ -204,15 +192,13 @@ def test_answers_that_are_not_read_are_given_up(
 def has_room(server: RunningServer, address: str) -> bool:
     """Whether many connections of an address are answered at once; others that end leave it a few at most."""
     with ExitStack() as stack:
-        clients = [stack.enter_context(caller(server, address)) for _ in range(MANY // 4)]
+        clients = [stack.enter_context(client_of(server, address=address)) for _ in range(MANY // 4)]
         return all(client.get("/version").status_code == 200 for client in clients)
 
 
 def exchanged(server: RunningServer, request: bytes, *, half_closed: bool = False) -> bytes:
     """Send bytes, perhaps close the side that sends, and return all that comes until the end."""
-    host, port = server.url.removeprefix("http://").split(":")
-    with socket.create_connection((host, int(port)), TIMEOUT) as connection:
-        connection.sendall(request)
+    with connected(server, request) as connection:
         if half_closed:
             connection.shutdown(socket.SHUT_WR)
         with connection.makefile("rb") as answer:

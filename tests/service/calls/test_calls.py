@@ -5,9 +5,7 @@ import os
 import signal
 import socket
 from collections import Counter
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +26,9 @@ from service.settings import Settings
 from service.storage.database.models import ShareRow
 from tests.service.conftest import Start
 from tests.service.in_process import InProcess, in_process
-from tests.service.processes import is_alive, ticks_of, workers_of
-from tests.service.sending import bearer, make_keys, mistakes, problem_of, put
-from tests.service.support import TIMEOUT, finish, long_scene, scene, submit, until
+from tests.service.processes import held, is_alive, ticks_of, workers_of
+from tests.service.sending import bearer, client_of, connected, make_keys, mistakes, problem_of, put
+from tests.service.support import finish, long_scene, scene, submit, until
 
 BEHIND_THE_BALL = (30, 27)
 
@@ -133,15 +131,6 @@ def test_quote_of_a_damaged_mesh_fails(api: httpx2.Client) -> None:
     assert problem_of(answer, 422)["code"] == "quote_failed"
 
 
-@contextmanager
-def stopped(worker: int) -> Iterator[None]:
-    os.kill(worker, signal.SIGSTOP)
-    try:
-        yield
-    finally:
-        os.kill(worker, signal.SIGCONT)
-
-
 def test_calls_of_one_user_leave_room_for_another(tmp_path: Path) -> None:
     made = make_keys(tmp_path, ann=Role.SUBMIT, bob=Role.SUBMIT)
     others, most = set(workers_of(os.getpid())), 6
@@ -157,7 +146,7 @@ def test_calls_of_one_user_leave_room_for_another(tmp_path: Path) -> None:
             "scene": scene(16, 16) | {"shapes": [ball | {"center": [0, n / 9, 0]} for n in range(40)]},
             "quality": {"mode": "target", "error": 0.1},
         }
-        with stopped(worker):
+        with held(worker):
             planned = [threads.submit(ann.post, path, json=dear) for path in ("/v1/plans", "/v1/jobs")]
             job = submit(bob, scene(8, 8, samples=1))
             assert not any(call.done() for call in planned)
@@ -168,7 +157,7 @@ def test_calls_of_one_user_leave_room_for_another(tmp_path: Path) -> None:
         finish(bob, job)
 
         rays = {"origins": [[0, 2, 6]] * 100, "directions": [[0, -0.2, -1]] * 100}
-        with stopped(worker):
+        with held(worker):
             body = {"scene": scene(light_samples=4096)} | rays
             calls = [threads.submit(ann.post, "/v1/traces", json=body) for _ in range(most + 1)]
             refused = next(as_completed(calls)).result()
@@ -187,13 +176,9 @@ def test_calls_of_one_user_leave_room_for_another(tmp_path: Path) -> None:
 
 def sent(server: RunningServer, path: str, body: Any) -> socket.socket:
     """A connection on which a request was sent and nothing was received."""
-    host = server.url.removeprefix("http://")
     content = json.dumps(body).encode()
-    head = f"POST {path} HTTP/1.1\r\nHost: {host}\r\nContent-Length: {len(content)}\r\n\r\n"
-    name, _, port = host.rpartition(":")
-    connection = socket.create_connection((name, int(port)), timeout=TIMEOUT)
-    connection.sendall(head.encode() + content)
-    return connection
+    head = f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: {len(content)}\r\n\r\n"
+    return connected(server, head.encode() + content)
 
 
 @pytest.mark.parametrize("path", ["/v1/quotes", pytest.param("/v1/previews", marks=pytest.mark.slow)])
@@ -207,5 +192,5 @@ def test_call_ends_when_its_client_disconnects(start: Start, path: str) -> None:
         until(lambda: ticks_of(worker) > before + 5)
         os.kill(worker, signal.SIGSTOP)
     until(lambda: not is_alive(worker))
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+    with client_of(server) as client:
         assert client.post(path, json={"scene": scene(8, 8)}).status_code == 200

@@ -14,19 +14,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from schemas.api.administration import Role
 from service.client import (
     AsyncClient,
     Client,
     JobCancelledError,
     JobFailedError,
-    NotAllowedError,
     TimedOutError,
 )
 from service.server import RunningServer
-from tests.service.conftest import Start
 from tests.service.flaky import Cut, Fault, Flaky, busy
-from tests.service.sending import make_keys
 from tests.service.support import TIMEOUT, long_scene, scene, until
 
 FAULTS: list[Fault] = [Cut(0), Cut(20), Cut(300), busy(503, "0"), busy(429, "0.2")]
@@ -208,14 +204,3 @@ def test_fields_of_a_submission_reach_the_service(server: RunningServer) -> None
         with pytest.raises(JobFailedError) as caught:
             late.wait()
         assert (caught.value.failure.code, late.state, late.done) == ("time_limit", "failed", True)
-
-
-@pytest.mark.slow
-def test_key_opens_a_service(start: Start, tmp_path: Path) -> None:
-    key = make_keys(tmp_path, ada=Role.SUBMIT)["ada"]
-    server = start(workers=1)
-    with Client(server.url) as stranger, pytest.raises(NotAllowedError) as caught:
-        stranger.submit(scene(16, 8))
-    assert caught.value.status == 401
-    with Client(server.url, key=key) as client:
-        assert client.submit(scene(16, 8)).wait().user == "ada"

@@ -31,12 +31,6 @@ def table(database: Database) -> Table:
     return made
 
 
-def composing(table: Table) -> JobTask:
-    """Finish all tiles of a job, and return what composes its picture."""
-    (compose,) = table.round(*((task, DONE) for task in [table.next() for _ in range(9)])).tasks
-    return compose
-
-
 def failure(table: Table) -> tuple[str, str, bool]:
     found = table.job("a").failure
     assert found is not None
@@ -215,12 +209,12 @@ def test_picture_is_composed_after_the_last_tile(table: Table) -> None:
     ],
 )
 def test_composition_that_fails_says_why(table: Table, code: str, reported: tuple[str, bool]) -> None:
-    table.round((composing(table), TaskFailed(code, "Too much.")))
+    table.round((table.composing(), TaskFailed(code, "Too much.")))
     assert failure(table)[::2] == reported
 
 
 def test_composition_is_tried_again_after_a_crash(table: Table) -> None:
-    compose = composing(table)
+    compose: JobTask = table.composing()
     # Attempts that failed because the disk was full do not count.
     for _ in range(MAX_ATTEMPTS):
         table.round((compose, TaskFailed("storage_full", "Full.")))
@@ -277,3 +271,30 @@ def test_restart_hands_out_what_ran(table: Table) -> None:
     assert table.restart() == 1
     again = table.next()
     assert (places([again]), again.attempt) == (places([second]), second.attempt + 1)
+
+
+def after_a_restart(table: Table) -> ComposeTask:
+    table.flying = []
+    with table.database.writing() as session:
+        ledger.recover(session)
+    (task,) = table.round().tasks
+    assert isinstance(task, ComposeTask)
+    return task
+
+
+def test_picture_is_in_files_of_the_recorded_attempt(table: Table) -> None:
+    attempts = [table.composing().attempt, after_a_restart(table).attempt]
+    last = after_a_restart(table)
+    assert [*attempts, last.attempt] == [1, 2, 3]
+    table.round((last, ComposeDone("ab", {})))
+    assert (table.render("a").image_sha256, table.render("a").final_prefix) == ("ab", "3-")
+
+
+def test_lost_workers_are_counted_across_a_restart(table: Table) -> None:
+    """Or a picture that kills each worker, and the service with the last of them, would do so for ever."""
+    task = table.composing()
+    for _ in range(1, MAX_ATTEMPTS):
+        table.round((task, WorkerDied()))
+        task = after_a_restart(table)
+    assert table.round((task, WorkerDied())).tasks == []
+    assert table.job("a").state is JobState.FAILED

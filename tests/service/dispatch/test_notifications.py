@@ -9,7 +9,8 @@ from sqlalchemy.engine import make_url
 
 from tests.postgres_server import PostgresServer
 from tests.service.between import Between
-from tests.service.failover import client_of, leads, pair
+from tests.service.failover import leads, pair
+from tests.service.sending import client_of
 from tests.service.support import scene
 
 WAIT_SECONDS, SOON_SECONDS = 50, 20

@@ -9,7 +9,15 @@ from schemas.api.jobs import JobState
 from service.lifecycle import progress
 from service.storage.database.connection import Database
 from service.storage.database.models import TileRow
-from service.workers.tasks import AdvanceTask, ComposeDone, ComposeTask, InputDamaged, SampleTask, TaskFailed
+from service.workers.tasks import (
+    AdvanceTask,
+    ComposeDone,
+    ComposeTask,
+    InputDamaged,
+    JobTask,
+    SampleTask,
+    TaskFailed,
+)
 from tests.service.dispatch.test_adaptive_passes import DONE as SAMPLED
 from tests.service.dispatch.test_adaptive_passes import Targets, advanced
 from tests.service.rounds import DONE, MAX_ATTEMPTS, Table, places
@@ -23,14 +31,6 @@ def table(database: Database) -> Targets:
     return Targets(database)
 
 
-def composing(table: Table) -> ComposeTask:
-    """Finish all tiles of a job."""
-    table.add("a")
-    (task,) = table.round(*((task, DONE) for task in [table.next() for _ in range(9)])).tasks
-    assert isinstance(task, ComposeTask)
-    return task
-
-
 def numbers(table: Table) -> list[int]:
     """The numbers of the events that there are."""
     with table.database.reading() as session:
@@ -38,7 +38,8 @@ def numbers(table: Table) -> list[int]:
 
 
 def test_damaged_tiles_are_handed_out_before_the_picture_is_composed(table: Targets) -> None:
-    compose = composing(table)
+    table.add("a")
+    compose: JobTask = table.composing()
     result = table.round((compose, InputDamaged(((1, 2), (2, 0)))), room=8)
     assert dict(result.retries) == {"storage_damaged": 1}
     assert places(result.tasks) == [("a", 1, 2), ("a", 2, 0)]
@@ -55,7 +56,8 @@ def test_damaged_tiles_are_handed_out_before_the_picture_is_composed(table: Targ
 
 @pytest.mark.parametrize("steps", [((1, 2),), ()], ids=["a tile", "read well again"])
 def test_damage_that_returns_fails_the_job(table: Targets, steps: tuple[tuple[int, int], ...]) -> None:
-    compose = composing(table)
+    table.add("a")
+    compose: JobTask = table.composing()
     for _ in range(MAX_ATTEMPTS):
         found = table.round((compose, InputDamaged(steps)), room=8).tasks
         if steps:

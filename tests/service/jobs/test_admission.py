@@ -1,13 +1,10 @@
 """Requests that ask too much are refused before any work."""
 
-from pathlib import Path
 from typing import Any
 
 import httpx2
 import pytest
 
-from service.settings import Settings
-from tests.service.in_process import in_process
 from tests.service.sending import mistakes
 from tests.service.support import scene
 
@@ -32,14 +29,3 @@ def test_request_beyond_a_limit_makes_no_job(
     for path in ("/v1/jobs", "/v1/plans"):
         assert mistakes(api.post(path, json=request_body))[0][0].startswith(pointer)
     assert newest() == before
-
-
-def test_limits_of_a_settings_file_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = tmp_path / "penumbra.toml"
-    file.write_text(f'data = "{tmp_path / "data"}"\nworkers = 1\n\n[limits]\nmax_pixels = 100\n')
-    monkeypatch.setenv("PENUMBRA_CONFIG", str(file))
-    with in_process(Settings()) as local, local.client() as client:
-        allowed, refused = (client.post("/v1/plans", json={"scene": scene(10, rows)}) for rows in (10, 11))
-    assert allowed.status_code == 200
-    assert [code for _, code in mistakes(refused)] == ["over_limit"]
-    assert (tmp_path / "data").is_dir()

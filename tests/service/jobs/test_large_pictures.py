@@ -2,7 +2,6 @@
 
 import io
 import resource
-import socket
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -26,6 +25,7 @@ from service.storage.database.models import RenderRow
 from service.storage.folder import Folder
 from service.storage.tiles import TileStore
 from service.workers.layers import file_name
+from tests.service.sending import connected
 from tests.service.support import TIMEOUT, finish, image, scene, submit
 
 SIZE = 4096, 2160
@@ -130,13 +130,10 @@ def test_pictures_take_little_memory_alone_and_together(
 def test_pictures_that_nobody_waits_for_are_not_encoded(
     server: RunningServer, client: httpx2.Client, jobs: list[str]
 ) -> None:
-    host, port = server.url.removeprefix("http://").split(":")
     wanted = [(job, width) for width in (96, 192, 384) for job in jobs]
     for job, width in wanted:
-        with socket.create_connection((host, int(port)), TIMEOUT) as gone:
-            gone.sendall(
-                f"GET /v1/jobs/{job}/image.png?width={width} HTTP/1.1\r\nHost: {host}\r\n\r\n".encode()
-            )
+        asked = f"GET /v1/jobs/{job}/image.png?width={width} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+        connected(server, asked.encode()).close()
     small = finish(client, submit(client, SMALL))["id"]
 
     def encoded(name: str) -> int:

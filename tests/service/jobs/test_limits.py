@@ -1,9 +1,6 @@
 """A full queue refuses jobs with Retry-After; no accepted job is lost."""
 
-import os
-import signal
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 
 import httpx2
@@ -16,8 +13,9 @@ from service.settings import Settings
 from service.storage.database.connection import Database
 from service.storage.database.migrations import upgrade
 from tests.service.conftest import Start
-from tests.service.processes import workers_of
-from tests.service.support import TIMEOUT, finish, scene, until
+from tests.service.processes import held, workers_of
+from tests.service.sending import client_of
+from tests.service.support import finish, scene, until
 
 
 def ask(client: httpx2.Client, number: int) -> httpx2.Response:
@@ -31,18 +29,10 @@ def codes(client: httpx2.Client, *numbers: int) -> list[int]:
     return [ask(client, number).status_code for number in numbers]
 
 
-@contextmanager
-def suspended(server: RunningServer) -> Iterator[None]:
-    """While workers do nothing, the queue stays as long as it is."""
+def suspended(server: RunningServer) -> AbstractContextManager[None]:
+    """While its worker does nothing, the queue stays as long as it is."""
     until(lambda: len(workers_of(server.process.pid)) == 1)
-    workers = workers_of(server.process.pid)
-    for worker in workers:
-        os.kill(worker, signal.SIGSTOP)
-    try:
-        yield
-    finally:
-        for worker in workers:
-            os.kill(worker, signal.SIGCONT)
+    return held(*workers_of(server.process.pid))
 
 
 @pytest.fixture
@@ -55,7 +45,7 @@ def price(client: httpx2.Client) -> float:
 @pytest.mark.slow
 def test_full_queue_says_when_to_come_back(start: Start) -> None:
     server = start(workers=1, max_user_jobs=3)
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+    with client_of(server) as client:
         finish(client, ask(client, 0).json()["id"])
         with suspended(server):
             taken = [ask(client, number) for number in (1, 2, 3)]
@@ -88,14 +78,7 @@ def test_queue_of_one_user_is_not_anothers(start: Start, tmp_path: Path, price: 
     database.close()
     server = start(workers=1, max_queued_jobs=4)
     with ExitStack() as stack:
-        ann, bob, eve, dan = (
-            stack.enter_context(
-                httpx2.Client(
-                    base_url=server.url, timeout=TIMEOUT, headers={"Authorization": f"Bearer {key}"}
-                )
-            )
-            for key in made
-        )
+        ann, bob, eve, dan = (stack.enter_context(client_of(server, str(key))) for key in made)
         stack.enter_context(suspended(server))
         # Too dear for its user for good.
         assert ask(eve, 0).json()["errors"][0]["code"] == "cost"

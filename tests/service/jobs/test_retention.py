@@ -16,7 +16,6 @@ from sqlalchemy import select, text
 from schemas.api.administration import Role
 from schemas.api.jobs import JobState
 from schemas.limits import Limits
-from service.access import keys
 from service.client import Client
 from service.client.errors import NotAllowedError
 from service.jobs.retention import RetentionThread
@@ -25,14 +24,14 @@ from service.server import RunningServer
 from service.settings import Settings
 from service.storage.assets import AssetStore
 from service.storage.database.connection import Database
-from service.storage.database.migrations import upgrade
-from service.storage.database.models import AssetRow, AssetUseRow, JobRow, RenderRow
+from service.storage.database.models import AssetRow, AssetUseRow, JobRow
 from service.storage.folder import Folder
 from service.storage.reserve import Reserve
 from service.storage.tiles import TileStore
 from tests.service.conftest import Start
 from tests.service.forking import running
-from tests.service.support import BOTH, TIMEOUT, job_with, scene, until
+from tests.service.sending import client_of, make_keys
+from tests.service.support import BOTH, job_with, pictured, scene, until
 
 Users = dict[str, httpx2.Client]
 ROLES = {"ann": Role.SUBMIT, "bob": Role.SUBMIT, "tutor": Role.STAFF, "root": Role.ADMIN}
@@ -45,11 +44,7 @@ TEN_YEARS = timedelta(days=3652)
 @pytest.fixture(scope="module")
 def keeping(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RunningServer, dict[str, str]]]:
     data = tmp_path_factory.mktemp("kept")
-    database = Database(Settings(data=data).database_url)
-    upgrade(database)
-    with database.writing() as session:
-        made = {user: str(keys.add(session, user, role)) for user, role in ROLES.items()}
-    database.close()
+    made = make_keys(data, **ROLES)
     settings = Settings(data=data, port=0, workers=1, tile_size=32, log_level="error", max_user_pins=PINS)
     with running(settings) as server:
         yield server, made
@@ -59,10 +54,7 @@ def keeping(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RunningS
 def users(keeping: tuple[RunningServer, dict[str, str]]) -> Iterator[Users]:
     """A client for each user of a service that keeps nothing yet."""
     server, made = keeping
-    clients = {
-        user: httpx2.Client(base_url=server.url, timeout=TIMEOUT, headers={"Authorization": f"Bearer {key}"})
-        for user, key in made.items()
-    }
+    clients = {user: client_of(server, key) for user, key in made.items()}
     for job in clients["root"].get("/v1/jobs", params={"limit": 100}).json()["jobs"]:
         assert clients["root"].delete(f"/v1/jobs/{job['id']}").status_code == 204
     prune(clients, max_stored_bytes=0, keep_asset_seconds=0, dry_run=False)
@@ -243,25 +235,6 @@ def test_client_pins_and_prunes(keeping: tuple[RunningServer, dict[str, str]], u
             ann.prune()
 
 
-def pictured(render: str, **more: Any) -> RenderRow:
-    """A finished render of one pixel."""
-    return RenderRow(
-        id=render,
-        state=JobState.SUCCEEDED,
-        width=1,
-        height=1,
-        spec_sha256="",
-        passes=[{"index": 0, "stride": 1, "first": 0, "last": 1}],
-        display={},
-        total_steps=0,
-        total_work=1,
-        predicted_cpu_seconds=1.0,
-        numerics={},
-        pass_costs=[],
-        **more,
-    )
-
-
 @pytest.mark.slow
 @BOTH
 def test_many_jobs_go_though_some_are_damaged(database: Database, tmp_path: Path) -> None:
@@ -318,7 +291,7 @@ def test_clock_ten_years_ahead_deletes_nothing_by_itself(tmp_path: Path) -> None
     """For a service it is the same whether the clock is ahead, or all that it has is old."""
     data, log = tmp_path / "data", tmp_path / "log"
     common = {"data": data, "port": 0, "workers": 1, "log_level": "warning"}
-    with running(Settings(**common)) as server, httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+    with running(Settings(**common)) as server, client_of(server) as client:
         jobs = [rendered(client, place) for place in range(2)]
         send(client)
     database = Database(Settings(data=data).database_url)
@@ -332,7 +305,7 @@ def test_clock_ten_years_ahead_deletes_nothing_by_itself(tmp_path: Path) -> None
     with (
         log.open("wb") as stderr,
         running(Settings(**common, keep_seconds=1.0), stderr=stderr) as server,
-        httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
+        client_of(server) as client,
     ):
         until(lambda: "clock jumped" in log.read_text())
         assert "penumbra prune" in log.read_text()
@@ -352,7 +325,7 @@ def test_service_sweeps_by_itself(start: Start, tmp_path: Path) -> None:
     os.utime(orphan, (0, 0))
     server = start(workers=1, keep_seconds=1.0, keep_asset_seconds=1.0)
     assert not orphan.exists()
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+    with client_of(server) as client:
         send(client)
         kept, swept = (rendered(client, place) for place in range(2))
         assert pin(client, kept) == 200

@@ -1,9 +1,7 @@
 """Jobs that are cancelled or deleted, queued, running, or while nobody hands out work."""
 
 import os
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import httpx2
@@ -14,8 +12,9 @@ from service.app import create_app
 from service.server import RunningServer
 from service.settings import Settings
 from tests.service.conftest import Start
-from tests.service.processes import workers_of
-from tests.service.support import TIMEOUT, finish, job_of, long_scene, scene, submit, until, wait
+from tests.service.processes import held, workers_of
+from tests.service.sending import client_of
+from tests.service.support import finish, job_of, long_scene, scene, submit, until, wait
 
 
 def files_of(server: RunningServer, job: str) -> dict[Path, int]:
@@ -67,22 +66,13 @@ def test_job_is_cancelling_while_nobody_hands_out_work(tmp_path: Path) -> None:
         assert (again.status_code, again.json()["cancelling"]) == (200, False)
 
 
-@contextmanager
-def stopped(process: int) -> Iterator[None]:
-    os.kill(process, signal.SIGSTOP)
-    try:
-        yield
-    finally:
-        os.kill(process, signal.SIGCONT)
-
-
 @pytest.mark.slow
 def test_queued_job_never_begins(start: Start) -> None:
     server = start(workers=1)
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+    with client_of(server) as client:
         until(lambda: len(workers_of(server.process.pid)) == 1)
         # While the only worker does nothing, no job after those it was given comes to its turn.
-        with stopped(*workers_of(server.process.pid)):
+        with held(*workers_of(server.process.pid)):
             *_, last = (submit(client, long_scene()) for _ in range(8))
             found = job_of(client, last)
             assert found["state"] == "queued"

@@ -14,14 +14,13 @@ import pytest
 from sqlalchemy import func, select
 
 from schemas.api.administration import Role
-from service.access import keys
 from service.server import RunningServer
 from service.settings import Settings
 from service.storage.database.connection import Database
-from service.storage.database.migrations import upgrade
 from service.storage.database.models import RenderRow
 from tests.service.forking import running
-from tests.service.support import SERVED, TIMEOUT, ended, image, job_of, long_scene, scene, until, wait
+from tests.service.sending import client_of, make_keys
+from tests.service.support import SERVED, ended, image, job_of, long_scene, scene, until, wait
 
 Users = dict[str, httpx2.Client]
 
@@ -40,23 +39,14 @@ def shared(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     url = request.getfixturevalue("postgres").database() if request.param == "postgresql" else None
     data = tmp_path_factory.mktemp("shared")
     settings = Settings(data=data, database=url, port=0, workers=1, tile_size=32, log_level="error")
-    database = Database(settings.database_url)
-    upgrade(database)
-    with database.writing() as session:
-        made = {user: str(keys.add(session, user, Role.SUBMIT)) for user in ("ann", "bob", "eve")}
-    database.close()
+    made = make_keys(data, url, ann=Role.SUBMIT, bob=Role.SUBMIT, eve=Role.SUBMIT)
     with running(settings) as server:
         yield Shared(server, made, settings.database_url)
 
 
 @pytest.fixture(scope="module")
 def users(shared: Shared) -> Iterator[Users]:
-    clients = {
-        user: httpx2.Client(
-            base_url=shared.server.url, timeout=TIMEOUT, headers={"Authorization": f"Bearer {key}"}
-        )
-        for user, key in shared.keys.items()
-    }
+    clients = {user: client_of(shared.server, key) for user, key in shared.keys.items()}
     yield clients
     for client in clients.values():
         client.close()
@@ -136,14 +126,6 @@ def test_last_deletion_frees_the_disk(users: Users, folder: Path) -> None:
     again = ask(users["bob"], small(4), wait=30)
     assert again["state"] == "succeeded"
     assert (folder / again["id"]).exists()
-
-
-def test_forced_render_shares_nothing(users: Users, folder: Path) -> None:
-    ask(users["ann"], small(5), wait=30)
-    headers = {"Cache-Control": "no-cache", "Prefer": "wait=30"}
-    anew = users["ann"].post("/v1/jobs", json={"scene": small(5)}, headers=headers).json()
-    assert anew["state"] == "succeeded"
-    assert (folder / anew["id"] / "1-image.npy").exists()
 
 
 def test_jobs_under_way_share_one_render(users: Users, shared: Shared, folder: Path) -> None:

@@ -7,15 +7,14 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select, text
 
-from schemas.api.jobs import JobState
 from service.errors import StoreAwayError, StoreTakenError
 from service.storage import ownership
 from service.storage.database.connection import Database
-from service.storage.database.models import LeaderRow, RenderRow
+from service.storage.database.models import LeaderRow
 from service.storage.folder import place_of
 from service.storage.objects import Objects
 from tests.s3_server import BUCKET, S3Server
-from tests.service.support import BOTH, TIMEOUT
+from tests.service.support import BOTH, TIMEOUT, pictured
 
 
 @BOTH
@@ -36,22 +35,7 @@ def test_place_of_another_database_is_refused(place: Objects, database: Database
 
 def test_place_to_which_pictures_were_copied_is_taken(place: Objects, database: Database) -> None:
     with database.writing() as session:
-        session.add(
-            RenderRow(
-                id="ab",
-                state=JobState.SUCCEEDED,
-                width=1,
-                height=1,
-                spec_sha256="",
-                passes=[],
-                display={},
-                total_steps=0,
-                total_work=1,
-                predicted_cpu_seconds=1.0,
-                numerics={},
-                pass_costs=[],
-            )
-        )
+        session.add(pictured("ab"))
     with pytest.raises(StoreTakenError, match="folders jobs and"):
         ownership.check(database, place)
     place.begin("jobs/ab")

@@ -1,7 +1,6 @@
 """Spans of requests, jobs and tiles, as a collector receives them."""
 
 import json
-import os
 import signal
 import socket
 from collections.abc import Iterator
@@ -15,7 +14,7 @@ from service.server import RunningServer
 from service.settings import Settings
 from tests.service.collector import Collector, collecting
 from tests.service.forking import running
-from tests.service.processes import workers_of
+from tests.service.processes import held, workers_of
 from tests.service.support import TIMEOUT, ended, finish, job_of, kill_at_work, scene, submit, until, wait
 
 TRACE, ASKER = "4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7"
@@ -116,14 +115,11 @@ def test_job_that_is_cancelled_before_it_begins_has_a_span(traced: Traced) -> No
     busy = submit(client, slow_scene())
     wait(client, busy, lambda found: found["progress"]["done"] >= 1)
     (worker,) = workers_of(server.process.pid)
-    os.kill(worker, signal.SIGSTOP)
-    try:
+    with held(worker):
         waiting = submit(client, slow_scene())
         client.post(f"/v1/jobs/{waiting}/cancel")
         assert job_of(client, waiting)["started_at"] is None
         until(lambda: bool(collector.spans("job", job=waiting, state="cancelled")))
-    finally:
-        os.kill(worker, signal.SIGCONT)
     client.delete(f"/v1/jobs/{busy}")
 
 

@@ -6,7 +6,7 @@ import sqlite3
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, contextmanager
+from contextlib import closing
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -18,9 +18,9 @@ from service.server import RunningServer
 from service.settings import Settings
 from tests.service.conftest import Start
 from tests.service.in_process import InProcess, in_process
-from tests.service.processes import fork_servers_of, workers_of
-from tests.service.sending import SMALL, png, problem_of, put, textured
-from tests.service.support import API_ON_BOTH, TIMEOUT, long_scene, scene, submit, until
+from tests.service.processes import fork_servers_of, held, workers_of
+from tests.service.sending import SMALL, client_of, png, problem_of, put, textured
+from tests.service.support import API_ON_BOTH, long_scene, scene, submit, until
 
 WRITERS = 12
 """More than there are places for reading requests; of one client not many more are handled at once."""
@@ -110,22 +110,10 @@ def test_health_tells_of_an_end_and_of_a_dispatcher_that_is_gone(
     problem_of(client.get("/readyz"), 503)
 
 
-@contextmanager
-def held(*processes: int) -> Iterator[None]:
-    """Processes do nothing until the block ends."""
-    for process in processes:
-        os.kill(process, signal.SIGSTOP)
-    try:
-        yield
-    finally:
-        for process in processes:
-            os.kill(process, signal.SIGCONT)
-
-
 @pytest.mark.slow
 def test_health_tells_of_a_missing_worker(start: Start) -> None:
     server = start(workers=1)
-    with httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client:
+    with client_of(server) as client:
         (worker,) = workers_of(server.process.pid)
         # Another one would be forked at once.
         with held(*fork_servers_of(server.process.pid)):
@@ -141,7 +129,7 @@ def test_database_that_takes_no_writes_holds_back_writers_alone(start: Start, tm
     server = start(workers=1)
     body = {"scene": scene(8, 8)}
     with (
-        httpx2.Client(base_url=server.url, timeout=TIMEOUT) as client,
+        client_of(server) as client,
         ThreadPoolExecutor(WRITERS + 1) as pool,
         closing(sqlite3.connect(tmp_path / "penumbra.sqlite")) as connection,
     ):

@@ -179,12 +179,15 @@ def test_header_may_come_in_several_lines(api: httpx2.Client, done: str) -> None
     path = f"/v1/jobs/{done}/image.npy"
     tag = api.get(path).headers[TAG]
     for name, status in (("If-None-Match", 304), ("If-Match", 200)):
-        assert api.get(path, headers=[(name, '"other"'), (name, tag)]).status_code == status
+        assert api.get(path, headers=[(name, '"other, too"'), (name, tag)]).status_code == status
     sent = {"scene": scene(8, 8, samples=1)}
     kept, anew = ("Cache-Control", "max-age=0"), ("Cache-Control", "no-cache")
     for lines, is_shared in (([kept], False), ([kept], True), ([kept, anew], False)):
-        job = api.post("/v1/jobs", json=sent, headers=[*lines, ("Prefer", "wait=30")]).json()["id"]
-        events = [entry["event"] for entry in api.get(f"/v1/jobs/{job}/log").json()["entries"]]
+        lines += [("Prefer", "respond-async"), ("Prefer", 'wait="20"')]
+        answer = api.post("/v1/jobs", json=sent, headers=lines)
+        assert (answer.headers["Preference-Applied"], answer.json()["state"]) == ("wait=5", "succeeded")
+        log = api.get(f"/v1/jobs/{answer.json()['id']}/log").json()
+        events = [entry["event"] for entry in log["entries"]]
         assert ("shared" in events) is is_shared, lines
 
 

@@ -61,12 +61,3 @@ def test_query_parameter_that_counts_once_is_refused_twice(api: httpx2.Client) -
     [found] = problem_of(api.get("/v1/jobs?state=failed&state=queued"), 422)["errors"]
     assert found["code"] == "repeated_parameter"
     assert api.get("/v1/jobs?label=a:b&label=c:d").status_code == 200
-
-
-def test_header_that_comes_in_parts_is_read_as_one(api: httpx2.Client, done: str) -> None:
-    path = f"/v1/jobs/{done}/image.npy"
-    parts = [("If-None-Match", '"other, too"'), ("If-None-Match", api.get(path).headers["ETag"])]
-    assert api.get(path, headers=parts).status_code == 304
-    prefer = [("Prefer", "respond-async"), ("Prefer", 'wait="20"')]
-    answer = api.post("/v1/jobs", json=SMALL, headers=prefer)
-    assert (answer.headers["Preference-Applied"], answer.json()["state"]) == ("wait=5", "succeeded")

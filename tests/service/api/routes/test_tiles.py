@@ -10,18 +10,16 @@ import pytest
 from sqlalchemy import text
 
 from renderer.images.files import displayed
-from schemas.api.batches import FLOAT16, FLOAT32, unpack
+from schemas.api.batches import FLOAT16, unpack
 from schemas.scene import Display
 from service.server import RunningServer
 from tests.service.conftest import Start
 from tests.service.in_process import InProcess
 from tests.service.sending import MARK, problem_of
 from tests.service.support import (
-    API_ON_BOTH,
     ON_BOTH,
     TIMEOUT,
     finish,
-    image,
     long_scene,
     scene,
     submit,
@@ -56,16 +54,6 @@ def streamed(client: httpx2.Client, job: str, **headers: str) -> list[dict[str, 
             elif events[-1]:
                 events.append({})
     return [event for event in events if "event" in event]
-
-
-def painted(tiles: list, height: int, width: int, canvas: np.ndarray | None = None) -> np.ndarray:
-    canvas = np.full((height, width, 3), np.nan, np.float32) if canvas is None else canvas
-    for head, data in tiles:
-        rows, columns = -(-(head.y1 - head.y0) // head.stride), -(-(head.x1 - head.x0) // head.stride)
-        pixels = np.frombuffer(data, "<f4").reshape(rows, columns, 3)
-        pixels = pixels.repeat(head.stride, 0).repeat(head.stride, 1)
-        canvas[head.y0 : head.y1, head.x0 : head.x1] = pixels[: head.y1 - head.y0, : head.x1 - head.x0]
-    return canvas
 
 
 def test_event_numbers_grow_by_one_and_each_step_comes_once(api: httpx2.Client, done: str) -> None:
@@ -113,20 +101,6 @@ def test_batch_is_binary_where_that_is_preferred(api: httpx2.Client, done: str) 
         answer = api.get(f"/v1/jobs/{done}/tiles", headers={"Accept": accept})
         assert (answer.headers["Content-Type"] == "application/octet-stream") is is_binary
         assert answer.headers["Vary"] == "Accept"
-
-
-@pytest.mark.slow
-@API_ON_BOTH
-def test_batches_of_a_running_job_paint_its_image(api: httpx2.Client) -> None:
-    job = submit(api, scene(160, 96, samples=16))
-    canvas, after, complete = np.zeros((96, 160, 3), np.float32), 0, False
-    while not complete:
-        answer = api.get(f"/v1/jobs/{job}/tiles", params={"after": after, "wait": 5}, headers=BINARY)
-        head, tiles = unpack(answer.content)
-        assert head.encoding == FLOAT32
-        painted(tiles, 96, 160, canvas)
-        after, complete = head.next, head.complete
-    assert canvas.tobytes() == image(api, job).tobytes()
 
 
 def test_batch_in_eight_bits_has_the_displayed_codes(api: httpx2.Client, done: str) -> None:
