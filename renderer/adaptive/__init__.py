@@ -24,7 +24,7 @@ DONE      Requests nothing: the target is reached, or more samples would not red
 """
 
 from renderer.adaptive.estimate import Estimate
-from renderer.adaptive.samples import Samples
+from renderer.adaptive.requests import Samples
 from renderer.adaptive.tile_rendering import render_samples
 from renderer.adaptive.uncertainty import ErrorEstimate
 

@@ -12,8 +12,7 @@ from renderer.adaptive.driver import Driver
 from renderer.adaptive.error_statistics import sample_layers
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.forecast import UNKNOWN, Forecast, Progress, limited
-from renderer.adaptive.requests import TileRequest
-from renderer.adaptive.samples import Samples
+from renderer.adaptive.requests import Samples, TileRequest
 from renderer.adaptive.target_plan import target_plan
 from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import LAST_SECONDS, TimeLimit, reserve

@@ -14,8 +14,7 @@ from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.forecast import MERGING, Forecast, Prices, forecast, kind_of, measured, usual_prices
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.partition import pass_tiles
-from renderer.adaptive.requests import TileRequest, records_centres, tile_request
-from renderer.adaptive.samples import Samples
+from renderer.adaptive.requests import Samples, TileRequest
 from renderer.adaptive.target_plan import target_plan
 from renderer.adaptive.time_limits import NO_LIMIT, TimeLimit
 from renderer.plan.plan import RenderPlan
@@ -68,7 +67,7 @@ class Driver:
 
     def tiles(self) -> list[Tile]:
         """Tiles of the next pass."""
-        records = self.is_first and records_centres(self.estimate.plan)
+        records = self.is_first and self.estimate.plan.records_centres
         return pass_tiles(self.estimate, self.prices, self.workers, self.tile_size, records=records)
 
     def requests(self, limit: TimeLimit = NO_LIMIT) -> list[TileRequest]:
@@ -78,7 +77,7 @@ class Driver:
 
         def request(tile: Tile) -> TileRequest:
             levels, nearby = requested.part(tile), partial(surroundings, tile, around)
-            return tile_request(plan, tile, levels, nearby, limit, first=first)
+            return TileRequest.of(plan, tile, levels, nearby, limit, first=first)
 
         return [request(tile) for tile in self.tiles()]
 

@@ -23,8 +23,7 @@ from renderer.adaptive.levels import (
     Levels,
 )
 from renderer.adaptive.rays import Labels
-from renderer.adaptive.requests import AIM_FACTOR, FIRST_AIM, LevelRequest, first_levels
-from renderer.adaptive.samples import Samples
+from renderer.adaptive.requests import AIM_FACTOR, FIRST_AIM, LevelRequest, Samples
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.uncertainty import ErrorEstimate
 from renderer.film import Image
@@ -129,7 +128,7 @@ class Estimate:
     def begin(cls, plan: TargetPlan) -> "Estimate":
         """The empty picture with the first pass requested: pilot samples or samples on a coarse lattice."""
         size = plan.height, plan.width
-        want = first_levels(plan, Tile(0, 0, 0, plan.width, plan.height))
+        want = LevelRequest.first(plan, Tile(0, 0, 0, plan.width, plan.height)).want
         sampled = want >= SAMPLED
         return cls(
             plan=plan,

@@ -53,6 +53,11 @@ class TargetPlan(RenderPlan):
     thin_shadows: Integers
 
     @property
+    def records_centres(self) -> bool:
+        """Whether the first pass records layers at the centres of pixels."""
+        return any(layer.values for layer in self.layers)
+
+    @property
     def tinted(self) -> Masks:
         """Shapes (K,) whose only fine detail is a colour texture with a known mean."""
         return self.averaged & ~self.detailed

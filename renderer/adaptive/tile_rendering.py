@@ -12,8 +12,7 @@ from renderer.adaptive.coverage import cover
 from renderer.adaptive.guides import Surroundings
 from renderer.adaptive.levels import COUNTS, COVERAGES
 from renderer.adaptive.rays import camera_rays, labels_of, of_labels
-from renderer.adaptive.requests import TileRequest
-from renderer.adaptive.samples import Samples
+from renderer.adaptive.requests import Samples, TileRequest
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.time_limits import TimeLimit, portions
 from renderer.film import BRIGHTEST

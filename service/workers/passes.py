@@ -18,8 +18,7 @@ from renderer.adaptive.driver import Driver
 from renderer.adaptive.error_statistics import sample_layers
 from renderer.adaptive.forecast import UNKNOWN, usual_prices
 from renderer.adaptive.guides import Surroundings, packed, unpacked
-from renderer.adaptive.requests import LevelRequest, first_levels, tile_request
-from renderer.adaptive.samples import preview
+from renderer.adaptive.requests import LevelRequest, TileRequest, preview
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.tile_rendering import render_request
 from renderer.adaptive.time_limits import TimeLimit
@@ -61,7 +60,7 @@ class PassWorker:
         """
         levels, before = self._levels(plan, task)
         around, limit = partial(self._around, task), self._limit(task, until)
-        request = tile_request(plan, task.tile, levels, around, limit, first=not task.merged)
+        request = TileRequest.of(plan, task.tile, levels, around, limit, first=not task.merged)
         try:
             samples = render_request(plan, request)
         except OutOfTimeError:
@@ -91,8 +90,8 @@ class PassWorker:
         """Levels that the pixels of a tile have and that are requested, and its picture so far."""
         part = np.s_[task.tile.y0 : task.tile.y1, task.tile.x0 : task.tile.x1]
         if not task.merged:
-            want = first_levels(plan, task.tile)
-            return LevelRequest.first(want), np.zeros((*want.shape, 3), np.float32)
+            first = LevelRequest.first(plan, task.tile)
+            return first, np.zeros((*first.want.shape, 3), np.float32)
         levels = LevelRequest(*np.array(self._map(task, "levels")[:, *part]))
         return levels, np.array(self._map(task, "picture")[part])
 
