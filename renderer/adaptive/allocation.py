@@ -1,8 +1,8 @@
 """Neyman allocation: the cheapest distribution of samples over pixels for a sum of squared errors.
 
-A pixel whose single samples have variance c has a squared error of c n**-1.5 with n samples of a Sobol
-sequence, as most of it comes from edges. The same holds for n coverage rays, which cost less. With a Lagrange
-multiplier m, n = (1.5 c m / p)**0.4 for a price p of a sample.
+A pixel whose single samples have variance c has a squared error of c n**-d with n samples, and so has the
+coverage of a border pixel with n rays, which cost less. With a Lagrange multiplier m,
+n = (d c m / p)**(1 / (1 + d)) for a price p of a sample.
 """
 
 from collections.abc import Callable
@@ -18,6 +18,14 @@ from renderer.math.arrays import Floats, Integers
 BINS = 256
 """Bins of the variances in the search for the multiplier, four per octave."""
 
+DECAY = 1.5
+"""Power of the number of samples by which the squared error of a pixel falls: that of a Sobol sequence where
+edges dominate. Between the passes of 204 random pictures it was 1.65 without a lens and 1.2 with one."""
+
+COVERAGE_DECAY = 1.75
+"""The same for coverage rays: between the passes of those pictures it was 1.5 to 2.2. With 1.5 there are 3 %
+more camera rays."""
+
 _COVERED = np.maximum(COVERAGES, 1)
 """Rays of a coverage for the error model: without one, the pilot sample counts as one."""
 
@@ -29,7 +37,7 @@ class ReducibleErrors:
     Attributes
     ----------
     variances : (n,) float64
-        Of single samples of the sampled pixels, such that times n**-1.5 they are squared errors.
+        Of single samples of the sampled pixels, such that times n**-DECAY they are squared errors.
     levels : (n,) uint8
         Present levels.
     strata : StratumStatistics
@@ -67,8 +75,8 @@ def allocate(errors: ReducibleErrors, goal: float) -> tuple[Integers, Integers, 
     covered, strata = _Histogram.of(errors.contrasts, errors.coverage), errors.strata
 
     def left(multiplier: float) -> float:
-        own = sampled.left(_levels(sampled.typical, multiplier), COUNTS)
-        borders = covered.left(_covers(covered.typical, multiplier), _COVERED)
+        own = sampled.left(_levels(sampled.typical, multiplier), COUNTS, DECAY)
+        borders = covered.left(_covers(covered.typical, multiplier), _COVERED, COVERAGE_DECAY)
         return own + borders + float((strata.sizes * _strata_levels(strata, multiplier)[1]).sum())
 
     multiplier = _least(left, goal)
@@ -84,7 +92,7 @@ def cover_sizes(contrasts: Floats, goal: float) -> Integers:
     covered = _Histogram.of(contrasts, np.zeros(contrasts.size, np.uint8))
 
     def left(multiplier: float) -> float:
-        return covered.left(_covers(covered.typical, multiplier), _COVERED)
+        return covered.left(_covers(covered.typical, multiplier), _COVERED, COVERAGE_DECAY)
 
     return _covers(contrasts, _least(left, goal))
 
@@ -105,17 +113,17 @@ class _Histogram:
         used = np.flatnonzero(sorts)
         return cls(2.0 ** ((used // 32 - 199.5) / 4), used % 32, sorts[used])
 
-    def left(self, levels: Integers, counts: Integers) -> float:
+    def left(self, levels: Integers, counts: Integers, decay: float) -> float:
         """Sum of the squared errors with at least these levels (m,), which index `counts`."""
-        return float((self.many * self.typical * counts[np.maximum(levels, self.have)] ** -1.5).sum())
+        return float((self.many * self.typical * counts[np.maximum(levels, self.have)] ** -decay).sum())
 
 
 def _levels(variances: Floats, multiplier: float) -> Integers:
-    return levels_of((1.5 * variances * multiplier) ** 0.4)
+    return levels_of((DECAY * variances * multiplier) ** (1 / (1 + DECAY)))
 
 
 def _covers(contrasts: Floats, multiplier: float) -> Integers:
-    counts = (1.5 * contrasts * multiplier / RAY_PRICE) ** 0.4
+    counts = (COVERAGE_DECAY * contrasts * multiplier / RAY_PRICE) ** (1 / (1 + COVERAGE_DECAY))
     return np.searchsorted(_BETWEEN, counts)
 
 
@@ -131,7 +139,7 @@ def _strata_levels(strata: StratumStatistics, multiplier: float) -> tuple[Intege
     """
     levels = _levels(strata.variances, multiplier)
     pilot = np.maximum(strata.errors - 2 * strata.uncertain, 0)
-    sampled = strata.variances * COUNTS[levels] ** -1.5
+    sampled = strata.variances * COUNTS[levels] ** -DECAY
     pays = sampled + COUNTS[levels] / multiplier < pilot
     return levels * pays, sampled * pays + pilot * ~pays
 

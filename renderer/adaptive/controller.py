@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from renderer.adaptive import strata
-from renderer.adaptive.allocation import ReducibleErrors, allocate
+from renderer.adaptive.allocation import COVERAGE_DECAY, ReducibleErrors, allocate
 from renderer.adaptive.error_statistics import ErrorStatistics, error_of, error_statistics
 from renderer.adaptive.estimate import Estimate, State
 from renderer.adaptive.first_passes import (
@@ -146,9 +146,9 @@ def _border_contrasts(estimate: Estimate) -> tuple[Floats, Levels]:
     pixels = np.flatnonzero(estimate.coverage)
     contrasts = estimate.contrasts.ravel()[pixels].astype(np.float64)
     coverage = estimate.coverage.ravel()[pixels]
-    measured = estimate.coverage_variance.ravel()[pixels] * COVERAGES[coverage] ** 1.5
+    measured = estimate.coverage_variance.ravel()[pixels] * COVERAGES[coverage] ** COVERAGE_DECAY
     are_lit = lit(estimate.labels, estimate.plan.lamps).ravel()[pixels]
-    shares = COVERAGES[coverage] ** -1.5 * ~are_lit
+    shares = COVERAGES[coverage] ** -COVERAGE_DECAY * ~are_lit
     explained = float((contrasts * shares).sum())
     contrasts *= float((measured * shares).sum()) / explained if explained > 0 else 0.0
     np.copyto(contrasts, measured, where=are_lit)

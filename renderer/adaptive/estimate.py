@@ -288,6 +288,14 @@ class Estimate:
         """Levels that the pixels have and that the pass wants."""
         return LevelRequest(self.have, self.want, self.coverage, self.cover)
 
+    def samples(self, pixels: Integers) -> Integers:
+        """Camera samples of pixels (n,)."""
+        return np.asarray(COUNTS[self.have.ravel()[pixels]])
+
+    def variances(self, pixels: Integers) -> Floats:
+        """Variances of single samples of sampled pixels (n,), mean over channels."""
+        return np.asarray(self.squares.ravel()[pixels] / (self.samples(pixels) - 1))
+
     def counts(self) -> Integers:
         """Camera rays through each pixel, (H, W), those of probes included."""
         return np.asarray(COUNTS[self.have] + COVERAGES[self.coverage] + (self.have == PREVIEWED))

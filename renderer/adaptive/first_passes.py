@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive import strata
-from renderer.adaptive.allocation import cover_sizes
+from renderer.adaptive.allocation import DECAY, cover_sizes
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.guides import MIN_ALBEDO, surroundings
 from renderer.adaptive.lattice import (
@@ -17,7 +17,7 @@ from renderer.adaptive.lattice import (
     interpolation_axes,
     interpolation_errors,
 )
-from renderer.adaptive.levels import COUNTS, PREVIEWED, SAMPLED, Levels, levels_of, node_level
+from renderer.adaptive.levels import PREVIEWED, SAMPLED, Levels, levels_of, node_level
 from renderer.adaptive.neighbourhoods import borders, dilate, rim
 from renderer.adaptive.rays import of_labels, of_lights
 from renderer.math.arrays import Floats, Masks
@@ -136,7 +136,7 @@ def variances(estimate: Estimate) -> Floats:
     found = np.zeros(estimate.have.shape)
     if not estimate.piloted:
         nodes = np.flatnonzero(estimate.shown & (estimate.have >= SAMPLED))
-        found.ravel()[nodes] = estimate.squares.ravel()[nodes] / (COUNTS[estimate.have.ravel()[nodes]] - 1)
+        found.ravel()[nodes] = estimate.variances(nodes)
     return found
 
 
@@ -149,7 +149,7 @@ def noise(estimate: Estimate) -> Floats:
     nodes = np.flatnonzero(found)
     if not nodes.size:
         return found
-    squares = found.ravel()[nodes] * COUNTS[estimate.have.ravel()[nodes]] ** -1.5
+    squares = found.ravel()[nodes] * estimate.samples(nodes) ** -DECAY
     apart = np.diff(np.clip(estimate.halves.reshape(2, 3, -1)[:, :, nodes], 0, 1), axis=0)[0]
     found.ravel()[nodes] = squares * (apart**2).mean(axis=0).sum() / (4 * squares.sum())
     interpolate(found, estimate.axes, estimate.coarsest)

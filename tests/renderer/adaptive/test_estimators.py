@@ -5,7 +5,7 @@ import pytest
 
 import renderer
 from renderer.adaptive import Estimate, render_samples
-from renderer.adaptive.error_statistics import pilot_errors
+from renderer.adaptive.error_statistics import error_statistics, pilot_errors
 from renderer.adaptive.guides import surroundings
 from renderer.adaptive.lattice import (
     NODE,
@@ -41,6 +41,17 @@ def test_samples_of_two_passes_are_those_of_one() -> None:
     two, one = sampled(SAMPLED, SAMPLED + 3), sampled(SAMPLED + 3)
     assert np.abs(two.halves - one.halves).max() <= 4 * 2.0**-23 * one.halves.max()
     np.testing.assert_allclose(two.squares, one.squares, rtol=1e-3, atol=1e-5 * one.squares.max())
+
+
+def test_errors_of_borders_and_of_other_pixels_are_measured_apart() -> None:
+    """All samples scatter alike; the halves differ much at borders, and little elsewhere."""
+    estimate = sampled(SAMPLED)
+    border = np.indices(estimate.have.shape)[1] < 5
+    estimate.coverage[border], estimate.shown[...], estimate.squares[...] = 1, True, 1.0
+    apart = np.where(border, 0.2, 0.01)
+    estimate.halves[...] = 0.5 + np.multiply.outer([0.5, -0.5], np.broadcast_to(apart, (3, *apart.shape)))
+    squares = error_statistics(estimate).squares
+    np.testing.assert_allclose(squares, (apart**2 / 4).ravel(), rtol=1e-12)
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.1])
