@@ -4,7 +4,6 @@ Each decision is made for the whole picture, so that no pixel depends on tiles. 
 the sampled nodes of a lens do, and it enters the error of every pixel interpolated from them.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -62,7 +61,8 @@ help, so that the stratum itself is sampled."""
 
 def advance(estimate: Estimate) -> bool:
     """Decide what the next pass requests, after all tiles of this one; False if the picture is done."""
-    estimate.state = TRANSITIONS[estimate.state](estimate)
+    decide = _after_lattice if estimate.state is State.LATTICE else _after_samples
+    estimate.state = decide(estimate)
     return estimate.state is not State.DONE
 
 
@@ -84,14 +84,6 @@ def _after_lattice(estimate: Estimate) -> State:
 def _after_samples(estimate: Estimate) -> State:
     take_nodes(estimate)
     return State.SAMPLE if _sample_more(estimate) else State.DONE
-
-
-TRANSITIONS: dict[State, Callable[[Estimate], State]] = {
-    State.LATTICE: _after_lattice,
-    State.PROBES: _after_samples,
-    State.SAMPLE: _after_samples,
-}
-"""Decision after each kind of pass; returns the state of the next."""
 
 
 def _sample_more(estimate: Estimate) -> bool:

@@ -103,7 +103,7 @@ class Driver:
             kind = kind_of(self.estimate)
             self.prices = measured(self.prices, kind, self._seconds, self._work, self._tiles)
         self._work, self._seconds, self._tiles = 0.0, 0.0, 0
-        goes_on = advance(self.estimate)
-        while goes_on and not self.estimate.rays_wanted():
-            goes_on = advance(self.estimate)
-        return goes_on
+        while advance(self.estimate):
+            if self.estimate.rays_wanted():
+                return True
+        return False
