@@ -29,7 +29,7 @@ Codes = Sequence[Sequence[Sequence[int]]]
 """A picture file as rows of pixels of three codes 0..255, the top row first."""
 
 TOUCH = 1e-11
-"""What lies this close to an end of a segment, in shares of it, touches the end and is not between."""
+"""A point this close to an end of a segment, in shares of it, touches the end and is not between."""
 
 
 def grid(samples: int) -> list[tuple[float, float]]:

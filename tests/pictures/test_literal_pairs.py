@@ -21,7 +21,7 @@ CODES: dict[str, Codes] = {name: codes.tolist() for name, codes in FILES.items()
 PNGS = {name: png(codes) for name, codes in FILES.items()}
 
 BOUNDS = {"double": (DOUBLE, 1e-9, 1e-9), "single": (SINGLE, 12 * 30 * 2.0**-24, 2.0**-17)}
-"""What rounding may change a sample by, and what it may move a border by, scene units.
+"""Most that rounding may change a sample by, and move a border by, scene units.
 
 Up to five bounces magnify the rounding of float64. Pair work in float32 takes a dozen roundings of 2**-24 to
 the power 30, and moves the edge of what is within 16 units by less than 16 * 2**-21.

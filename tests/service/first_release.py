@@ -35,7 +35,7 @@ ENDED = {
 }
 """The jobs that had ended, and how, by their label ``name``."""
 OPEN = ("paused", "merged", "handed_out", "queued", "queued_target")
-"""Those that had not: paused, between two passes, with tiles at workers, and not begun."""
+"""Jobs that had not ended: paused, between two passes, with tiles at workers, and not begun."""
 
 
 def unpack(folder: Path) -> Path:

@@ -24,7 +24,8 @@ pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 PROGRAMS = {"penumbra": "service.cli.main", "dask": "dask"}
 LINKS = {"PENUMBRA_PORT": "tcp://10.96.0.17:8000", "PENUMBRA_SERVICE_HOST": "10.96.0.17"}
-"""What Kubernetes sets in every pod for the Service named penumbra, unless the pod says otherwise."""
+"""Variables that Kubernetes sets in every pod for the Service named penumbra, unless the pod says
+otherwise."""
 OF_THE_DATABASE = "what the operator has put into it"
 
 

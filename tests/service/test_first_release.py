@@ -100,7 +100,7 @@ UNFIT = {
     "merged": ("renders", "merges", "[{}, {}]"),
     "handed_out": ("renders", "pass_costs", "[1, 2, 3, 4]"),
 }
-"""What cannot be rendered: it is found when a tile is handed out, merged, and recorded."""
+"""Damage that stops a job: it is found when a tile is handed out, merged, and recorded."""
 NO_JSON = {"fixed": ("renders", "numerics", "{"), "random": ("jobs", "created_at", "yesterday")}
 """PostgreSQL stores no such values."""
 

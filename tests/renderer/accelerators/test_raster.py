@@ -23,7 +23,7 @@ Floats = np.ndarray
 WIDTH, HEIGHT = 48, 32
 FAR = [148376.0, 1234.0, -223423.0]
 EVERYWHERE = pytest.mark.parametrize("place", [[0.0, 0.0, 0.0], FAR], ids=["at the origin", "far away"])
-"""Where the camera is; it looks along z."""
+"""Position of the camera, which looks along z."""
 
 
 def camera(place: Any, fov: float = 50.0) -> Pinhole:

@@ -23,7 +23,7 @@ HIDDEN = {"visible": False, **DARK}
 CARD = {"center": [0, 3, 0], "normal": [0, -1, 0], "tangent": [1, 0, 0], "size": [1, 1]}
 VERTICES, FACES = solids.outward([0.0, 0.8, 0.9], 0.7, 1)
 Change = tuple[Json, Json]
-"""What a strength of 0 adds to the parts of a scene, and what the scene without it has there."""
+"""Parts of a scene with a strength of 0, and the same parts of the scene without it."""
 
 
 def material(written: Json, without: Json | None = None) -> Change:
