@@ -49,6 +49,14 @@ def test_share_of_fixed_quality() -> None:
     assert seen[-1].remaining_seconds == 0
 
 
+def test_merging_of_each_pass_to_come_is_counted() -> None:
+    """A first pass is followed by probes or samples in any case."""
+    driver = Driver.begin(renderer.compile_scene(ROOM, TargetQuality(mode="target", error=1 / 255)))
+    cheap, dear = driver.forecast(merging=1.0), driver.forecast(merging=3.0)
+    assert dear.next == cheap.next
+    assert dear.later - cheap.later >= 2 * (3.0 - 1.0)
+
+
 def forecasts(document: Json, error: float) -> list[tuple[float, float]]:
     """Predicted over true work to come at each pass from the probes on, and the pass's share of all work."""
     plan = renderer.compile_scene(document, TargetQuality(mode="target", error=error))
