@@ -131,7 +131,7 @@ def sentences(found: Comparison) -> Iterator[str]:
         yield (
             f"where: columns {region.x0} to {region.x1 - 1}, rows {region.y0} to {region.y1 - 1}"
             f"{f' ({name})' if name else ''}, too {'bright' if region.brightness > 0 else 'dark'} by "
-            f"{abs(region.brightness):.3f}, {region.share:.0%} of the squared difference"
+            f"{abs(region.brightness):.3f}, {100 * region.share:.0f} % of the squared difference"
         )
     numbers = found.metrics
     yield f"rmse {numbers.rmse:.4g}  psnr {numbers.psnr:.4g}  max_abs {numbers.max_abs:.4g}"

@@ -124,8 +124,8 @@ def _by_blocks(bias: Bias, noise: Noise | None, policy: Policy) -> Judgement:
 
 def _biased(bias: Bias, policy: Policy) -> tuple[str, Deciding, float | None]:
     reason = (
-        f"{bias.share:.1%} of the blocks are brighter or darker than noise explains, by more than "
-        f"{policy.tolerance:g}. Up to {policy.most_bias:.0%} are allowed."
+        f"{100 * bias.share:.1f} % of the blocks are brighter or darker than noise explains, by more than "
+        f"{policy.tolerance:g}. Up to {100 * policy.most_bias:.0f} % are allowed."
     )
     return reason, "blocks", _margin(bias.share, policy.most_bias)
 
@@ -133,8 +133,8 @@ def _biased(bias: Bias, policy: Policy) -> tuple[str, Deciding, float | None]:
 def _noisy(noise: Noise, policy: Policy) -> tuple[str, Deciding, float | None]:
     samples = "1 sample" if noise.samples == 1 else f"{noise.samples} samples"
     reason = (
-        f"The picture is noisier than {samples} a pixel: {noise.share:.1%} of the blocks have more noise "
-        f"than so many random samples leave. Up to {policy.most_bias:.0%} are allowed."
+        f"The picture is noisier than {samples} a pixel: {100 * noise.share:.1f} % of the blocks have more "
+        f"noise than so many random samples leave. Up to {100 * policy.most_bias:.0f} % are allowed."
     )
     return reason, "noise", _margin(noise.share, policy.most_bias)
 

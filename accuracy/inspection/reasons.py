@@ -88,7 +88,8 @@ def _blocked(light: InspectedLight) -> Reason:
 def _lit(light: InspectedLight) -> Reason:
     angle = math.degrees(math.acos(max(-1.0, min(1.0, light.cosine))))
     name = f"light {light.light}"
-    slanted = f"{angle:.0f} degrees from the normal, where a matte surface shows {max(0.0, light.cosine):.0%}"
+    cosine = max(0.0, light.cosine)
+    slanted = f"{angle:.0f} degrees from the normal, where a matte surface shows {100 * cosine:.0f} %"
     seen = light.points - light.below_horizon - light.blocked
     if seen == light.points:
         return _reason("lit", f"{name} is fully visible, {slanted}", light.pointer)
@@ -148,7 +149,7 @@ def _sent_on(ray: InspectedRay, shares: Shares) -> Iterator[tuple[float, Reason]
             if share <= NEGLIGIBLE_SHARE:
                 continue
             source = _source(shares.brightest(following))
-            text += f", {share:.0%} of the brightness of the pixel, most of it from {source}"
+            text += f", {100 * share:.0f} % of the brightness of the pixel, most of it from {source}"
         pointers = (ray.surface.material.pointer,)
         yield share, Reason(code=following.kind, text=f"{text}.", pointers=pointers)
 

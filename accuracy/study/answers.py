@@ -112,8 +112,8 @@ def _which_effect(document: Document) -> Iterator[str]:
         (row for row in document["effects"] if row["effect"] != "antialiasing"), document["effects"][0]
     )
     yield (
-        f"{row['effect']}: {seconds(row['cpu_seconds']['estimate'])}, {row['share']:.0%} of the time, asked "
-        f"for by {pointers(row)}."
+        f"{row['effect']}: {seconds(row['cpu_seconds']['estimate'])}, {100 * row['share']:.0f} % of the "
+        f"time, asked for by {pointers(row)}."
     )
     yield f"Without it the picture changes by {error(row['difference_255'])}."
 

@@ -194,7 +194,7 @@ def _strips(study: Study, document: Mapping[str, Any]) -> list[Strip]:
     names = [*(file_names(row["method"]) for row in rows), file_names("reference")]
     lines = [
         f"{row['name']}: {duration(row['cpu_seconds']['estimate'])}, RMSE x 255 {interval(row['rmse_255'])}, "
-        f"hot pixels {row['hot']:.2%}"
+        f"hot pixels {100 * row['hot']:.2f} %"
         for row in rows
     ] + ["the reference"]
     captions = {

@@ -173,7 +173,7 @@ def _region(region: dict[str, Any]) -> str:
     name = f", mostly {output.harmless(region['name'])}" if region["name"] else ""
     return (
         f"columns {region['x0']} to {region['x1'] - 1}, rows {region['y0']} to {region['y1'] - 1}: "
-        f"{brightness} by {abs(region['brightness']):.3f}, {region['share']:.0%} of the squared "
+        f"{brightness} by {abs(region['brightness']):.3f}, {100 * region['share']:.0f} % of the squared "
         f"difference{name}"
     )
 

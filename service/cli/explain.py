@@ -180,7 +180,7 @@ def _tables(plan: PlanDocument, measured: dict[str, Any] | None) -> Iterator[Tab
 
 
 def _measured_cells(row: dict[str, Any]) -> tuple[str, ...]:
-    numbers = (f"{row['seconds']:.3f}", f"{row['share']:.0%}", f"{row['difference'] * 255:.2f}")
+    numbers = (f"{row['seconds']:.3f}", f"{100 * row['share']:.0f} %", f"{row['difference'] * 255:.2f}")
     return (row["effect"], *numbers, "\n".join(_shown(row["pointers"][:MOST_POINTERS])))
 
 
@@ -193,7 +193,7 @@ def _cost(plan: PlanDocument) -> str:
 
 
 def _share(share: float | None) -> str:
-    return "" if share is None else f"{share:.0%}"
+    return "" if share is None else f"{100 * share:.0f} %"
 
 
 def _pointers(pointers: Sequence[str], separator: str = " ") -> str:

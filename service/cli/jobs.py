@@ -140,7 +140,9 @@ def save_picture(client: Client, job_id: str, out: ImageTarget, layers: Iterable
 
     picture = client.picture(job_id, kind_of(out.path))
     out.write(picture.content)
-    output.say(f"{out}: " + ("complete" if picture.complete else f"{picture.share:.0%} rendered so far"))
+    output.say(
+        f"{out}: " + ("complete" if picture.complete else f"{100 * picture.share:.0f} % rendered so far")
+    )
     for name in layers:
         save_layer(out.path, name, client.layer_file(job_id, name).content)
 
@@ -162,7 +164,7 @@ def _cells(job: Job) -> tuple[str, ...]:
     return (
         job.id,
         state_of(job),
-        f"{job.progress.share:.0%}",
+        f"{100 * job.progress.share:.0f} %",
         f"{job.width} x {job.height}",
         f"{job.created_at.astimezone():%Y-%m-%d %H:%M:%S}",
         output.harmless(job.name or ""),

@@ -231,7 +231,7 @@ def _advise(requested: str, offer: Offer | None) -> None:
 
 def _effect_cells(effect: EffectShare) -> tuple[str, ...]:
     pointers = "\n".join(map(output.harmless, effect.pointers[:3]))
-    return effect.effect, f"{effect.share:.0%}", f"{effect.cpu_seconds:.2g}", pointers
+    return effect.effect, f"{100 * effect.share:.0f} %", f"{effect.cpu_seconds:.2g}", pointers
 
 
 def _pilot(found: Quote) -> str:

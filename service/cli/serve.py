@@ -234,7 +234,7 @@ class Arrivals:
         quarters = int(4 * done.share)
         if not bar.visible and quarters > self.quarters_shown:
             self.quarters_shown = quarters
-            output.say(f"  {said}, {done.share:.0%} of the samples")
+            output.say(f"  {said}, {100 * done.share:.0f} % of the samples")
 
     def summary(self, job: Job) -> str:
         """A summary for the end."""

@@ -26,7 +26,7 @@ def card(job: Job, picture: bytes | None) -> str:
     name = f"<b>{escape(job.name)}</b> " if job.name else ""
     share = job.progress.share
     lines = [
-        f"{name}{escape(job.id)}: {job.state}, {share:.0%} of {job.width} × {job.height} pixels",
+        f"{name}{escape(job.id)}: {job.state}, {100 * share:.0f} % of {job.width} × {job.height} pixels",
         f'<progress value="{share:.4f}" max="1" style="width: {CARD_PIXELS}px; max-width: 100%"></progress>',
     ]
     if job.failure is not None:
@@ -96,7 +96,7 @@ class AsyncKnownJob(Job):
 
     def __repr__(self) -> str:
         size = f"{self.width} x {self.height}"
-        return f"<{type(self).__name__} {self.id}: {self.state}, {self.progress.share:.0%} of {size}>"
+        return f"<{type(self).__name__} {self.id}: {self.state}, {100 * self.progress.share:.0f} % of {size}>"
 
     __str__ = __repr__
 

@@ -161,6 +161,6 @@ def _partial(accept: Verdict, found: Comparison, share: float) -> float:
 
 def _blocks(accept: Verdict, share: float) -> str:
     return (
-        f"{share:.1%} of the blocks of 8 x 8 pixels are brighter or darker than noise explains, by more "
-        f"than {accept.tolerance:g}; up to {accept.full:.1%} are allowed."
+        f"{100 * share:.1f} % of the blocks of 8 x 8 pixels are brighter or darker than noise explains, by "
+        f"more than {accept.tolerance:g}; up to {100 * accept.full:.1f} % are allowed."
     )

@@ -31,7 +31,7 @@ def place(region: ComparisonRegion) -> str:
     name = f", mostly {region.name}" if region.name else ""
     return (
         f"columns {region.x0} to {region.x1 - 1}, rows {region.y0} to {region.y1 - 1}{name}: {brightness} by "
-        f"{abs(region.brightness):.3f} on average, {region.share:.0%} of the squared difference."
+        f"{abs(region.brightness):.3f} on average, {100 * region.share:.0f} % of the squared difference."
     )
 
 

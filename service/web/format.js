@@ -62,8 +62,8 @@ const fixedWords = ({ antialiasing, light }) => [
 /** The confidence of a target error by default. */
 export const USUAL_CONFIDENCE = 0.95;
 
-/** @param {number} share */
-export const percent = (share) => `${Math.round(100 * share)} %`;
+/** A share per cent, on one line. @param {number} share @param {number} [places] - Decimal ones. */
+export const percent = (share, places = 0) => `${(100 * share).toFixed(places)}\u00a0%`;
 
 /** @param {number} value */
 export function bytes(value) {

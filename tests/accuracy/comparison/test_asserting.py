@@ -53,7 +53,7 @@ def test_message_says_what_cannot_be_undone() -> None:
 def test_tolerance_may_allow_what_differs(ramp: np.ndarray) -> None:
     patched = ramp.copy()
     patched[24:40, 24:40] += 0.02  # 4 of 64 blocks
-    with pytest.raises(AssertionError, match=r"6\.2% of the blocks"):
+    with pytest.raises(AssertionError, match=r"6\.2 % of the blocks"):
         assert_render_close(patched, ramp)
     assert assert_render_close(patched, ramp, tolerance=0.03).bias.share == 0
     assert assert_render_close(patched, ramp, max_bias=0.07).bias.share == 4 / 64

@@ -146,7 +146,7 @@ TURNS = [
         # The quickest pattern at the smallest error that most reach; it may change with the error.
         (1, {}, ["sobol", "2/255", "sobol takes 1.5", "random takes 4.0"]),
         (1, {"equal_error": TURNS}, ["uniform", "8/255", "rotated", "4/255", "uniform", "2/255"]),
-        (2, {}, ["mirror: 2.0 s, 25%", "/a /a /a and 1 more", "12/255"]),
+        (2, {}, ["mirror: 2.0 s, 25 %", "/a /a /a and 1 more", "12/255"]),
         (3, {}, ["No"]),
         (3, {"precision": [MADE["precision"][0] | {"difference_255": 0.31}]}, ["Perhaps"]),
         # From 4 s to 10 s by the power -1: 0.75 / 2.5; at a quarter of the size 2.5 s are between the two.

@@ -1,6 +1,7 @@
 // The histogram of a picture, with what is white at the present exposure.
 
 import { debounced, h } from "../../dom.js";
+import { percent } from "../../format.js";
 import { STOPS, countClipped, histogramOf, histogramOfLayer } from "./histogram.js";
 import { short } from "./numbers.js";
 
@@ -99,7 +100,7 @@ function layerWords({ name, range: { low, high, log } }, { infinite }) {
 
 /** @param {import("./histogram.js").Histogram} histogram @param {number} clipped */
 function words({ dark, infinite, total }, clipped) {
-  const share = (/** @type {number} */ count) => `${((100 * count) / Math.max(1, total)).toFixed(1)} %`;
+  const share = (/** @type {number} */ count) => percent(count / Math.max(1, total), 1);
   return (
     `Counts are logarithmic, lines are two stops apart, the white line is display white: ${share(clipped)} of the ` +
     `values lie above it, ${share(dark)} are zero or below.${infinite ? ` ${infinite} are not finite.` : ""}`

@@ -2,6 +2,7 @@
 
 import { h } from "../../dom.js";
 import { makeList, makeTable } from "../../elements.js";
+import { percent } from "../../format.js";
 import { short } from "./numbers.js";
 import { colorBeyond, partsOf } from "./shares.js";
 
@@ -95,7 +96,7 @@ function bar(share) {
   return h(
     "span.amount-row",
     h("span.amount", { "aria-hidden": "true" }, fill),
-    h("span.number", `${(100 * share).toFixed(1)} %`),
+    h("span.number", percent(share, 1)),
   );
 }
 
