@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 
 from accuracy.comparison import Comparison, NotComparableError, Picture, picture_of, variances
-from accuracy.comparison.diagnosis import Cause, predicted
+from accuracy.comparison.diagnosis import LOSSY, Cause, predicted
 from accuracy.comparison.heat import encoded, heat_map, side_by_side
 from accuracy.comparison.regions import named
 from renderer.errors import MissingExtraError
@@ -75,6 +75,11 @@ class _Found:
         return self.part.causes if self.is_forgiven else self.whole.causes or self.part.causes
 
     @property
+    def lossy(self) -> tuple[Cause, ...]:
+        """The lossy format that is forgiven, whose losses may still cost points."""
+        return tuple(each for each in self.whole.causes if each.cause == self.pardon.cause == LOSSY)
+
+    @property
     def is_forgiven(self) -> bool:
         """Whether a mistake is forgiven that does not explain what costs points."""
         too_noisy = not self.part.passed and self.part.judgement.test == "noise"
@@ -138,7 +143,8 @@ def _graded(
     # Kept if the deadline ends the trials: a name that they might refute must not depend on it.
     yield _explained(outcome, pardon, charged, undone if is_certain(undone) else ())
     if not charged:
-        yield _explained(outcome, pardon, (), explain(reference.scene, found.judged, keep=run.keep))
+        causes = explain(reference.scene, found.judged, keep=run.keep) or found.lossy
+        yield _explained(outcome, pardon, (), causes)
     elif not pardoned(test.accept, found.right).cause and not found.right.passed:
         others = explain(reference.scene, found.right, keep=run.keep)
         yield _explained(outcome, pardon, charged, others)

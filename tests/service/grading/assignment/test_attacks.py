@@ -129,6 +129,7 @@ def test_jpeg_is_named_where_its_noise_costs_points(name: str, tmp_path: Path) -
         ("phong_highlights", "WEBP", "lossy_compression"),
         ("shadow_soft", "WEBP", "lossy_compression"),
         ("shadow_soft", "JPEG", "lossy_compression"),
+        ("shadow_hard", "JPEG", "lossy_compression"),
     ],
 )
 def test_lossy_format_is_named_though_it_cannot_be_undone(
