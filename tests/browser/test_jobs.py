@@ -154,6 +154,7 @@ def test_more_jobs_by_page(open_page: Open, client: httpx2.Client, shoot: Shoot)
     page.wait_for_function("() => history.state?.jobs.top === scrollY")
     row(page, names[0]).get_by_role("link").click()
     page.wait_for_url("**/jobs/*")
+    expect(row(page, names[0])).to_have_count(0)
     page.go_back()
     expect(row(page, names[0])).to_be_in_viewport()
     assert page.evaluate("scrollY") == top > 0
