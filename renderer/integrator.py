@@ -13,7 +13,7 @@ import numpy as np
 from renderer.interaction import Points, Rays, points_of
 from renderer.layers import Layers, record
 from renderer.lights.emitters import PIXEL_DIMENSIONS
-from renderer.math.arrays import Floats, put
+from renderer.math.arrays import Floats, Integers, put
 from renderer.math.streams import keys
 from renderer.plan.plan import RenderPlan
 from renderer.samplers import PATTERNS
@@ -49,18 +49,19 @@ def camera_rays(plan: RenderPlan, block: Block, pass_: Pass, part: slice = slice
     count = pass_.last - pass_.first
     columns, rows = block.columns.repeat(count)[part], block.rows.repeat(count)[part]
     samples = np.tile(np.arange(pass_.first, pass_.last, dtype=np.int64), block.columns.size)[part]
+    key = keys(plan.seed, PIXEL_DIMENSIONS, plan.camera.numbers(columns, rows))
+    place = PATTERNS[plan.antialiasing.pattern](key, samples, plan.antialiasing.samples)
+    return rays_through(plan, columns, rows, samples, place)
+
+
+def rays_through(
+    plan: RenderPlan, columns: Integers, rows: Integers, samples: Integers, place: tuple[Floats, Floats]
+) -> Rays:
+    """Rays of samples (n,) through pixels (n,), at two coordinates (n,) within them."""
     pixels = plan.camera.numbers(columns, rows)
-    across, down = PATTERNS[plan.antialiasing.pattern](
-        keys(plan.seed, PIXEL_DIMENSIONS, pixels), samples, plan.antialiasing.samples
-    )
-    origins, directions = plan.camera.rays(columns + across, rows + down, pixels, samples)
-    return Rays(
-        origins=origins,
-        directions=directions,
-        pixels=pixels,
-        samples=samples,
-        screen=plan.camera.bounds(*block.bounds),
-    )
+    origins, directions = plan.camera.rays(columns + place[0], rows + place[1], pixels, samples)
+    bounds = plan.camera.bounds(columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
+    return Rays(origins, directions, pixels, samples, screen=bounds)
 
 
 def centre_points(plan: RenderPlan, counts: Counter[str], block: Block) -> Points:

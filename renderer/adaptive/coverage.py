@@ -6,20 +6,20 @@ estimates the error of the shares.
 """
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.adaptive.guides import Nearby
+from renderer.adaptive.labels import labels_of, of_lights
 from renderer.adaptive.lamps import pieces_of
 from renderer.adaptive.levels import COVERAGES, FIBONACCI
-from renderer.adaptive.rays import camera_rays, labels_of, of_lights
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.film import BRIGHTEST
 from renderer.halves import HALVES
-from renderer.integrator import find_hits, radiance
+from renderer.integrator import find_hits, radiance, rays_through
 from renderer.interaction import EMITTER
 from renderer.lights.emitters import PIXEL_DIMENSIONS
 from renderer.math.arrays import Floats, Integers, Masks, put, taken
@@ -61,71 +61,36 @@ class _Parts:
     rays: Integers
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Lamps:
-    """Visible lights in n pixels: areas known from their outlines, visibility from the lattices.
-
-    Attributes
-    ----------
-    shares : (2 n,) float64
-        Of the pixel, by each lattice.
-    radiance : (3, 2 n) float64
-        Their contribution to its mean.
-    parted, hidden : (3, n) float64
-        Unoccluded contribution of the lights that rays see partly, and of those that they do not see.
-    """
-
-    shares: Floats
-    radiance: Floats
-    parted: Floats
-    hidden: Floats
-
-    def beside(self, parts: _Parts, are_lights: Masks) -> _Parts:
-        """The parts (m,) scaled to the area that lights leave; parts that are lights get 0."""
-        others = np.bincount(parts.lattices, parts.shares * ~are_lights, minlength=self.shares.size)
-        left = np.divide(1 - self.shares, others, out=1 - self.shares, where=others > 0)
-        alone = (others == 0)[parts.lattices]
-        return replace(parts, shares=parts.shares * left[parts.lattices] * (~are_lights | alone))
-
-    def uncertain(self, values: NDArray[np.float32], rays: int, mixed: Masks) -> Floats:
-        """Expected squared error (n,) in addition to the lattices' difference: one ray more or less.
-
-        Lattices may agree by chance, and one ray may be much brighter than white. Where all rays find a light
-        hidden, one ray misses a visible part with a probability of 1 / (rays + 1), if all shares are equally
-        probable; and only in pixels that are `mixed` (n,), which show an edge.
-        """
-        parted, hidden = self.parted / rays, self.hidden / rays
-        apart = (np.clip(values + parted, 0, 1) - np.clip(values - parted, 0, 1)) / 2
-        missed = np.clip(values + hidden, 0, 1) - np.clip(values, 0, 1)
-        return np.asarray((apart**2).mean(axis=0) + (missed**2).mean(axis=0) * mixed / (rays + 1))
-
-
 def _lamps(
     pilot: RenderPlan, x: Integers, y: Integers, place: tuple[Floats, Floats], counts: Counter[str]
-) -> _Lamps:
-    """Visible lights in pixels (n,), from rays at positions (2 n, k) of the unit square in each outline."""
+) -> tuple[Floats, Floats]:
+    """Shares (2 n,) of visible lights in pixels (n,), and their radiance (3, 2 n), by each lattice.
+
+    Areas are known from outlines; rays at positions (2 n, k) of the unit square in each find what is hidden.
+    """
     pieces = pieces_of(pilot.camera, pilot.visible_lights, x, y)
-    areas = pieces.areas()
     lattices = pieces.pixels[:, None] * HALVES + np.arange(HALVES)
     count = place[0].shape[1]
-    there = [axis[lattices].reshape(areas.size, HALVES * count) for axis in place]
+    there = [axis[lattices].reshape(-1, HALVES * count) for axis in place]
     across, along = pieces.places(*there)
     of_rays = pieces.pixels.repeat(across.shape[1])
     hits = _hits(pilot, x[of_rays], y[of_rays], (across.ravel(), along.ravel()), counts)
-    seen = (hits.reshape(across.shape) == EMITTER + pieces.lights[:, None]).reshape(areas.size, HALVES, count)
-    shares, some, every = areas[:, None] * seen.mean(axis=2), seen.any(axis=(1, 2)), seen.all(axis=(1, 2))
+    seen = hits.reshape(-1, HALVES, count) == EMITTER + pieces.lights[:, None, None]
+    shares = pieces.areas()[:, None] * seen.mean(axis=2)
     colors = np.minimum(pilot.unshaded.lights[:, pieces.lights], BRIGHTEST)
-    size = HALVES * x.size
-
-    def sums(which: Integers, values: Floats, size: int) -> Floats:
-        return np.bincount(which.ravel(), values.ravel(), minlength=size).astype(np.float64)
-
-    return _Lamps(
-        shares=np.minimum(sums(lattices, shares, size), 1.0),
-        radiance=np.stack([sums(lattices, color[:, None] * shares, size) for color in colors]),
-        parted=np.stack([sums(pieces.pixels, color * areas * (some & ~every), x.size) for color in colors]),
-        hidden=np.stack([sums(pieces.pixels, color * areas * ~some, x.size) for color in colors]),
+    covered, *radiance = (
+        np.bincount(lattices.ravel(), (color * shares).ravel(), HALVES * x.size)
+        for color in (1.0, *colors[:, :, None])
     )
+    return np.minimum(covered, 1.0), np.stack(radiance)
+
+
+def _beside_lamps(parts: _Parts, lamps: Masks, covered: Floats) -> Floats:
+    """Shares of parts (m,) in what lights, which cover known shares (2 n,), leave; parts `lamps` get 0."""
+    others = np.bincount(parts.lattices, parts.shares * ~lamps, minlength=covered.size)
+    left = np.divide(1 - covered, others, out=1 - covered, where=others > 0)
+    alone = (others == 0)[parts.lattices]
+    return parts.shares * left[parts.lattices] * (~lamps | alone)
 
 
 def _hits(
@@ -134,7 +99,7 @@ def _hits(
     """Shapes (m,) hit by rays through positions (m,) in pixels (m,)."""
     if not x.size:
         return np.zeros(0, dtype=np.int64)
-    rays = camera_rays(pilot, x, y, np.full(x.size, HALVES), place)
+    rays = rays_through(pilot, x, y, np.full(x.size, HALVES), place)
     find_hits(pilot, rays)
     counts["camera"] += x.size
     return rays.shapes
@@ -172,8 +137,8 @@ def cover(
     shapes = _hits(pilot, x[of_rays], y[of_rays], (across.ravel(), along.ravel()), counts)
     parts = _parts(shapes.reshape(-1, count), across, along)
     labels = labels_of(shapes[parts.rays])
-    lamps = _lamps(pilot, x, y, (across, along), counts)
-    parts = lamps.beside(parts, of_lights(labels))
+    covered, lamps = _lamps(pilot, x, y, (across, along), counts)
+    shares = _beside_lamps(parts, of_lights(labels), covered)
     pixels = parts.lattices // HALVES
     shown = nearby.radiance_of(labels, pixels, plan.fine, pilot.unshaded.lights)
     missing = np.flatnonzero(np.isnan(shown[0]))
@@ -182,16 +147,14 @@ def cover(
         chosen = parts.rays[missing]
         there = (across.ravel()[chosen], along.ravel()[chosen])
         every = np.full(chosen.size, HALVES)
-        seen = camera_rays(pilot, x[of_rays[chosen]], y[of_rays[chosen]], every, there)
+        seen = rays_through(pilot, x[of_rays[chosen]], y[of_rays[chosen]], every, there)
         shaded = np.minimum(radiance(pilot, seen, counts, until=until), BRIGHTEST)
-        others = _mean_others(others, pixels[missing], parts.shares[missing], shaded)
+        others = _mean_others(others, pixels[missing], shares[missing], shaded)
         put(shown, missing, taken(others, pixels[missing]))
     # The pixel's own pilot sample stands for what only samples will find.
     others = np.where(np.isnan(others), nearby.values[:, 4], others)
-    values, variance = _means(parts, shown, lamps.radiance)
-    mixed = (nearby.labels != nearby.labels[4]).any(axis=0)
-    uncertain = lamps.uncertain(values, HALVES * count, mixed).astype(np.float32)
-    return np.vstack((values, others.astype(np.float32), variance + uncertain))
+    values, variance = _means(parts.lattices, shown * shares, lamps)
+    return np.vstack((values, others.astype(np.float32), variance))
 
 
 def _mean_others(others: Floats, pixels: Integers, shares: Floats, radiance: Floats) -> Floats:
@@ -202,10 +165,12 @@ def _mean_others(others: Floats, pixels: Integers, shares: Floats, radiance: Flo
     return np.where(weights > 0, sums / np.where(weights > 0, weights, 1.0), others)
 
 
-def _means(parts: _Parts, shown: Floats, lamps: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Means (3, n) of pixels, and variances (n,), from the radiance of parts (3, m) and `lamps` (3, 2 n)."""
-    starts = np.flatnonzero(np.diff(parts.lattices, prepend=-1))
-    means = np.add.reduceat(shown * parts.shares, starts, axis=-1)
+def _means(
+    lattices: Integers, shown: Floats, lamps: Floats
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Means (3, n) of pixels and variances (n,), from what parts (3, m) and `lamps` (3, 2 n) contribute."""
+    starts = np.flatnonzero(np.diff(lattices, prepend=-1))
+    means = np.add.reduceat(shown, starts, axis=-1)
     halves = (means + lamps).reshape(3, -1, HALVES)
     apart = np.clip(halves[:, :, 0], 0, 1) - np.clip(halves[:, :, 1], 0, 1)
     variance = (apart**2).mean(axis=0) / 4

@@ -5,16 +5,17 @@ are close bound thin shapes and thin gaps; single triangles of a mesh tell nothi
 pixel and part of something larger.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.accelerators.trees import in_tree
 from renderer.cameras import Pinhole
 from renderer.math.arrays import Floats, Integers, Masks, cross, dot, taken
 from renderer.math.streams import keys
 from renderer.shapes import Family
-from renderer.shapes.family import Hulls
 from renderer.shapes.triangles import Triangles
 
 STEP = 0.5
@@ -58,13 +59,22 @@ class EdgePositions:
         )
 
 
-def edge_pixels(camera: Pinhole, hulls: Hulls) -> Integers:
-    """Pixels that edges of shapes cross, (2, N): column and row."""
-    corners, pairs = hulls.corners, hulls.edges
-    if not pairs:
-        return np.zeros((2, 0), dtype=np.int64)
+def edge_pixels(camera: Pinhole, families: Iterable[Family]) -> Integers:
+    """Pixels that edges of flat shapes cross, (2, N): triangles in trees are parts of larger shapes."""
+    found = [np.zeros((2, 0), dtype=np.int64)]
+    found += [
+        positions_along(camera, *edges_of(family)).pixels
+        for family in families
+        if family.edges() and not in_tree(family)
+    ]
+    return np.hstack(found)
+
+
+def edges_of(family: Family) -> tuple[Floats, Floats]:
+    """Either end of the edges of flat shapes, (3, M) each."""
+    corners, pairs = family.corners(), family.edges()
     first, second = (np.hstack([corners[pair[end]] for pair in pairs]) for end in (0, 1))
-    return positions_along(camera, first, second).pixels
+    return first, second
 
 
 def positions_along(camera: Pinhole, first: Floats, second: Floats) -> EdgePositions:
@@ -132,21 +142,24 @@ class Outline:
     Attributes
     ----------
     starts, ends, inner : (3, M) float64
-        Either end, and the third vertex of the triangle.
+        Either end, and a point of the shape as far beside them as it is wide: the third vertex of triangles.
     """
 
     starts: Floats
     ends: Floats
     inner: Floats
 
+    def part(self, chosen: Integers) -> "Outline":
+        """Select by indices."""
+        return Outline(taken(self.starts, chosen), taken(self.ends, chosen), taken(self.inner, chosen))
+
 
 def outline_of(family: Family, place: Floats, weight: float = 1.0) -> Outline:
     """Silhouette of flat shapes from a position (3, 1), or from a direction with weight 0."""
     if isinstance(family, Triangles):
         return _silhouette(family.vertices, place - weight * family.vertices[0])
-    hulls = family.hulls()
-    starts, ends = (np.hstack([hulls.corners[pair[end]] for pair in hulls.edges]) for end in (0, 1))
-    return Outline(starts, ends, np.tile(hulls.corners.mean(axis=0), len(hulls.edges)))
+    starts, ends = edges_of(family)
+    return Outline(starts, ends, 2 * np.tile(family.corners().mean(axis=0), len(family.edges())) - starts)
 
 
 def _silhouette(vertices: Floats, towards: Floats) -> Outline:

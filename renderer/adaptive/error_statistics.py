@@ -8,10 +8,10 @@ import numpy as np
 from renderer.adaptive import uncertainty
 from renderer.adaptive.allocation import DECAY
 from renderer.adaptive.estimate import Estimate
+from renderer.adaptive.labels import local_maximum
 from renderer.adaptive.lamps import lit
 from renderer.adaptive.lattice import Picture
 from renderer.adaptive.levels import SAMPLED
-from renderer.adaptive.neighbourhoods import local_maximum
 from renderer.adaptive.strata import (
     COUNT,
     StratumStatistics,

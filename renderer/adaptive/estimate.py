@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from renderer.adaptive import strata
 from renderer.adaptive.guides import Around
+from renderer.adaptive.labels import Labels
 from renderer.adaptive.lattice import NODE, Axes, Picture, first_stride
 from renderer.adaptive.levels import (
     COUNTS,
@@ -22,7 +23,6 @@ from renderer.adaptive.levels import (
     SAMPLED,
     Levels,
 )
-from renderer.adaptive.rays import Labels
 from renderer.adaptive.requests import AIM_FACTOR, FIRST_AIM, LevelRequest, Samples
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.uncertainty import ErrorEstimate

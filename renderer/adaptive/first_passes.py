@@ -7,6 +7,7 @@ from renderer.adaptive import strata
 from renderer.adaptive.allocation import DECAY, cover_sizes
 from renderer.adaptive.estimate import Estimate
 from renderer.adaptive.guides import MIN_ALBEDO, surroundings
+from renderer.adaptive.labels import borders, dilate, of_labels, of_lights, rim
 from renderer.adaptive.lattice import (
     INTERPOLATED_NOISE,
     NODE,
@@ -18,8 +19,6 @@ from renderer.adaptive.lattice import (
     interpolation_errors,
 )
 from renderer.adaptive.levels import PREVIEWED, SAMPLED, Levels, levels_of, node_level
-from renderer.adaptive.neighbourhoods import borders, dilate, rim
-from renderer.adaptive.rays import of_labels, of_lights
 from renderer.math.arrays import Floats, Masks
 from schemas.tiles import Tile
 

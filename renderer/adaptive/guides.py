@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.rays import of_labels, of_lights
+from renderer.adaptive.labels import of_labels, of_lights
 from renderer.film import BRIGHTEST
 from renderer.interaction import MISS
 from renderer.math.arrays import Floats, Integers, Masks, put, taken
@@ -34,7 +34,7 @@ class Nearby:
 
     def contrasts(self) -> Floats:
         """Expected squared error (n,) of one ray as an estimate of the coverage, mean over channels."""
-        shown = np.clip(self.values, 0, MAX_BRIGHTNESS)
+        shown = np.clip(self.values, 0, 1)
         return np.asarray(RAY_ERROR_RATIO * shown.var(axis=1, dtype=np.float64).mean(axis=0))
 
     def unevenness(self) -> Floats:
@@ -98,9 +98,6 @@ slope the variance within a pixel is 1 / 12, that among three pixels in a row 2 
 RAY_ERROR_RATIO = 0.3
 """Squared error of one ray as an estimate of the coverage, over the variance among the pilot samples around:
 the mean over the borders of `soft`, `chess` and `lamp`."""
-
-MAX_BRIGHTNESS = 4.0
-"""Brightness above which contrast requests no further rays, as everything displays white."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.adaptive.rays import Labels, of_lights
+from renderer.adaptive.labels import Labels, of_lights
 from renderer.cameras import Pinhole
 from renderer.interaction import EMITTER
 from renderer.lights.surfaces import LightSurfaces
@@ -66,26 +66,18 @@ def lit(labels: Labels, edges: Integers) -> Masks:
     return found
 
 
-NONE = Pieces(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3, 2)))
-
-
 def pieces_of(
     camera: Pinhole, visible: tuple[LightSurfaces, ...], columns: Integers, rows: Integers
 ) -> Pieces:
     """Clip the outlines of lights to pixels (n,)."""
-    found = [
-        _pieces(camera, lights.rectangles, light, columns, rows)
-        for lights in visible
-        for light in range(lights.rectangles.numbers.size)
-    ]
-    found = [pieces for pieces in found if pieces.pixels.size]
-    if not found:
-        return NONE
-    return Pieces(
-        np.concatenate([pieces.pixels for pieces in found]),
-        np.concatenate([pieces.lights for pieces in found]),
-        np.concatenate([pieces.corners for pieces in found]),
-    )
+    found = [Pieces(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 8, 2)))]
+    for lights in visible:
+        found += [
+            _pieces(camera, lights.rectangles, light, columns, rows)
+            for light in range(lights.rectangles.numbers.size)
+        ]
+    pixels, numbers, corners = zip(*((each.pixels, each.lights, each.corners) for each in found), strict=True)
+    return Pieces(np.concatenate(pixels), np.concatenate(numbers), np.concatenate(corners))
 
 
 def _pieces(camera: Pinhole, lights: Rectangles, light: int, columns: Integers, rows: Integers) -> Pieces:

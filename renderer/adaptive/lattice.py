@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.rays import Labels
+from renderer.adaptive.labels import Labels
 from renderer.math.arrays import Floats
 from schemas.cameras import Camera
 

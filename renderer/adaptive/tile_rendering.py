@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from renderer.adaptive.coverage import cover
 from renderer.adaptive.guides import Surroundings
+from renderer.adaptive.labels import labels_of, of_labels
 from renderer.adaptive.levels import COUNTS, COVERAGES
-from renderer.adaptive.rays import camera_rays, labels_of, of_labels
 from renderer.adaptive.requests import Samples, TileRequest
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.adaptive.time_limits import TimeLimit, portions
 from renderer.film import BRIGHTEST
 from renderer.halves import HALVES, places
-from renderer.integrator import WORK_COUNTERS, FirstHits, radiance, render_layers
+from renderer.integrator import WORK_COUNTERS, FirstHits, radiance, rays_through, render_layers
 from renderer.math import morton
 from renderer.math.arrays import Floats, Integers, Masks, add, taken
 from renderer.math.numerics import halving_sum
@@ -85,7 +85,7 @@ def _pilot_samples(
     middle = np.full(rows.size, 0.5)
     for chosen in _batches(columns, rows, 1, request.limit):
         x, y = columns[chosen] + request.tile.x0, rows[chosen] + request.tile.y0
-        rays = camera_rays(pilot_plan, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
+        rays = rays_through(pilot_plan, x, y, np.full(x.size, HALVES), (middle[chosen], middle[chosen]))
         seen = FirstHits.none(x.size)
         values[:, chosen] = np.minimum(
             radiance(pilot_plan, rays, counts, seen, until=request.limit.until), BRIGHTEST
@@ -213,7 +213,7 @@ def _radiance(
     columns, rows = x.repeat(count), y.repeat(count)
     numbers = np.arange(count.sum()) - (np.cumsum(count) - count - first).repeat(count)
     place = places(plan.seed, plan.camera.numbers(columns, rows), numbers)
-    rays = camera_rays(plan, columns, rows, numbers, place)
+    rays = rays_through(plan, columns, rows, numbers, place)
     seen = FirstHits.none(numbers.size)
     found = np.minimum(radiance(plan, rays, counts, seen, until=until), BRIGHTEST)
     return _Batch(count, found, labels_of(rays.shapes), seen.colors)

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.rays import Labels, of_labels
+from renderer.adaptive.labels import Labels, of_labels
 from renderer.math.arrays import Floats, Integers
 from schemas.quality import CONFIDENCE
 

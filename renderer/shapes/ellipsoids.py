@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -45,7 +44,6 @@ class Ellipsoids(Family):
         goes through it into the frame where the ellipsoid is the unit sphere.
     """
 
-    round: ClassVar[bool] = True
     centers: Floats
     axes: Floats
     inverse: Floats

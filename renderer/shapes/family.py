@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 
@@ -68,27 +68,6 @@ def box(centers: Floats, axes: Floats) -> Floats:
     return np.stack([centers + i * axes[0] + j * axes[1] + k * axes[2] for i, j, k in signs])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Hulls:
-    """Convex hulls of K shapes.
-
-    Attributes
-    ----------
-    numbers : (K,) int64
-        Of the shapes in the scene.
-    corners : (V, 3, K) float64
-    edges : tuple of pairs of int
-        Corners with an edge of the shape between them; none for curved shapes, whose hull is a box.
-    round : bool
-        Whether the shapes are the ellipsoids within their boxes, and their outlines ellipses.
-    """
-
-    numbers: Integers
-    corners: Floats
-    edges: tuple[tuple[int, int], ...]
-    round: bool
-
-
 @dataclass(slots=True, weakref_slot=True, eq=False)
 class Family(ABC):
     """Shapes of one kind as arrays over K shapes.
@@ -103,7 +82,6 @@ class Family(ABC):
         Sum of the magnitudes that form a point on the shape, scene units.
     """
 
-    round: ClassVar[bool] = False
     kind: str
     numbers: Integers
     sizes: Floats
@@ -126,12 +104,8 @@ class Family(ABC):
         """Corners of a convex hull of each shape, (V, 3, K): without edges those that `box` gives."""
 
     def edges(self) -> tuple[tuple[int, int], ...]:
-        """As of `Hulls`."""
+        """Pairs of corners with an edge of the shape between them; none for curved shapes."""
         return ()
-
-    def hulls(self) -> Hulls:
-        """Convex hulls of the shapes."""
-        return Hulls(self.numbers, self.corners(), self.edges(), self.round)
 
     @property
     @abstractmethod

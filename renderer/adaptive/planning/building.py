@@ -1,7 +1,6 @@
 """Build the plan of target quality from a plan of samples."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -10,8 +9,7 @@ from renderer.adaptive.lattice import first_stride
 from renderer.adaptive.planning import explanations, pilots
 from renderer.adaptive.planning.details import decoupled
 from renderer.adaptive.target_plan import TargetPlan
-from renderer.adaptive.thin_shadows import shadow_pixels
-from renderer.adaptive.thin_shapes import thin_pixels
+from renderer.adaptive.thin_shapes import shadow_pixels, thin_pixels
 from renderer.cameras import ThinLens
 from renderer.halves import SequenceEmitter, lens_in_sequence
 from renderer.math.arrays import Integers
@@ -121,12 +119,11 @@ def _made(
 def _places(plan: RenderPlan, seen: Request) -> dict[str, Integers]:
     """Fields of a `TargetPlan` that list pixels: through a lens only thin shapes."""
     camera, visible = plan.camera, [light.rectangles for light in plan.visible_lights]
-    families = [*seen.families, *visible]
+    families, none = [*seen.families, *visible], np.zeros((3, 0), dtype=np.int64)
     piloted = seen.document.camera.lens_radius == 0
-    none = np.zeros((2, 0), dtype=np.int64)
     return {
         "thin": thin_pixels(camera, families, first_stride(seen.document.camera)),
-        "edges": pilots.positions(families, partial(edge_pixels, camera)) if piloted else none,
-        "lamps": pilots.positions(visible, partial(edge_pixels, camera)) if piloted else none,
-        "thin_shadows": shadow_pixels(plan) if piloted else np.zeros((3, 0), dtype=np.int64),
+        "edges": edge_pixels(camera, families if piloted else ()),
+        "lamps": edge_pixels(camera, visible if piloted else ()),
+        "thin_shadows": shadow_pixels(plan) if piloted else none,
     }

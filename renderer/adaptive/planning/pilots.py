@@ -1,17 +1,16 @@
 """Build the plan of pilot samples: one ray through the centre of each pixel, with little noise."""
 
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Container
 from dataclasses import replace
 
 import numpy as np
 
-from renderer.accelerators.trees import in_tree
 from renderer.adaptive.lighting import SIDES, PilotLighting, ProbingEmitter, grid_sides, probe_side
 from renderer.adaptive.planning import explanations
 from renderer.adaptive.planning.details import with_fine_texture
 from renderer.cameras import Pinhole
 from renderer.materials.maps import ColorTexture, NormalMap
-from renderer.math.arrays import Floats, Integers, Masks
+from renderer.math.arrays import Floats, Masks
 from renderer.plan.building import build_plan
 from renderer.plan.effects import MATERIALS, TEXTURES
 from renderer.plan.lights import shadow_stages
@@ -19,8 +18,6 @@ from renderer.plan.plan import RenderPlan
 from renderer.plan.request import Request
 from renderer.plan.stages import Illumination, Lighting, PointStage
 from renderer.scenes import LoadedScene
-from renderer.shapes import Family
-from renderer.shapes.family import Hulls
 from renderer.textures import footprints
 from renderer.textures.checker import AveragedChecker, BoxCheckerTexture
 from renderer.textures.means import MeanColor
@@ -88,13 +85,6 @@ def glints(request: Request) -> Floats:
     shares = np.array([material.mirror + material.transmission for material in materials], dtype=np.float64)
     brightness = shares * max(visible, default=0.0)
     return np.where(brightness > 1, brightness, 0.0)
-
-
-def positions(families: Iterable[Family], of_hulls: Callable[[Hulls], Integers]) -> Integers:
-    """Pixels (2, N) of the hulls of families; triangles in trees are parts of larger shapes."""
-    found = [np.zeros((2, 0), dtype=np.int64)]
-    found += [of_hulls(family.hulls()) for family in families if not in_tree(family)]
-    return np.hstack(found)
 
 
 def build_pilot(seen: Request, details: frozenset[str], target: TargetQuality) -> RenderPlan:

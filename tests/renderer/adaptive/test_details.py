@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import renderer
-from renderer.adaptive.rays import camera_rays
 from renderer.adaptive.target_plan import TargetPlan
 from renderer.halves import HALVES
-from renderer.integrator import radiance
+from renderer.integrator import radiance, rays_through
 from renderer.plan import effects
 from schemas.quality import TargetQuality
 from tests.documents import Json, camera, lamp, phong, rectangle, scene, sphere
@@ -114,7 +113,7 @@ def test_pilot_samples_show_means_over_pixels(name: str) -> None:
     pilot = plan.pilot
     rows, columns = np.divmod(np.arange(SIZE * SIZE), SIZE)
     middle = np.full(rows.size, 0.5)
-    rays = camera_rays(pilot, columns, rows, np.full(rows.size, HALVES), (middle, middle))
+    rays = rays_through(pilot, columns, rows, np.full(rows.size, HALVES), (middle, middle))
     values = radiance(pilot, rays, Counter()).T.reshape(SIZE, SIZE, 3)
     first, second = references(name)
     inside = np.s_[12:-4, 6:-6]

@@ -1,10 +1,33 @@
-"""Operations on the neighbourhoods of pixels: borders between labels, dilation and local maxima."""
+"""Labels of the hits of camera rays, their borders, and operations on the neighbourhoods of pixels.
+
+A label is a shape's number, -1 for the background, -2 and below for lights, as int32 in maps of the picture.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.adaptive.rays import Labels
-from renderer.math.arrays import Masks
+from renderer.interaction import EMITTER, MISS
+from renderer.math.arrays import Integers, Masks
+
+Labels = NDArray[np.int32]
+"""(H, W) int32."""
+
+
+def labels_of(shapes: Integers) -> NDArray[np.int32]:
+    """Labels (n,) of the shape numbers that rays have hit."""
+    return np.where(shapes >= EMITTER, EMITTER - 2 - shapes, shapes).astype(np.int32)
+
+
+def of_lights(labels: NDArray[np.int32]) -> Masks:
+    """Mask of labels of lights."""
+    return np.asarray(labels < MISS)
+
+
+def of_labels(shapes: Masks, labels: NDArray[np.int32]) -> Masks:
+    """Mask of labels whose shape is in a mask `shapes` (K,)."""
+    if not shapes.any():
+        return np.zeros(labels.shape, dtype=bool)
+    return np.take(np.append(False, shapes), labels + 1, mode="clip")
 
 
 def borders(labels: Labels) -> Masks:
