@@ -33,7 +33,7 @@ def typical(data: Path, **changes: Any) -> Settings:
         data,
         tile_size=32,
         max_cpu_seconds=600,
-        max_wait_seconds=5,
+        max_wait_seconds=20,
         max_asset_bytes=200_000,
         max_trace_rays=1000,
         limits=Limits(
