@@ -8,33 +8,31 @@ const FLOAT16 = 2;
 /** Bytes of a pixel in half floats. */
 export const PIXEL_BYTES = 6;
 
-// A picture that is rendered is received as a whole once in so many seconds, small ones as often as this rate allows.
-const WHOLE_SECONDS = 40;
+// A picture that is rendered is received again after so many times the seconds for which it has been watched, as early
+// passes change the most: after a second at first, and after 40 s at the latest. Small ones come at this rate.
+const TIMES = 2;
+const FIRST_SECONDS = 1;
+const LAST_SECONDS = 40;
 const LEAST_RATE = 40e3;
-// What may come at once, in the beginning and after a calm.
-const LEAST_BURST = 1e6;
 
 /**
  * @typedef {import("./views/picture/film.js").Tile & {seq: number, pass: number, rows: number}} BatchedTile
  * @typedef {{next: number, complete: boolean, succeeded: boolean, tiles: BatchedTile[]}} Batch
  */
 
-/** Bounds the bytes of the tiles of a running job: a watcher of 100 s takes at most some three pictures. */
+/** Bounds the bytes of the tiles of a running job: a watcher of 100 s takes at most some six pictures. */
 export class Pace {
   /** @param {number} pixels - Of the picture. @param {number} now - Milliseconds. */
   constructor(pixels, now) {
-    const whole = PIXEL_BYTES * pixels;
-    this.rate = Math.max(LEAST_RATE, whole / WHOLE_SECONDS) / 1000;
-    this.burst = Math.max(LEAST_BURST, whole);
-    this.free = this.burst;
-    this.at = now;
+    this.whole = PIXEL_BYTES * pixels;
+    this.begun = now;
   }
 
   /** How long to wait before the next request, milliseconds. @param {number} bytes - Received. @param {number} now */
   after(bytes, now) {
-    this.free = Math.min(this.burst, this.free + this.rate * (now - this.at)) - bytes;
-    this.at = now;
-    return Math.max(0, -this.free / this.rate);
+    const seconds = (TIMES * (now - this.begun)) / 1000;
+    const whole = Math.min(Math.max(seconds, FIRST_SECONDS), LAST_SECONDS);
+    return 1000 * bytes * Math.min(whole / this.whole, 1 / LEAST_RATE);
   }
 }
 
