@@ -14,7 +14,10 @@ test("a busy job is shown soon and again, and takes less than 10 MB in 100 s", (
       if (now < 10e3) early += bytes;
     }
     assert.ok(sum < 10e6, `${sum} bytes in pieces of ${bytes}`);
-    assert.ok(early >= (bytes === whole ? 3 : 1.5) * whole || bytes === 2e3, `${early} bytes at first, in pieces of ${bytes}`);
+    assert.ok(
+      early >= (bytes === whole ? 3 : 1.5) * whole || bytes === 2e3,
+      `${early} bytes at first, in pieces of ${bytes}`,
+    );
   }
 });
 
