@@ -3,10 +3,11 @@
 import json
 from typing import Any
 
+import httpx2
 import pytest
 from playwright.sync_api import Page, Route, expect
 
-from tests.browser.scenes import TIMEOUT, opened, small, write
+from tests.browser.scenes import TIMEOUT, opened, render_button, small, write
 
 ALTERNATIVES = """async ([offers, asked]) => {
   const { alternatives } = await import("/web/views/start/offers.js");
@@ -41,6 +42,47 @@ def test_half_the_error_beyond_noise(bare_page: Page) -> None:
     clear = offer("sobol", 16, seconds=5.0, error=(0.004, 0.003, 0.005))
     assert alternatives(bare_page, noisy) == []
     assert alternatives(bare_page, noisy, clear) == [["Half the error", "sobol", 16]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seconds", "error", "name"),
+    [
+        (65.0, 0.00124, "1/8 of the error"),
+        (2.0, 0.003, "Cheaper and better: a third of the error"),
+        (2.0, 0.007, "Cheaper and better: a smaller error"),
+        (2.0, 0.009, "The same error, sooner"),
+        (3.9, 0.009, None),
+    ],
+)
+def test_offer_is_named_by_its_error(bare_page: Page, seconds: float, error: float, name: str | None) -> None:
+    other = offer("sobol", 16, seconds=seconds, error=(error, error, error))
+    assert [text for text, *_ in alternatives(bare_page, other)] == ([name] if name else [])
+
+
+@pytest.mark.slow
+def test_time_limit_holds_where_fixed_samples_seem_better(page: Page, client: httpx2.Client) -> None:
+    fixed = offer("sobol", 204, seconds=11.0, error=(0.001, 0.0005, 0.002))
+    fixed["seconds"] |= {"low": 5.0, "high": 20.0}
+
+    def with_fixed(route: Route) -> None:
+        answer = route.fetch()
+        quote = answer.json() | {"for_seconds": fixed, "offers": []}
+        quote["asked"] = quote["asked"] or fixed | {"quality": {"mode": "target", "error": 0.001}}
+        route.fulfill(response=answer, body=json.dumps(quote))
+
+    page.route("**/v1/quotes", with_fixed)
+    opened(page)
+    write(page, small("basic", name="within 12 s"))
+    page.get_by_role("radio", name="Time").check()
+    page.get_by_label("Time limit (s)").fill("12")
+    use = page.get_by_role("button", name="Use: Fixed samples, without a limit")
+    expect(use).to_be_visible(timeout=TIMEOUT)
+    render_button(page).click()
+    page.wait_for_url("**/jobs/*", timeout=TIMEOUT)
+    quality = client.get(f"/v1/jobs/{page.url.rsplit('/', 1)[1]}/request").json()["quality"]
+    assert (quality["mode"], quality["time_limit"]) == ("target", 12)
+    page.unroute_all(behavior="ignoreErrors")
 
 
 @pytest.mark.slow

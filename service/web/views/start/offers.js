@@ -1,12 +1,15 @@
 // Which offers of a quote are better than the quality that was chosen.
 
-// An offer must take at most this share of the time to count as sooner.
+// An offer is sooner from this share of the time on, and has a smaller error from this share of the error on.
 const WORTH = 0.8;
+// Predicted errors are not exact enough to call one less than a hundredth of another.
+const MOST_PARTS = 100;
+const SAME = "The same error";
 
 /** @typedef {OfferDocument & {error: PredictedNumber}} KnownOffer */
 
 /**
- * Better offers, each with its name: the same error sooner, and half the error.
+ * Better offers, each with its name: the soonest of no larger error, and of at most half the error.
  *
  * @param {OfferDocument[]} offers - All offers of a quote.
  * @param {OfferDocument} offer - The one of the chosen quality.
@@ -28,14 +31,25 @@ export function alternatives(offers, offer) {
   const same = soonest(known.filter((other) => other.error.estimate <= own.estimate));
   // By the upper end of its interval too: twice the error of the one may be within the noise of a short pilot.
   const half = soonest(
-    known.filter(({ error }) => error.estimate <= own.estimate / 2 && error.high <= own.estimate),
+    known.filter(
+      ({ error }) => own.estimate > 0 && error.estimate <= own.estimate / 2 && error.high <= own.estimate,
+    ),
   );
-  const sooner = same && same !== half && same.seconds.estimate < WORTH * offer.seconds.estimate;
-  /** @type {[string, KnownOffer][]} */
-  const better = [];
-  if (sooner) better.push(["The same error, sooner", same]);
-  if (half) better.push(["Half the error", half]);
-  return better;
+  const isSooner = (/** @type {KnownOffer} */ other) =>
+    other.seconds.estimate < WORTH * offer.seconds.estimate;
+  const better = [same && isSooner(same) ? same : undefined, half].filter((other) => other !== undefined);
+  return [...new Set(better)].map((other) => {
+    const share = shareOfError(other.error.estimate / own.estimate);
+    if (!isSooner(other)) return [share, other];
+    return [share === SAME ? `${share}, sooner` : `Cheaper and better: ${share.toLowerCase()}`, other];
+  });
+}
+
+/** Name the share of an error in another, rounded up. @param {number} ratio */
+function shareOfError(ratio) {
+  if (!(ratio < WORTH)) return SAME;
+  const parts = Math.min(Math.floor(1 / ratio), MOST_PARTS);
+  return `${["", "A smaller", "Half the", "A third of the", "A quarter of the"][parts] ?? `1/${parts} of the`} error`;
 }
 
 /** @param {KnownOffer[]} list @returns {KnownOffer | undefined} */

@@ -227,7 +227,7 @@ export function makeQuality(onChange) {
       h(
         "p",
         { className: "soft small" },
-        "Samples are added where they help most until the time is up. The job then shows the error it reached.",
+        "Samples are added where they help most, for at most this long. The job then shows the error it reached.",
       ),
       more(confidence(), arithmetic()),
     ],

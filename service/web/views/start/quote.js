@@ -33,8 +33,8 @@ export function makeQuote(onUse, signal) {
     try {
       const quote = await priced(requestText(scene, { quality, seconds: limit }), current);
       if (current.aborted || signal.aborted) return;
-      forTime = limit === null ? null : quote.for_seconds;
-      body.replaceChildren(...describe(quote, forTime, onUse, again));
+      forTime = limited(quote);
+      body.replaceChildren(...describe(quote, limit, onUse, again));
     } catch (error) {
       if (!current.aborted && !signal.aborted) report(`No quote: ${messageOf(error)}`);
     }
@@ -78,22 +78,25 @@ export function makeQuote(onUse, signal) {
     },
     /** Show a text instead of a quote. */
     clear: forget,
-    /** The best quality within the time limit, once it is known. */
+    /** The best target error within the time limit, once it is known. */
     get chosen() {
       return forTime?.quality ?? null;
     },
   };
 }
 
+/** The best target error within a time limit. No limit ends fixed samples. @param {QuoteDocument} quote */
+const limited = ({ for_seconds: best }) => (best?.quality.mode === "target" ? best : null);
+
 /**
  * @param {QuoteDocument} quote
- * @param {OfferDocument | null} forTime
+ * @param {number | null} limit - Seconds.
  * @param {Use} onUse
  * @param {() => void} again
  */
-function describe(quote, forTime, onUse, again) {
-  const offer = forTime ?? quote.asked;
-  if (!offer) return untried(quote, again);
+function describe(quote, limit, onUse, again) {
+  const offer = limited(quote) ?? quote.asked;
+  if (!offer) return untried(quote, limit, again);
   const figures = h(
     "dl",
     { className: "figures" },
@@ -112,6 +115,8 @@ function describe(quote, forTime, onUse, again) {
       : figure("Error", "not known", offer.error_unknown ?? ""),
   );
   const others = alternatives(quote.offers, offer);
+  const fixed = limited(quote) ? null : quote.for_seconds;
+  if (fixed?.error) others.push(["Fixed samples, without a limit", { ...fixed, error: fixed.error }]);
   return [
     figures,
     // Where a time limit ends the picture, another pilot knows no more.
@@ -130,10 +135,11 @@ function describe(quote, forTime, onUse, again) {
  * The cost predicted from the plan alone, for a quality that was too expensive to measure or on a busy machine.
  *
  * @param {QuoteDocument} quote
+ * @param {number | null} limit - Seconds.
  * @param {() => void} again
  */
-function untried(quote, again) {
-  const time = `about ${seconds(quote.price.cpu_seconds / quote.workers)}`;
+function untried(quote, limit, again) {
+  const time = `about ${seconds(Math.min(quote.price.cpu_seconds / quote.workers, limit ?? Infinity))}`;
   const rest = `with ${workers(quote.workers)}, predicted from the plan alone: there was no time to measure`;
   return [
     h(
