@@ -40,6 +40,15 @@ def test_text_survives_a_reload(page: Page) -> None:
     expect(page.get_by_label("Samples per pixel")).to_have_value("9")
     expect(page.get_by_label("Labels")).to_have_value("week:3")
     expect(page.get_by_label("Keep layers")).not_to_be_checked()
+    heading = page.get_by_role("heading", level=1)
+    expect(heading).to_have_text("not lost")
+    expect(page.locator(".notice")).to_be_hidden()
+    drop(page, other__json=small("basic").encode())
+    page.get_by_role("dialog").get_by_role("button", name="Replace it").click()
+    expect(heading).to_have_text("other.json")
+    expect(page.get_by_label("Labels")).to_have_value("")
+    page.get_by_role("button", name="Undo").click()
+    expect(page.get_by_label("Labels")).to_have_value("week:3")
 
 
 @pytest.mark.slow
@@ -129,11 +138,12 @@ def test_unchanged_job_is_sent_as_it_was(
         "priority": 3,
         "time_limit": 120.5,
         "layers": ["depth"],
-        "labels": {"week": "3"},
+        "labels": {"week": "3", "ball": ""},
     }
     job = submit(client, json.loads(small("basic", name="as it was")), **rest)
     page = open_page(f"/?job={job}")
     opened(page)
+    expect(page.get_by_label("Labels")).to_have_value(re.compile(r"ball(,|$)"))
     render_button(page).click()
     expect(page.get_by_role("heading", level=1)).to_have_text("as it was", timeout=TIMEOUT)
     expect(page).to_have_url(re.compile(r"/jobs/(?!" + job + ")"))

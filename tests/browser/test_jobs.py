@@ -46,8 +46,9 @@ def test_jobs_by_state(open_page: Open, client: httpx2.Client) -> None:
 @pytest.mark.slow
 def test_jobs_by_label(open_page: Open, client: httpx2.Client) -> None:
     for name, week in (("early", "1"), ("late", "12")):
-        finish(client, submit(client, document(name), labels={"week": week}))
+        finish(client, submit(client, document(name), labels={"week": week, "ball": ""}))
     page = open_page("/jobs")
+    expect(row(page, "early").get_by_text("ball", exact=True)).to_be_visible()
     row(page, "early").get_by_role("button", name="week:1").click()
     expect(row(page, "late")).to_have_count(0)
     expect(row(page, "early")).to_have_count(1)

@@ -304,6 +304,7 @@ def test_start_by_keyboard(open_page: Open) -> None:
     expect(page.get_by_role("radio", name="Samples")).to_be_checked()
     opened(page)
     page.keyboard.press("Control+Enter")
+    page.wait_for_url("**/jobs/*", timeout=TIMEOUT)
     expect(page.get_by_role("heading", level=1)).to_have_text("by keyboard", timeout=TIMEOUT)
 
 

@@ -28,6 +28,7 @@ export const title = "Start";
 const LAYERS = ["depth", "normal", "shape", "samples", "error"];
 // Milliseconds before a service that does not answer is asked again.
 const RETRY_MS = 2000;
+const UNTITLED = "Untitled scene";
 
 /** @param {HTMLElement} root @param {ViewParams} params */
 export function mount(root, { query, signal }) {
@@ -75,10 +76,11 @@ export function mount(root, { query, signal }) {
   function open(scene) {
     files.clear();
     for (const [path, file] of scene.files) files.set(path, file);
-    heading.textContent = scene.title.trim() || "Untitled scene";
+    heading.textContent = scene.title.trim() || UNTITLED;
     notice.textContent = scene.notice ?? "";
+    notice.hidden = false;
     gallery.press(scene.entry ?? "");
-    restore({ labels: labels.text, layers: layers.checked, ...scene, text: readable(scene.text) });
+    restore({ layers: layers.checked, ...scene, text: readable(scene.text) });
     // As the editor has it: with its own line breaks.
     origin = { ...scene, text: editor.text };
     show();
@@ -125,6 +127,7 @@ export function mount(root, { query, signal }) {
   /** @param {import("./start/validation.js").Checked} found */
   function checked(found) {
     editor.mark(found.problems);
+    entitle();
     found.problems = quality.explain(found.problems);
     if (!quality.valid) found.plan = null;
     problems.show(found);
@@ -138,6 +141,18 @@ export function mount(root, { query, signal }) {
     button.disabled = false;
     preview.want(ready);
     quote.want(ready, quality.value, quality.limit);
+  }
+
+  /** A scene with another name than what was opened has its own title, and no description of the other. */
+  function entitle() {
+    const name = nameIn(editor.text);
+    if (origin === null || name === null) return;
+    const isOther = name !== nameIn(origin.text);
+    const title = (isOther ? name : origin.title.trim()) || UNTITLED;
+    notice.hidden = isOther && Boolean(origin.entry);
+    if (heading.textContent === title) return;
+    heading.textContent = title;
+    keepLater();
   }
 
   /** @param {OpenedScene["files"]} added - By path. */
@@ -284,7 +299,7 @@ async function sceneOf(id, signal) {
     text: request.scene,
     quality: request.quality,
     labels: Object.entries(request.labels)
-      .map(([name, value]) => `${name}:${value}`)
+      .map(([name, value]) => (value ? `${name}:${value}` : name))
       .join(", "),
     layers: request.layers.length > 0,
     layerNames: request.layers.length ? request.layers : undefined,
@@ -292,6 +307,16 @@ async function sceneOf(id, signal) {
     notice: also(request.more),
     files: new Map(),
   };
+}
+
+/** The name that a scene gives itself, empty without one; null while it is no JSON. @param {string} text */
+function nameIn(text) {
+  if (!text.trim()) return "";
+  try {
+    return String(JSON.parse(text)?.name ?? "").trim();
+  } catch {
+    return null;
+  }
 }
 
 /** Fields that no control shows. @param {Record<string, unknown>} more */

@@ -57,7 +57,9 @@ export function makeRow(first, acts) {
   /** @param {JobDocument} newest */
   function update(newest) {
     job = newest;
-    labels.replaceChildren(...labelsOf(job).map((label) => labelButton(label, acts.onLabel)));
+    labels.replaceChildren(
+      ...Object.entries(job.labels ?? {}).map(([name, value]) => labelButton(name, value, acts.onLabel)),
+    );
     valuesOf(job).forEach((value, i) => {
       cells[i].replaceChildren(value);
       cells[i].title = cells[i].textContent ?? "";
@@ -92,18 +94,12 @@ export function makeRow(first, acts) {
 const hasPicture = ({ last_seq: seq, state }) =>
   seq > 0 && !["failed", "cancelled", "expired"].includes(state);
 
-/** @param {string} label @param {(label: string) => void} onLabel */
-function labelButton(label, onLabel) {
-  return h(
-    "button.label",
-    { "aria-label": `Show only jobs with the label ${label}`, onclick: () => onLabel(label) },
-    label,
-  );
-}
-
-/** The labels of a job, in the form of the service's filter. @param {JobDocument} job */
-function labelsOf({ labels = {} }) {
-  return Object.entries(labels).map(([name, value]) => `${name}:${value}`);
+/** @param {string} name @param {string} value - May be empty. @param {(label: string) => void} onLabel */
+function labelButton(name, value, onLabel) {
+  const text = value ? `${name}:${value}` : name;
+  // The service's filter has the colon always.
+  const onclick = () => onLabel(`${name}:${value}`);
+  return h("button.label", { "aria-label": `Show only jobs with the label ${text}`, onclick }, text);
 }
 
 /** What the columns after the name show. @param {JobDocument} job @returns {(string | Node)[]} */
