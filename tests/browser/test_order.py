@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.browser.conftest import Open
 from tests.browser.scenes import TIMEOUT, ask_for_samples, opened, render_button, small, write
 
 
@@ -39,6 +40,16 @@ def test_number_that_is_no_square_stands_at_its_field_after_a_reload(page: Page)
     expect(samples).to_have_attribute("aria-invalid", "true", timeout=TIMEOUT)
     expect(samples).to_have_value("5")
     expect(render_button(page)).to_be_disabled()
+
+
+@pytest.mark.slow
+def test_choice_of_quality_stays_under_the_pointer(open_page: Open) -> None:
+    page = open_page("/", width=1440, height=900)
+    opened(page)
+    place = page.locator(".segments").bounding_box()
+    for name in ("Samples", "Target error", "Time", "As written"):
+        page.get_by_role("radio", name=name).check()
+        assert page.locator(".segments").bounding_box() == place, name
 
 
 @pytest.mark.slow
