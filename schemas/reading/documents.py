@@ -86,11 +86,28 @@ def _as_written(text: str, offset: int) -> str | None:
     if not text[offset:].strip():
         return "The document ends before its last bracket is closed. Is the file cut short?"
     before = text[max(0, offset - _LONGEST_PREFIX) : offset]
+    if text[offset] in "]}" and (unclosed := _unclosed(text, offset)):
+        return unclosed
     if text[offset] in "]}" and _COMMA_BEFORE.search(before):
         return "There is a comma too many before the closing bracket. Remove it."
     if text[offset].isdecimal() and _ZERO_BEFORE.search(before):
         return "A number does not begin with 0, except 0 itself and fractions such as 0.5."
     return next((said for pattern, said in _WRITTEN if pattern.match(text, offset)), None)
+
+
+def _unclosed(text: str, offset: int) -> str | None:
+    """Name the array or object that is still open where a bracket of the other kind closes."""
+    opened: list[int] = []
+    for match in _BRACKET.finditer(text, 0, offset):
+        if match[1] in _OPENING:
+            opened.append(match.start(1))
+        elif match[1] and opened:
+            opened.pop()
+    if not opened or text[opened[-1]] + text[offset] in _PAIRS:
+        return None
+    kind, closing = ("array", "]") if text[opened[-1]] == "[" else ("object", "}")
+    line, _ = line_and_column(text, opened[-1])
+    return f"The {kind} that begins in line {line} is not closed. Write {closing} before this."
 
 
 Source = bytes | str | Mapping[str, object]
@@ -99,6 +116,7 @@ Source = bytes | str | Mapping[str, object]
 _BRACKET = re.compile(r'(?:[^"\[\]{}]++|"[^"\\]*+(?:\\.[^"\\]*+)*+"?)*+([\[\]{}]|\Z)', re.DOTALL)
 """The next bracket outside of strings, or the end: without it the matcher would try from each character."""
 _OPENING = ("[", "{")
+_PAIRS = ("[]", "{}")
 _ESCAPED_UNFIT = re.compile(r"\\u(?:0000|[dD][89a-fA-F])")
 _UNFIT = re.compile("[\x00\ud800-\udfff]")
 

@@ -32,7 +32,7 @@ _EMPTY = ("wrong_length", "This text must not be empty.")
 
 SENTENCES: dict[str, tuple[str, str]] = {
     "missing": ("missing_field", "The field '{field}' is missing. Add it."),
-    "extra_forbidden": ("unknown_field", "There is no such field here. The fields are {fields}."),
+    "extra_forbidden": ("unknown_field", "There is no such field here."),
     "invalid_key": ("unknown_field", "A field name must be text."),
     "tuple_type": _ARRAY,
     "too_short": ("wrong_length", "This has {actual_length} entries; at least {min_length} are needed."),
@@ -227,8 +227,7 @@ def _missing_field(location: Parts, model: type[BaseModel] | None, content: obje
 
 
 def _unknown_field(location: Parts, model: type[BaseModel] | None, content: object) -> Finding:
-    fields = fields_of(model) if model else []
-    code, sentence = say("extra_forbidden", "", {"fields": ", ".join(f"'{name}'" for name in fields)})
+    code, sentence = say("extra_forbidden", "", {})
     other = form_with(str(location[-1]), model)
     if model and other:
         ours, theirs = _listed(deciding_fields(model)), _listed(deciding_fields(other))
@@ -236,8 +235,10 @@ def _unknown_field(location: Parts, model: type[BaseModel] | None, content: obje
         if location[-1] in deciding_fields(other):
             sentence = f"Give {theirs}, or {ours}, but not both."
         return Finding(location, code, sentence, about_key=True)
-    present = value_at(content, location[:-1])
-    return Finding(location, code, sentence, _nearest_field(location[-1], model, present), about_key=True)
+    suggestion = _nearest_field(location[-1], model, value_at(content, location[:-1]))
+    if not suggestion:
+        sentence += " The fields are " + ", ".join(f"'{name}'" for name in _fields_of_forms(model)) + "."
+    return Finding(location, code, sentence, suggestion, about_key=True)
 
 
 def _suggested(parent: Sequence[str | int], name: str, model: type[BaseModel], content: object) -> str | None:
@@ -246,9 +247,13 @@ def _suggested(parent: Sequence[str | int], name: str, model: type[BaseModel], c
 
 def _nearest_field(name: object, model: type[BaseModel] | None, present: object) -> str | None:
     """The field that an object lacks and that was probably meant, in whichever form of its type."""
-    forms = FORMS.get(model, (model,)) if model else ()
-    fields = [field for form in (model, *forms) if form for field in fields_of(form)]
-    return nearest(name, [field for field in dict.fromkeys(fields) if not _has(present, field)])
+    return nearest(name, [field for field in _fields_of_forms(model) if not _has(present, field)])
+
+
+def _fields_of_forms(model: type[BaseModel] | None) -> list[str]:
+    """The fields of all forms of a type, those of the given one first."""
+    forms = (model, *FORMS.get(model, ())) if model else ()
+    return list(dict.fromkeys(field for form in forms for field in fields_of(form)))
 
 
 def _has(present: object, field: str) -> bool:

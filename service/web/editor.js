@@ -2,7 +2,15 @@
 
 import { completion } from "./editor/completion.js";
 import { hints } from "./editor/hints.js";
-import { marks, nextProblem, pointedLines, previousProblem, problemLines } from "./editor/marks.js";
+import {
+  inSight,
+  located,
+  marks,
+  nextProblem,
+  pointedLines,
+  previousProblem,
+  problemLines,
+} from "./editor/marks.js";
 import { h } from "./dom.js";
 import {
   EditorState,
@@ -108,15 +116,14 @@ export function makeEditor({ label, describedBy, readOnly = false, onInput = () 
 
   return {
     element,
-    mark: (/** @type {ProblemEntry[]} */ problems) => view.dispatch({ effects: problemLines.of(problems) }),
+    mark: (/** @type {ProblemEntry[]} */ problems) =>
+      view.dispatch({ effects: problemLines.of(located(view.state.doc, problems)) }),
     /** Show and select a piece of the text. @param {number} start @param {number} end @param {{focus?: boolean}} options */
     point(start, end, { focus = true } = {}) {
+      const range = { from: start, to: end };
       view.dispatch({
         selection: { anchor: start, head: end },
-        effects: [
-          pointedLines.of({ from: start, to: end }),
-          EditorView.scrollIntoView(start, { y: "center", x: "start", xMargin: 64 }),
-        ],
+        effects: [pointedLines.of([range]), inSight(view.state.doc, range, "center")],
       });
       if (focus) view.focus();
       element.scrollIntoView({ block: "nearest" });

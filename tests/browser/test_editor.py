@@ -22,6 +22,13 @@ from tests.browser.scenes import (
 )
 
 
+def scrolled(page: Page) -> float:
+    """How far the editor's lines are scrolled sideways."""
+    left = page.locator(".cm-scroller").evaluate("element => element.scrollLeft")
+    assert isinstance(left, int | float)
+    return left
+
+
 def line(page: Page, text: str) -> Locator:
     return page.locator(".cm-line").filter(has_text=text).first
 
@@ -31,8 +38,8 @@ def test_message_is_in_sight(open_page: Open) -> None:
     page = open_page("/", width=390, height=844)
     opened(page)
     # One line that is far longer than the screen is wide, wrong at its end.
-    text = json.dumps(json.loads(small("basic")) | {"lights": [{"type": "point", "color": [1, 1, 1]}]})
-    write(page, text)
+    scene = json.loads(small("basic"))
+    write(page, json.dumps(scene | {"lights": [{"type": "point", "color": [1, 1, 1]}]}))
     go_to_problem(page, 1)
     message = page.locator(".editor .detail").first
     expect(message).to_be_visible()
@@ -42,6 +49,16 @@ def test_message_is_in_sight(open_page: Open) -> None:
     assert outer["x"] <= inner["x"]
     assert inner["x"] + inner["width"] <= outer["x"] + outer["width"]
     assert outer["y"] <= inner["y"] <= outer["y"] + outer["height"]
+    culprit = page.locator(".culprit").first.bounding_box()
+    assert culprit is not None
+    assert outer["x"] <= culprit["x"]
+    assert culprit["x"] + culprit["width"] <= outer["x"] + outer["width"]
+    # What is in sight does not move.
+    write(page, json.dumps(scene | {"version": 2}))
+    expect(page.locator(".culprit")).to_have_text("2", timeout=TIMEOUT)
+    go_to_problem(page, 1)
+    assert selected(page) == "2"
+    assert scrolled(page) == 0
 
 
 @pytest.mark.slow
@@ -85,6 +102,25 @@ def test_f8_goes_to_the_next_problem(page: Page) -> None:
     for expected in ("2", "-5", "2"):
         editor(page).press("F8")
         assert selected(page) == expected
+
+
+@pytest.mark.slow
+def test_problem_moves_with_its_line(page: Page) -> None:
+    """Until the service has checked the new text, which it never does here."""
+    opened(page)
+    write(page, small("basic").replace('"width": 32', '"width": -5'))
+    expect(page.locator(".line.wrong")).to_have_count(1, timeout=TIMEOUT)
+    page.route("**/v1/plans", lambda _: None)
+    line(page, '"width": -5').click()
+    editor(page).press("Home")
+    editor(page).press("Home")
+    editor(page).press("Enter")
+    expect(page.locator(".line.wrong")).to_contain_text('"width": -5')
+    # The line above goes with its end, which is all there is before the mark.
+    editor(page).press("Shift+ArrowUp")
+    editor(page).press("Delete")
+    expect(page.locator(".line.wrong")).to_contain_text('"width": -5')
+    expect(page.locator(".line.wrong + .details")).to_be_visible()
 
 
 @pytest.mark.slow
@@ -161,8 +197,17 @@ def test_field_is_completed(page: Page, shoot: Shoot) -> None:
     shoot(page, "completion")
     page.keyboard.press("Tab")
     expect(editor(page)).to_be_focused()
-    page.keyboard.type("40")
-    expect_written(page, '{"version": 1, "camera": {"position": [0, 0, 4], "vertical_fov": 40}}')
+    page.keyboard.type("40, ")
+    # On request a list opens without a quote, and letters filter it all the same.
+    page.keyboard.press("Control+Space")
+    expect(options(page).filter(has_text="look_at")).to_be_visible()
+    for letter in "wi":
+        page.keyboard.type(letter)
+        expect(options(page).first).to_have_text("width")
+    page.keyboard.press("Tab")
+    page.keyboard.type("9")
+    written = '{"version": 1, "camera": {"position": [0, 0, 4], "vertical_fov": 40, "width": 9}}'
+    expect_written(page, written)
 
 
 @pytest.mark.slow

@@ -15,6 +15,8 @@ WRITTEN: dict[str, tuple[str, int, str]] = {
         "There is a comma too many before the closing bracket. Remove it.",
     ),
     "trailing comma of an object": ('{"a": 1,}', 9, "There is a comma too many before the closing bracket."),
+    "an open array": ('{"a": [\n1, "]", [],\n}', 1, "The array that begins in line 1 is not closed. Write ]"),
+    "an open object": ('[{"a": 1]', 9, "The object that begins in line 1 is not closed. Write } before"),
     "two commas": ("[1,,2]", 4, "There is a comma too many. Remove it."),
     "single quotes": ("{'a': 1}", 2, "Text and field names stand in straight double quotes"),
     "typographic quotes": ("{\u201ca\u201d: 1}", 2, "Text and field names stand in straight double quotes"),

@@ -156,7 +156,12 @@ def test_misspelt_field_has_a_suggestion(scene: dict[str, Any], place: str, writ
     holder[written] = holder.pop(meant)
     pointer, detail, suggestion = one(scene)
     assert (pointer, suggestion) == (f"{place}/{written}", meant)
-    assert detail.startswith("There is no such field here.")
+    assert detail == "There is no such field here."
+
+
+def test_unknown_field_names_those_of_all_forms(scene: dict[str, Any]) -> None:
+    scene["shapes"][3]["weight"] = 1
+    assert one(scene)[1].endswith("The fields are 'type', 'center', 'axes', 'material', 'name', 'radius'.")
 
 
 def test_misspelt_field_hides_no_missing_one(scene: dict[str, Any]) -> None:

@@ -13,7 +13,7 @@ export {
   syntaxTree,
 } from "@codemirror/language";
 export { highlightSelectionMatches, search, searchKeymap } from "@codemirror/search";
-export { EditorState, RangeSet, StateEffect, StateField } from "@codemirror/state";
+export { EditorSelection, EditorState, RangeSet, StateEffect, StateField } from "@codemirror/state";
 export {
   Decoration,
   EditorView,

@@ -9,8 +9,9 @@ import { member, namesIn, stepsTo, typeOf } from "./path.js";
 
 /** @import { Completion, CompletionContext, CompletionResult, EditorState, SyntaxNode } from "../vendor/codemirror/codemirror.js" */
 
-// A string without its end, or a word without quotes.
-const BEGUN = /^("(?:[^"\\\n]|\\.)*|\w*)$/;
+// What a list is filtered by: a string without its end, or a word without quotes.
+const STRING = /^"(?:[^"\\\n]|\\.)*$/;
+const WORD = /^\w*$/;
 /** Fields whose values are the names of members of the scene. @type {[RegExp, string][]} */
 const REFERENCES = [
   [/^material$/, "materials"],
@@ -33,14 +34,22 @@ async function complete({ state, pos, explicit }) {
   if (!explicit && state.sliceDoc(from, from + 1) !== '"') return null;
   const schema = await sceneSchema();
   const options = schema ? optionsAt(state, schema, from, to) : [];
-  const ranked = options.map((option, at) => ({ ...option, boost: MAX_BOOST - at }));
-  return ranked.length ? { from, to, options: ranked, validFor: BEGUN } : null;
+  const quote = state.sliceDoc(from, pos).startsWith('"');
+  // CodeMirror finds a single letter at the beginning of a label alone, so labels have the quote that is written.
+  const ranked = options.map((option, at) => ({
+    ...option,
+    label: quote ? `"${option.label}"` : option.label,
+    displayLabel: option.label,
+    boost: MAX_BOOST - at,
+  }));
+  return ranked.length ? { from, to, options: ranked, validFor: quote ? STRING : WORD } : null;
 }
 
 /** What an option replaces: the token that the cursor is in or after. @param {EditorState} state @param {number} pos */
 function tokenAt(state, pos) {
   const { from, to } = syntaxTree(state).resolveInner(pos, -1);
-  if (!BEGUN.test(state.sliceDoc(from, pos))) return { from: pos, to: pos };
+  const begun = state.sliceDoc(from, pos);
+  if (!STRING.test(begun) && !WORD.test(begun)) return { from: pos, to: pos };
   // A string that was just begun ends, for the parser, where the next one begins.
   const swallowed = /^[^"]*"\w/.test(state.sliceDoc(pos, to + 1));
   return { from, to: swallowed ? pos : to };
@@ -95,4 +104,4 @@ function valueOptions(state, schema, property) {
 }
 
 /** @param {unknown} value @returns {Completion} */
-const option = (value) => ({ label: JSON.stringify(value), displayLabel: String(value) });
+const option = (value) => ({ label: String(value), apply: JSON.stringify(value) });

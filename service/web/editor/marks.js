@@ -4,6 +4,7 @@ import { h } from "../dom.js";
 import { tokenLength } from "../json_text.js";
 import {
   Decoration,
+  EditorSelection,
   EditorView,
   GutterMarker,
   RangeSet,
@@ -14,12 +15,13 @@ import {
   gutterWidgetClass,
 } from "../vendor/codemirror/codemirror.js";
 
-/** @import { DecorationSet, Line, StateEffectType, Text } from "../vendor/codemirror/codemirror.js" */
+/** @import { ChangeDesc, DecorationSet, Line, StateEffectType, Text } from "../vendor/codemirror/codemirror.js" */
 /** @typedef {{from: number, to: number}} Range */
+/** @typedef {Range & {detail: string}} Problem */
 
-/** Replaces the problems. @type {StateEffectType<ProblemEntry[]>} */
+/** Replaces the problems, which are in their order in the text. @type {StateEffectType<Problem[]>} */
 export const problemLines = StateEffect.define();
-/** Replaces the lines that are pointed at. @type {StateEffectType<Range>} */
+/** Replaces the lines that are pointed at. @type {StateEffectType<Range[]>} */
 export const pointedLines = StateEffect.define();
 
 const CULPRIT = Decoration.mark({ class: "culprit" });
@@ -56,59 +58,89 @@ function lineMark(kind, line) {
   return Decoration.line({ attributes, kind }).range(line.from);
 }
 
-/** @param {Text} doc @param {ProblemEntry[]} problems */
+/**
+ * Problems that have a line, in the order of the text.
+ *
+ * @param {Text} doc
+ * @param {ProblemEntry[]} problems
+ * @returns {Problem[]}
+ */
+export function located(doc, problems) {
+  const found = problems.flatMap(({ line, column, detail }) => {
+    if (!line || line > doc.lines) return [];
+    const { from, to, text } = doc.line(line);
+    const start = Math.min(from + (column ?? 1) - 1, to);
+    return [{ from: start, to: start + tokenLength(text, start - from), detail }];
+  });
+  return found.sort((a, b) => a.from - b.from);
+}
+
+/** @param {Text} doc @param {Problem[]} problems */
 function problemMarks(doc, problems) {
-  /** @type {Map<number, ProblemEntry[]>} */
+  /** @type {Map<number, Problem[]>} */
   const byLine = new Map();
   for (const problem of problems) {
-    const { line } = problem;
-    if (line && line <= doc.lines) byLine.set(line, [...(byLine.get(line) ?? []), problem]);
+    const { number } = doc.lineAt(problem.from);
+    byLine.set(number, [...(byLine.get(number) ?? []), problem]);
   }
   const found = Array.from(byLine, ([number, list]) => marksOfLine(doc.line(number), list));
   return Decoration.set(found.flat(), true);
 }
 
-/** @param {Line} line @param {ProblemEntry[]} problems */
+/** @param {Line} line @param {Problem[]} problems */
 function marksOfLine(line, problems) {
   const widget = new Details(problems.map(({ detail }) => detail));
+  const tokens = problems.filter(({ from, to }) => from < to);
   return [
     lineMark("wrong", line),
-    ...problems.flatMap(({ column }) => culprit(line, (column ?? 1) - 1)),
+    ...tokens.map(({ from, to }) => CULPRIT.range(from, to)),
     Decoration.widget({ widget, block: true, side: 1 }).range(line.to),
   ];
 }
 
-/** @param {Line} line @param {number} start */
-function culprit(line, start) {
-  const length = tokenLength(line.text, start);
-  return length ? [CULPRIT.range(line.from + start, line.from + start + length)] : [];
-}
-
-/** @param {Text} doc @param {Range} range */
-function pointedMarks(doc, { from, to }) {
-  const first = doc.lineAt(from).number;
-  const last = doc.lineAt(Math.max(from, to - 1)).number;
-  const numbers = Array.from({ length: last - first + 1 }, (_, i) => first + i);
+/** @param {Text} doc @param {Range[]} ranges */
+function pointedMarks(doc, ranges) {
+  const numbers = ranges.flatMap(({ from, to }) => {
+    const first = doc.lineAt(from).number;
+    const last = doc.lineAt(Math.max(from, to - 1)).number;
+    return Array.from({ length: last - first + 1 }, (_, i) => first + i);
+  });
   return Decoration.set(numbers.map((number) => lineMark("pointed", doc.line(number))));
 }
 
 /**
- * Decorations that an effect replaces, and that move with the text when it is edited.
+ * A range after an edit, unless that replaced all of it.
  *
- * @template Value
- * @param {StateEffectType<Value>} effect
- * @param {(doc: Text, value: Value) => DecorationSet} made
+ * @template {Range} Kind
+ * @param {Kind} range
+ * @param {ChangeDesc} changes
+ * @returns {Kind[]}
+ */
+function moved(range, changes) {
+  const from = changes.mapPos(range.from, 1);
+  const to = Math.max(from, changes.mapPos(range.to, -1));
+  return from === to && range.from < range.to ? [] : [{ ...range, from, to }];
+}
+
+/**
+ * Decorations of ranges that an effect replaces, and that move with the text when it is edited.
+ *
+ * @template {Range} Kind
+ * @param {StateEffectType<Kind[]>} effect
+ * @param {(doc: Text, ranges: Kind[]) => DecorationSet} made
  */
 function decorations(effect, made) {
   return StateField.define({
-    create: () => Decoration.none,
-    update(found, { changes, effects, state }) {
+    create: () => ({ ranges: /** @type {Kind[]} */ ([]), set: Decoration.none }),
+    update(before, { changes, docChanged, effects, state }) {
       const sent = effects.find((one) => one.is(effect));
-      return sent?.is(effect) ? made(state.doc, sent.value) : found.map(changes);
+      if (!sent && !docChanged) return before;
+      const ranges = sent?.is(effect) ? sent.value : before.ranges.flatMap((range) => moved(range, changes));
+      return { ranges, set: made(state.doc, ranges) };
     },
     provide: (field) => [
-      EditorView.decorations.from(field),
-      gutterLineClass.compute([field], (state) => numbers(state.field(field))),
+      EditorView.decorations.from(field, ({ set }) => set),
+      gutterLineClass.compute([field], (state) => numbers(state.field(field).set)),
     ],
   });
 }
@@ -131,7 +163,7 @@ export const marks = [
   pointed,
   gutterWidgetClass.of((view, widget) => (widget instanceof Details ? BESIDE : null)),
   EditorView.contentAttributes.compute([problems], (state) => ({
-    "aria-invalid": String(state.field(problems).size > 0),
+    "aria-invalid": String(state.field(problems).ranges.length > 0),
   })),
 ];
 
@@ -144,12 +176,23 @@ export const previousProblem = (view) =>
 
 /** @param {EditorView} view @param {(at: number, all: Range[]) => Range | undefined} chosen */
 function goTo(view, chosen) {
-  /** @type {Range[]} */
-  const all = [];
-  for (const at = view.state.field(problems).iter(); at.value; at.next())
-    if (at.value === CULPRIT) all.push({ from: at.from, to: at.to });
-  const found = chosen(view.state.selection.main.from, all);
+  const { doc, selection } = view.state;
+  const found = chosen(selection.main.from, view.state.field(problems).ranges);
   if (!found) return false;
-  view.dispatch({ selection: { anchor: found.from, head: found.to }, scrollIntoView: true });
+  const { from, to } = found;
+  view.dispatch({ selection: { anchor: from, head: to }, effects: inSight(doc, found, "nearest") });
   return true;
+}
+
+/**
+ * Scrolls to a range, sideways no farther than its first line needs.
+ *
+ * @param {Text} doc
+ * @param {Range} range
+ * @param {"center" | "nearest"} y
+ */
+export function inSight(doc, { from, to }, y) {
+  // From its end to its start, which is what remains in sight of a range that is wider than the editor.
+  const shown = EditorSelection.range(Math.min(to, doc.lineAt(from).to), from);
+  return EditorView.scrollIntoView(shown, { y, x: "nearest", xMargin: 64 });
 }

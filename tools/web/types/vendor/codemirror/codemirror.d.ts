@@ -2,6 +2,6 @@
 
 export * from "../../../codemirror.js";
 export type { Completion, CompletionContext, CompletionResult } from "@codemirror/autocomplete";
-export type { Line, StateEffectType, Text } from "@codemirror/state";
+export type { ChangeDesc, Line, StateEffectType, Text } from "@codemirror/state";
 export type { DecorationSet, Tooltip } from "@codemirror/view";
 export type { SyntaxNode } from "@lezer/common";
