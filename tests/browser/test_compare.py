@@ -13,6 +13,14 @@ from tests.browser.conftest import Open, Shoot
 from tests.browser.pictures import click_at, codes_of, finished, point_at, served, tab
 from tests.service.support import image, scene
 
+PLACES = """async ([verdict, shares]) => {
+  const { makeDetails } = await import("/web/views/compare/verdict.js");
+  const region = { x0: 0, x1: 8, y0: 0, y1: 8, rmse: 0.1, brightness: -0.2 };
+  const worst_regions = shares.map((share) => ({ ...region, share }));
+  const details = makeDetails({ verdict, worst_regions, diagnosis: [], metrics: {} }, { worst: null });
+  return Array.from(details.querySelectorAll("li p"), ({ textContent }) => textContent.split("; ")[1]);
+}"""
+
 
 @pytest.fixture(scope="module")
 def pair(server: RunningServer) -> Iterator[tuple[str, str]]:
@@ -37,6 +45,15 @@ def test_verdict_and_worst_region(open_page: Open, pair: tuple[str, str], shoot:
 
 
 @pytest.mark.slow
+def test_regions_without_a_share(bare_page: Page) -> None:
+    shares = [0.74, 0.004, 0.0001]
+    listed = [f"{share}\N{NO-BREAK SPACE}% of the squared difference" for share in ("74", "0.4", "< 0.1")]
+    # Those of a mismatch are beyond noise, however small.
+    assert bare_page.evaluate(PLACES, ["mismatch", shares]) == listed
+    assert bare_page.evaluate(PLACES, ["noisy_match", shares]) == listed[:2]
+
+
+@pytest.mark.slow
 def test_pixel_of_both_pictures(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
     page = open_page("/compare/{}/{}".format(*pair))
     expect(page.locator(".verdict")).to_be_visible()
@@ -54,6 +71,14 @@ def test_pixel_of_both_pictures(open_page: Open, client: httpx2.Client, pair: tu
     ]
     # The readout shows four digits.
     np.testing.assert_allclose(numbers, [*values, values[0] - values[1]], rtol=1e-3)
+    # The pixel with the largest difference is shown where it is.
+    difference = np.abs(np.subtract(*(np.clip(image(client, job), 0, 1) for job in pair))).max(axis=2)
+    row, column = np.unravel_index(difference.argmax(), difference.shape)
+    tab(page, "Verdict")
+    page.get_by_role("button", name="at pixel").click()
+    expect(page.locator(".why h2").first).to_contain_text(f"Pixel {column}, {row} of")
+    expect(page.locator(".readout")).to_contain_text(f"{column}, {row}")
+    page.get_by_role("button", name="Fit").click()
     # On the side of B its answer comes first.
     click_at(page, 60, 30)
     expect(page.locator(".why h2").first).to_have_text("Pixel 60, 30 of B")
@@ -61,8 +86,9 @@ def test_pixel_of_both_pictures(open_page: Open, client: httpx2.Client, pair: tu
 
 @pytest.mark.slow
 def test_jobs_and_scenes_side_by_side(open_page: Open, client: httpx2.Client, pair: tuple[str, str]) -> None:
-    page = open_page("/compare/{}/{}".format(*pair))
+    page = open_page("/compare/{}/{}".format(*pair), width=1440)
     expect(page.locator(".verdict")).to_be_visible()
+    expect(page.get_by_role("listitem").filter(has_text="Region 1")).to_contain_text("than B by")
     sides = page.locator(".sides").first
     cells = sides.get_by_role("row", name="CPU time").get_by_role("cell").all_inner_texts()
     # The table shows two digits.
@@ -72,6 +98,32 @@ def test_jobs_and_scenes_side_by_side(open_page: Open, client: httpx2.Client, pa
     tab(page, "Scenes")
     expect(page.get_by_role("tabpanel", name="Scenes").locator("tbody tr")).to_have_count(1)
     expect(page.get_by_role("row", name="/shapes/1")).to_contain_text("ellipsoid")
+
+
+@pytest.mark.slow
+def test_qualities_are_told_apart(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
+    # No other picture has this size.
+    few, many = (scene(40, 30, samples=count, light_samples=1) | {"name": "twice"} for count in (1, 4))
+    first = finished(client, few)
+    page = open_page(f"/jobs/{first}?tab=compare", width=1440)
+    hint = page.get_by_text("Change and render again with another quality, then compare here.")
+    expect(hint).to_be_visible()
+    second = finished(client, many)
+    tab(page, "Render")
+    tab(page, "Compare")
+    expect(hint).to_be_hidden()
+    expect(page.get_by_label("Compare with").get_by_role("option").first).to_have_text(
+        re.compile(r"^twice: 4 × \w+, light 1 × \w+; .*[0-9].*; just now$")
+    )
+    shoot(page, "compare-choice")
+    page.get_by_label("Compare with").select_option(second)
+    page.get_by_role("button", name="Compare", exact=True).click()
+    name = re.compile(r"Compare 1 × \w+, light 1 × \w+ with 4 × \w+, light 1 × \w+")
+    expect(page.get_by_role("heading", level=1)).to_have_text(name)
+    expect(page).to_have_title(name)
+    expect(page.locator(".verdict")).to_be_visible()
+    page.get_by_label("Shown").select_option("Displayed difference")
+    shoot(page, "compare-qualities")
 
 
 @pytest.mark.slow
@@ -85,10 +137,10 @@ def test_another_picture_after_a_refusal(
     client.delete(f"/v1/jobs/{gone}")
     page.get_by_role("button", name="Compare", exact=True).click()
     expect(page.get_by_role("alert")).to_be_visible()
-    late = finished(client, scene() | {"name": "late"})
+    later = finished(client, scene() | {"name": "later"})
     tab(page, "Pixel")
     tab(page, "Verdict")
-    page.get_by_label("Compare with").select_option(late)
+    page.get_by_label("Compare with").select_option(later)
     page.get_by_role("button", name="Compare", exact=True).click()
     expect(page.locator(".verdict")).to_contain_text("Not the same")
 

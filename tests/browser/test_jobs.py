@@ -89,9 +89,15 @@ def test_deletion_is_confirmed(open_page: Open, client: httpx2.Client) -> None:
 
 
 @pytest.mark.slow
-def test_two_jobs_are_compared(open_page: Open, client: httpx2.Client) -> None:
-    older, newer = done(client, "left"), done(client, "right")
-    page = open_page("/jobs")
+def test_two_jobs_are_compared_on_a_phone(open_page: Open, client: httpx2.Client, shoot: Shoot) -> None:
+    name = "left of a red ball on a chequered floor"
+    older, newer = done(client, name), done(client, "right")
+    page = open_page("/jobs", width=390, height=844)
+    for fact in ("✓ finished", "1 × center, light 1 ×", " s", "just now"):
+        expect(row(page, name).get_by_text(fact).last).to_be_visible()
+    link = row(page, name).get_by_role("link")
+    assert link.evaluate("({scrollHeight, clientHeight}) => scrollHeight <= clientHeight")
+    shoot(page, "jobs-phone")
     compare = page.get_by_role("button", name="Compare")
     expect(compare).to_be_disabled()
     page.get_by_role("checkbox", name="Choose left").check()

@@ -94,7 +94,10 @@ test("metrics are of clipped values", () => {
   const found = metricsOf(a, b, a.whole);
   assert.equal(found.rmse, Math.sqrt(0.25 ** 2 / 2));
   assert.deepEqual([found.max_abs, found.frac_over], [0.25, 0.5]);
-  assert.equal(metricsOf(a, a, a.whole).psnr, null);
+  assert.deepEqual(found.worst, { x: 1, y: 0 });
+  assert.deepEqual(metricsOf(b, a, { x0: 1, y0: 0, x1: 2, y1: 1 }).worst, { x: 1, y: 0 });
+  const { psnr, worst } = metricsOf(a, a, a.whole);
+  assert.deepEqual([psnr, worst], [null, null]);
   assert.equal(metricsOf(a, b, { x0: 0, y0: 0, x1: 1, y1: 1 }).rmse, 0);
 });
 

@@ -3,11 +3,13 @@
 import { Problem, get, jobPath, messageOf, post } from "../api.js";
 import { announce, h } from "../dom.js";
 import { field, makeSelect } from "../elements.js";
+import { qualityName } from "../format.js";
 import { metricsOf } from "./compare/differences.js";
 import { makePair } from "./compare/pair.js";
 import { encoded, filmOfFile, filmOfJob, readByService } from "./compare/pictures.js";
 import { makeScenes } from "./compare/scenes.js";
 import { makeDetails, makeNumbers, makeSides, makeVerdict } from "./compare/verdict.js";
+import { nameOf } from "./job/state.js";
 import { makeComparing } from "./picture/comparing.js";
 import { displayOf } from "./picture/controls.js";
 import { makeFrame, refuse } from "./picture/frame.js";
@@ -78,6 +80,8 @@ async function open(root, { a, b, signal }) {
   /** @returns {Promise<Other>} */
   async function ofJob() {
     const [other, second] = await Promise.all([sideOf(b, signal), filmOfJob(b, signal)]);
+    signal.throwIfAborted();
+    entitle(frame.heading, one.job, other.job);
     sides.replaceChildren(makeSides(one, other));
     scenes.replaceChildren(makeScenes(one.scene, other.scene));
     return { reference: { job: b }, read: { film: second, note: "", scene: other.scene } };
@@ -96,17 +100,28 @@ async function open(root, { a, b, signal }) {
       signal.throwIfAborted();
       pair.compare(second.film);
       if (second.scene) pair.explain(b, second.scene, "B");
-      details.replaceChildren(makeNumbers(metricsOf(film, second.film, film.whole)));
+      const { worst, ...metrics } = metricsOf(film, second.film, film.whole);
+      const places = { worst, showPixel: pair.showPixel, showRegion: pair.showRegion };
+      details.replaceChildren(makeNumbers(metrics, places));
       const answer = await asking;
       const note = h("p.soft.small", second.note);
       result.replaceChildren(makeVerdict(answer), note);
-      details.replaceChildren(makeDetails(answer, pair.showRegion));
+      details.replaceChildren(makeDetails(answer, places));
       announce(answer.reason);
     } catch (error) {
       if (!signal.aborted) result.replaceChildren(refusalOf(error));
     }
     result.removeAttribute("aria-busy");
   }
+}
+
+/** Name the two qualities, or the two scenes of one quality. @param {HTMLElement} heading @param {JobDocument[]} jobs */
+function entitle(heading, ...jobs) {
+  const [a, b] = jobs.map(({ quality }) => qualityName(quality));
+  const [one, other] = a === b ? jobs.map(nameOf) : [a, b];
+  heading.replaceChildren(h("span", `Compare ${one}`), h("span", ` with ${other}`));
+  heading.title = heading.textContent ?? "";
+  document.title = `${heading.title} · Penumbra`;
 }
 
 /** The form that chooses a file to compare with. @param {(file: File, encoding: Encoding) => void} chosen */

@@ -5,6 +5,9 @@ import { TRANSFERS } from "../picture/transfer.js";
 
 /** @typedef {import("../picture/film.js").Film} Film */
 
+// The service's default of `limit`.
+export const LIMIT = 0.05;
+
 // What the service adds to the squared reference in `relmse`: dark pixels do not decide alone.
 const RELATIVE_FLOOR = 0.01;
 
@@ -75,6 +78,7 @@ export function layerOf(name, a, b) {
  * @property {number} relmse
  * @property {number} max_abs
  * @property {number} frac_over
+ * @property {PixelPlace | null} worst - The pixel of `max_abs`; null where the pictures are equal.
  */
 
 /** @param {number} value */
@@ -89,24 +93,26 @@ const clipped = (value) => (value > 0 ? Math.min(value, 1) : 0);
  * @param {number} limit - Of `frac_over`.
  * @returns {Metrics}
  */
-export function metricsOf(a, b, { x0, y0, x1, y1 }, limit = 0.05) {
+export function metricsOf(a, b, { x0, y0, x1, y1 }, limit = LIMIT) {
   let squares = 0;
   let relatives = 0;
   let most = 0;
+  /** @type {PixelPlace | null} */
+  let worst = null;
   let over = 0;
   for (let y = y0; y < y1; y++) {
     const end = 3 * (y * a.width + x1);
-    for (let i = 3 * (y * a.width + x0); i < end;) {
-      let worst = 0;
+    for (let x = x0, i = 3 * (y * a.width + x0); i < end; x++) {
+      let greatest = 0;
       for (let channel = 0; channel < 3; channel++, i++) {
         const reference = clipped(b.values[i]);
         const apart = Math.abs(clipped(a.values[i]) - reference);
         squares += apart * apart;
         relatives += (apart * apart) / (reference * reference + RELATIVE_FLOOR);
-        if (apart > worst) worst = apart;
+        if (apart > greatest) greatest = apart;
       }
-      if (worst > most) most = worst;
-      if (worst > limit) over++;
+      if (greatest > most) [most, worst] = [greatest, { x, y }];
+      if (greatest > limit) over++;
     }
   }
   const pixels = (x1 - x0) * (y1 - y0);
@@ -117,5 +123,6 @@ export function metricsOf(a, b, { x0, y0, x1, y1 }, limit = 0.05) {
     relmse: relatives / (3 * pixels),
     max_abs: most,
     frac_over: over / pixels,
+    worst,
   };
 }

@@ -20,6 +20,8 @@ const CHOICES = [
 ];
 const REGION = "#ffb43c";
 const MIDDLE = 0.5;
+// Pixels on each side of one that is shown, enough to recognize the place.
+const AROUND = 15;
 
 /** @param {import("../picture/frame.js").Frame} frame @param {Film} film - A. @param {AbortSignal} signal */
 export function makePair(frame, film, signal) {
@@ -110,6 +112,11 @@ export function makePair(frame, film, signal) {
       developer.compare(second);
       choice.disabled = false;
       show(choice.value);
+    },
+    /** @param {PixelPlace} pixel */
+    showPixel({ x, y }) {
+      screen.frame({ x0: x - AROUND, y0: y - AROUND, x1: x + AROUND + 1, y1: y + AROUND + 1 });
+      screen.choose({ x, y });
     },
     /** @param {ComparedRegion} chosen */
     showRegion(chosen) {

@@ -6,8 +6,15 @@ import { cpuSeconds, percent, qualityName, seconds } from "../../format.js";
 import { errorOf } from "../job/progress.js";
 import { existedAlready, nameOf } from "../job/state.js";
 import { short } from "../picture/numbers.js";
+import { LIMIT } from "./differences.js";
 
 /** @typedef {{job: JobDocument, scene: SceneDocument}} Side */
+/**
+ * @typedef {object} Places - What the picture shows of a result.
+ * @property {PixelPlace | null} worst - The pixel with the largest difference.
+ * @property {(pixel: PixelPlace) => void} showPixel
+ * @property {(region: ComparedRegion) => void} showRegion
+ */
 
 const VERDICTS = {
   match: ["✓", "The same", "good"],
@@ -19,7 +26,7 @@ const METRICS = [
   ["rmse", "RMSE", "root mean square difference, linear, clipped to 0..1"],
   ["psnr", "PSNR, dB", "of the same difference"],
   ["max_abs", "Largest difference", "in any channel"],
-  ["frac_over", "Pixels that differ", "share, by more than the limit"],
+  ["frac_over", "Pixels that differ", `share, by more than ${LIMIT}, linear`],
   ["bias_blocks", "Biased blocks", "share, brighter or darker than noise allows"],
   ["ssim", "SSIM", "structural similarity as displayed"],
 ];
@@ -31,8 +38,12 @@ export function makeVerdict({ verdict, reason }) {
   return h("div", h("h2", { className: `verdict ${kind}` }, sign, word), h("p", reason));
 }
 
-/** Probable mistakes, worst regions and metrics. @param {ComparisonDocument} answer @param {(region: ComparedRegion) => void} showRegion */
-export function makeDetails({ diagnosis: causes, worst_regions: worst, metrics }, showRegion) {
+// Less of the squared difference is not worth a look where nothing but noise differs.
+const LEAST_SHARE = 0.001;
+
+/** Probable mistakes, worst regions and metrics. @param {ComparisonDocument} answer @param {Places} places */
+export function makeDetails({ verdict, diagnosis: causes, worst_regions: regions, metrics }, places) {
+  const worst = regions.filter(({ share }) => verdict === "mismatch" || share >= LEAST_SHARE);
   return h(
     "div",
     causes.length > 0 && h("h3", "Probable mistake"),
@@ -41,12 +52,12 @@ export function makeDetails({ diagnosis: causes, worst_regions: worst, metrics }
     makeList("ol.regions", worst, (region, i) => [
       h(
         "button",
-        { onclick: () => showRegion(region) },
+        { onclick: () => places.showRegion(region) },
         `Region ${i + 1}${region.name ? `: ${region.name}` : ""}`,
       ),
       h("p.soft.small", placeOf(region)),
     ]),
-    makeNumbers(metrics),
+    makeNumbers(metrics, places),
   );
 }
 
@@ -65,17 +76,20 @@ const mistake = ({ cause, hint, rmse_before: before, rmse_after: after }) => [
 /** @param {ComparedRegion} region */
 function placeOf({ x0, y0, x1, y1, share, rmse, brightness }) {
   const place = `columns ${x0} to ${x1 - 1}, rows ${y0} to ${y1 - 1}`;
-  const kind = `${brightness > 0 ? "too bright" : "too dark"} by ${short(Math.abs(brightness))}`;
-  return `${place}; ${percent(share)} of the squared difference; RMSE ${short(rmse)}; ${kind}`;
+  const part = share < LEAST_SHARE ? `< ${percent(LEAST_SHARE, 1)}` : percent(share, share < 0.01 ? 1 : 0);
+  const kind = `A ${brightness > 0 ? "brighter" : "darker"} than B by ${short(Math.abs(brightness))}`;
+  return `${place}; ${part} of the squared difference; RMSE ${short(rmse)}; ${kind}`;
 }
 
 /** @param {number | null} value */
 const shown = (value) => (value === null ? "–" : short(value));
 
-/** A table of those metrics that are there. @param {Record<string, number | null>} values */
-export function makeNumbers(values) {
+/** A table of those metrics that are there. @param {Record<string, number | null>} values @param {Places} places */
+export function makeNumbers(values, { worst, showPixel }) {
+  const found =
+    worst && h("button.plain", { onclick: () => showPixel(worst) }, `at pixel ${worst.x}, ${worst.y}`);
   const rows = METRICS.filter(([key]) => key in values).map(([key, name, what]) => [
-    [name, h("span.soft.small", ` ${what}`)],
+    [name, h("span.soft.small", ` ${what}`, key === "max_abs" && found)],
     h("td.number", shown(values[key])),
   ]);
   return h("div", h("h3", "Numbers"), makeTable(".metrics", [], rows));

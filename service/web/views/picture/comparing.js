@@ -2,8 +2,9 @@
 
 import { get } from "../../api.js";
 import { h } from "../../dom.js";
+import { ago, codeValues, qualityName, seconds } from "../../format.js";
 import { navigate } from "../../navigation.js";
-import { nameOf } from "../job/state.js";
+import { existedAlready, nameOf } from "../job/state.js";
 
 const MOST = 50;
 
@@ -17,6 +18,7 @@ const MOST = 50;
 export function makeComparing(job, write, signal) {
   /** @type {HTMLSelectElement} */
   const select = h("select", { id: "compared-with" });
+  const hint = h("p.soft.small", "Change and render again with another quality, then compare here.");
   const form = h(
     "form.comparing",
     {
@@ -25,6 +27,7 @@ export function makeComparing(job, write, signal) {
     },
     h("label", { htmlFor: select.id }, "Compare with"),
     select,
+    hint,
     h("button", { type: "submit" }, "Compare"),
   );
 
@@ -44,15 +47,21 @@ export function makeComparing(job, write, signal) {
     );
     const chosen = select.value;
     select.replaceChildren(
-      ...others.map((other) => h("option", { value: other.id }, `${nameOf(other)}, ${timeOf(other)}`)),
+      ...others.map((other) => h("option", { value: other.id }, labelOf(other))),
       h("option", { value: "file" }, "a file of your own …"),
     );
     if (others.some(({ id }) => id === chosen)) select.value = chosen;
+    hint.hidden = others.length > 0;
     form.hidden = false;
   }
 
   return { element: form, fill: () => fill().catch(() => {}) };
 }
 
-/** @param {JobDocument} job */
-const timeOf = (job) => new Date(job.created_at).toLocaleTimeString();
+/** What tells a job from others of its scene. @param {JobDocument} job */
+function labelOf(job) {
+  const { quality, error, run_seconds: time, created_at: at } = job;
+  const cost = existedAlready(job) ? "existed already" : seconds(time ?? 0);
+  const result = error ? `error ${codeValues(error.estimate)} / 255` : cost;
+  return `${nameOf(job)}: ${qualityName(quality)}; ${result}; ${ago(at)}`;
+}

@@ -20,13 +20,14 @@ export function makeFrame(root, name, tabs, signal) {
   const drawer = new Drawer(tabs);
   const state = h("div.bar-state");
   const controls = h("div.bar-controls", { role: "group", "aria-label": "Display" });
-  const bar = h("header.bar-top", h("h1", { title: name }, name), state, controls, makeToggle(drawer));
+  const heading = h("h1", { title: name }, name);
+  const bar = h("header.bar-top", heading, state, controls, makeToggle(drawer));
   const stage = h("section.stage", { "aria-label": "Picture" });
   const viewer = h("div.viewer", bar, stage, drawer.element);
   document.body.classList.add("viewing");
   root.replaceChildren(viewer);
   signal.addEventListener("abort", () => document.body.classList.remove("viewing"));
-  return { viewer, bar, state, controls, stage, drawer };
+  return { viewer, bar, heading, state, controls, stage, drawer };
 }
 
 /** @param {Drawer} drawer */
