@@ -23,7 +23,7 @@ export function sceneSchema() {
  */
 
 /**
- * @typedef {{name: string, text: string, facts: string, required: boolean}} FieldText
+ * @typedef {{name: string, text: string, facts: string}} FieldText
  * @typedef {{name: string, at: SchemaNode, owner: SchemaNode, inner: string | null}} Field
  */
 
@@ -40,17 +40,36 @@ export function fieldAt(schema, steps) {
 }
 
 /**
- * The fields that an object may have, required ones first.
+ * The fields that an object may have, required ones first, then those of which one of two sets is needed.
  *
  * @param {SchemaNode} schema
  * @param {Step[]} steps - The way to the object.
  * @param {string | null} type - The object's own `type`.
+ * @param {string[]} present - The object's fields, which choose among the ways to write it.
  */
-export function fieldsOf(schema, steps, type) {
-  const owners = follow(schema, steps).parts.flatMap((part) => variants(schema, part, type));
+export function fieldsOf(schema, steps, type, present) {
+  const all = follow(schema, steps).parts.flatMap((part) => variants(schema, part, type));
+  const fitting = all.filter(({ properties = {} }) => present.every((name) => name in properties));
+  const owners = fitting.length ? fitting : all;
   const names = new Set(owners.flatMap(({ properties }) => Object.keys(properties ?? {})));
-  const fields = Array.from(names, (name) => fieldAt(schema, [...steps, { name, type, inner: null }]));
-  return fields.filter((field) => field !== null).sort((a, b) => Number(b.required) - Number(a.required));
+  const fields = Array.from(names, (name) => {
+    const field = fieldAt(schema, [...steps, { name, type, inner: null }]);
+    return field && { ...field, need: needOf(owners, name) };
+  });
+  const rank = (/** @type {string} */ need) => (need === "required" ? 0 : need ? 1 : 2);
+  return fields.filter((field) => field !== null).sort((a, b) => rank(a.need) - rank(b.need));
+}
+
+/** Whether a field is required, or what may stand in its place. @param {SchemaNode[]} owners @param {string} name */
+function needOf(owners, name) {
+  const [needing, others] = [true, false].map((needed) =>
+    owners.filter(({ required }) => (required?.includes(name) ?? false) === needed),
+  );
+  if (!needing.length) return "";
+  if (!others.length) return "required";
+  const kinds = new Set(owners.map(({ properties }) => properties?.type?.const));
+  const instead = others[0].required?.filter((other) => !needing[0].required?.includes(other)) ?? [];
+  return kinds.size === 1 && instead.length ? `or ${instead.join(", ")}` : "";
 }
 
 /**
@@ -113,12 +132,7 @@ function written(schema, fields) {
   const chosen = fields.every((field) => field.at.const === at.const) ? owner.description : "";
   const text = at.description ?? (at.const === undefined ? target?.description : chosen);
   const facts = [kind(target), range(target?.items ?? target), standard(at, owner, name)];
-  return {
-    name,
-    text: firstOf(text),
-    facts: facts.filter(Boolean).join(" · "),
-    required: owner.required?.includes(name) ?? false,
-  };
+  return { name, text: firstOf(text), facts: facts.filter(Boolean).join(" · ") };
 }
 
 /** The first paragraph of a text. @param {string} [text] */

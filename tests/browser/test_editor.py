@@ -208,6 +208,18 @@ def test_field_is_completed(page: Page, shoot: Shoot) -> None:
     page.keyboard.type("9")
     written = '{"version": 1, "camera": {"position": [0, 0, 4], "vertical_fov": 40, "width": 9}}'
     expect_written(page, written)
+    # Of two sets of fields either is offered, until a field of one is written.
+    for present, centers, corners in (
+        ("", "or corner, edges", ["corneror center, normal, tangent, size"]),
+        ('"size": [1, 1], ', "required", []),
+    ):
+        write_to_cursor(page, f'{{"shapes": [{{"type": "rectangle", {present}|}}]}}')
+        page.keyboard.press("Control+Space")
+        center, corner = (
+            options(page).filter(has_text=re.compile(f"^{name}")) for name in ("center", "corner")
+        )
+        expect(center).to_have_text(f"center{centers}")
+        expect(corner).to_have_text(corners)
 
 
 @pytest.mark.slow

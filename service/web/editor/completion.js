@@ -71,13 +71,13 @@ function optionsAt(state, schema, from, to) {
   if (mark?.name === ":" && holder) return valueOptions(state, schema, holder);
   if (holder?.name !== "Object" || (mark?.name !== "{" && mark?.name !== ",")) return [];
   const ending = /^\s*:/.test(doc.sliceString(to, doc.lineAt(to).to)) ? "" : ": ";
-  const present = new Set(namesIn(doc, holder, from));
-  return fieldsOf(schema, stepsTo(doc, holder), typeOf(doc, holder))
-    .filter(({ name }) => !present.has(name))
+  const present = namesIn(doc, holder, from);
+  return fieldsOf(schema, stepsTo(doc, holder), typeOf(doc, holder), present)
+    .filter(({ name }) => !present.includes(name))
     .map((field) => ({
       ...option(field.name),
       apply: JSON.stringify(field.name) + ending,
-      detail: field.required ? "required" : "",
+      detail: field.need,
       info: () => described(field),
     }));
 }
