@@ -1,6 +1,7 @@
 """Contribution of each light to one point: its visible share, its occluders and its radiance."""
 
 from collections import Counter
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -33,6 +34,7 @@ def _seen(plan: RenderPlan, light: Lighting, shining: Illumination | None, point
     below, hidden = emitter.count - int(np.count_nonzero(above)), int(np.count_nonzero(blocked))
     towards = emitter.towards(point.positions)
     added = _terms(shining, point) if isinstance(shining, Lighting) else {}
+    unblocked = _terms(shining, point, shadows=False) if isinstance(shining, Lighting) else {}
     return InspectedLight(
         light=emitter.number,
         pointer=pointer(["lights", emitter.number]),
@@ -45,6 +47,7 @@ def _seen(plan: RenderPlan, light: Lighting, shining: Illumination | None, point
         turned_away=_is_turned_away(emitter, towards),
         diffuse=triple(added.get("diffuse", np.zeros(3))),
         specular=triple(added.get("specular", np.zeros(3))),
+        unblocked=triple(sum(unblocked.values(), np.zeros(3))),
     )
 
 
@@ -93,9 +96,9 @@ def _first_hit(plan: RenderPlan, emitter: Emitter, point: Points, directions: Fl
     return shapes
 
 
-def _terms(lighting: Lighting, point: Points) -> dict[str, Floats]:
+def _terms(lighting: Lighting, point: Points, *, shadows: bool = True) -> dict[str, Floats]:
     """Contribution of each term of a light to the radiance of a point, which is reset to 0."""
-    view = lighting.view(point, workspace())
+    view = (lighting if shadows else replace(lighting, shadows=())).view(point, workspace())
     view.drop_dark()
     added: dict[str, Floats] = {}
     for weight in lighting.weights if view.count else ():

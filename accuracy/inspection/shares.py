@@ -25,11 +25,15 @@ class Shares:
 
     def of_light(self, ray: InspectedRay, light: InspectedLight) -> float:
         """Contribution of a light at the hit of a ray."""
-        return self._share(ray.weight * (_luminance(light.diffuse) + _luminance(light.specular)))
+        return self._share(ray.weight * (luminance(light.diffuse) + luminance(light.specular)))
+
+    def unblocked(self, ray: InspectedRay, light: InspectedLight) -> float:
+        """Contribution of a light at the hit of a ray if nothing blocked it; it may exceed 1."""
+        return self._share(ray.weight * luminance(light.unblocked))
 
     def of_ambient(self, ray: InspectedRay) -> float:
         """Contribution of ambient light at the hit of a ray."""
-        return self._share(ray.weight * _luminance(ray.surface.ambient)) if ray.surface else 0.0
+        return self._share(ray.weight * luminance(ray.surface.ambient)) if ray.surface else 0.0
 
     def own(self, ray: InspectedRay) -> float:
         """Contribution of the point where a ray ends."""
@@ -43,16 +47,17 @@ class Shares:
         """The ray whose own hit adds most, among a ray and all scattered from it."""
         return max(_tree(ray), key=_own)
 
-    def _share(self, luminance: float) -> float:
-        return luminance / self.total if self.total > 0 else 0.0
+    def _share(self, amount: float) -> float:
+        return amount / self.total if self.total > 0 else 0.0
 
 
-def _luminance(color: Triple) -> float:
+def luminance(color: Triple) -> float:
+    """Luminance of linear RGB."""
     return sum(weight * value for weight, value in zip(LUMINANCE, color, strict=True))
 
 
 def _own(ray: InspectedRay) -> float:
-    return ray.weight * _luminance(ray.radiance)
+    return ray.weight * luminance(ray.radiance)
 
 
 def _beyond(ray: InspectedRay) -> float:

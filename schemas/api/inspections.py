@@ -97,6 +97,7 @@ class InspectedLight(Message):
     )
     diffuse: Triple = Field(description="Linear RGB that the diffuse term adds.")
     specular: Triple = Field(description="Linear RGB that the highlight adds.")
+    unblocked: Triple = Field(description="Linear RGB that the light would add if no shape blocked it.")
 
 
 class InspectedSurface(Message):

@@ -81,6 +81,19 @@ def test_shape_before_the_only_light_is_named() -> None:
     assert light.diffuse == found.color == (0.0, 0.0, 0.0)
     assert codes(found) == ["blocked", "no_ambient"]
     assert found.reasons[0].pointers == ("/lights/0", "/shapes/1")
+    assert found.reasons[0].text == "This point is unlit: shape 1 `lid` blocks light 0 (point)."
+    np.testing.assert_allclose(light.unblocked, [0.16, 0.096, 0.448], rtol=8 * np.finfo(np.float32).eps)
+
+
+@pytest.mark.parametrize(("key", "first"), [(1.0, "blocked"), (0.4, "lit")])
+def test_shadow_of_the_stronger_light_comes_first(key: float, first: str) -> None:
+    """A blocked light of cosine 0.8 leads where it would add more than a visible white one of cosine 0.5."""
+    key_light = lamp([2.9, 3.9, 0.1], [0.2, 0, 0], [0, 0, -0.2], [key] * 3)
+    found = middle(down(FLOOR, LID | {"name": None}, lights=[sun([-(3**0.5), -1, 0], [1, 1, 1]), key_light]))
+    blocked = "Shape 1 (rectangle) blocks all 16 points of light 1 (rectangle)."
+    assert codes(found)[0] == first
+    assert blocked in [reason.text for reason in found.reasons]
+    assert sum(found.color) > 0
 
 
 def test_first_blocker_is_counted_for_each_light_point() -> None:
@@ -130,6 +143,10 @@ FRONT = lamp([-1, 3, 1], [2, 0, 0], [0, 0, -2], [0.9, 0.8, 0.7])
         (down(FLOOR, lights=[ASIDE], **LIT), ["light_turned_away", "ambient_only"]),
         (down(FLOOR, lights=[bulb([3, 4, 0], [0, 0, 0])], **LIT), ["black_light", "ambient_only"]),
         (
+            down(FLOOR, lights=[bulb([3e3, 4e3, 0]) | {"falloff": "physical"}], **LIT),
+            ["unanswered", "ambient_only"],
+        ),
+        (
             down(FLOOR, lights=[bulb([3, 4, 0])], materials={"plain": phong([0, 0, 0])}),
             ["black_material", "unanswered", "no_ambient"],
         ),
@@ -152,6 +169,7 @@ FRONT = lamp([-1, 3, 1], [2, 0, 0], [0, 0, -2], [0.9, 0.8, 0.7])
         "turned away",
         "outside the cone",
         "black",
+        "far away",
         "black material",
         "black texture",
         "no lights",
@@ -163,7 +181,8 @@ def test_reason_is_given_for_what_is_seen(document: Json, expected: list[str]) -
     found = middle(document)
     assert codes(found) == expected
     if "ambient_only" in expected:
-        np.testing.assert_allclose(found.color, [0.05, 0.025, 0.1], rtol=gamma(4))
+        # The far light is 5000 away: it adds some 1e-7 of the ambient light.
+        np.testing.assert_allclose(found.color, [0.05, 0.025, 0.1], rtol=1e-6)
     if expected == ["light_seen"]:
         assert found.ray.light is not None
         assert (found.color, found.ray.light.pointer) == ((0.9, 0.8, 0.7), "/lights/0")

@@ -21,7 +21,7 @@ def test_dark_pixel_names_its_blocker(open_page: Open, client: httpx2.Client, sh
     expect(page.get_by_role("heading", name="Pixel 28, 27")).to_be_visible()
     reasons = page.locator(".reasons li")
     expect(reasons.first).to_contain_text(
-        "Nothing lights it: shape 1 red ball lies between it and light 0 from all 4 points."
+        "This point is unlit: shape 1 red ball blocks all 4 points of light 0 (rectangle)."
     )
     expect(reasons.nth(1)).to_contain_text("Only ambient light is left, 0.1 of the colour.")
     expect(page.locator(".shadows")).to_contain_text("4 blocked by red ball, shape 1")

@@ -265,7 +265,7 @@ def test_pixel_by_keyboard(open_page: Open, client: httpx2.Client) -> None:
     expect(page.locator(".readout")).to_have_text(re.compile("^29, 25 "))
     page.keyboard.press("Enter")
     expect(page.get_by_role("heading", name="Pixel 29, 25")).to_be_visible()
-    expect(page.locator("#announcer")).to_contain_text("Nothing lights it")
+    expect(page.locator("#announcer")).to_contain_text("This point is unlit")
 
 
 @pytest.mark.slow
