@@ -11,6 +11,8 @@ import { digits } from "./format.js";
 // The data keep this share of an axis free at both its ends, and ticks are at least this many.
 const MARGIN = 0.06;
 const FEWEST = 3;
+// Labels are this far apart: five characters in the narrowest drawer, per cent of an axis.
+const APART = 15;
 // Per cent of the height, of marks on the axis below.
 const MARK = 6;
 
@@ -52,7 +54,18 @@ function makeAxis(values) {
   const [low, high] = around(values);
   const at = (/** @type {number} */ value) =>
     Math.min(100, Math.max(0, (100 * Math.log(value / low)) / Math.log(high / low)));
-  return { at, ticks: ticks(low, high) };
+  const found = ticks(low, high);
+  return { at, ticks: found, labels: spaced(found, at) };
+}
+
+/** Those ticks whose labels do not overlap, the roundest first. @param {number[]} all @param {(value: number) => number} at */
+function spaced(all, at) {
+  const digitsOf = (/** @type {number} */ tick) => tick.toExponential().split("e")[0];
+  const roundest = ["1", "2", "5"].flatMap((round) => all.filter((tick) => digitsOf(tick) === round));
+  return [...new Set([...roundest, ...all])].reduce(
+    (kept, tick) => (kept.every((one) => Math.abs(at(one) - at(tick)) >= APART) ? [...kept, tick] : kept),
+    /** @type {number[]} */ ([]),
+  );
 }
 
 /** @param {string} kind @param {[number, number]} from - In per cent, from the lower left corner. @param {[number, number]} to */
@@ -84,10 +97,10 @@ export function makePlot({ label, xLabel, yLabel }) {
     drawing.replaceChildren(
       ...across.ticks.map((tick) => line("grid", [across.at(tick), 0], [across.at(tick), 100])),
       ...up.ticks.map((tick) => line("grid", [0, up.at(tick)], [100, up.at(tick)])),
-      ...across.ticks.map((tick) =>
+      ...across.labels.map((tick) =>
         svg("text", { class: "below", x: `${across.at(tick)}%`, y: "100%" }, short(tick)),
       ),
-      ...up.ticks.map((tick) => svg("text", { class: "beside", y: `${100 - up.at(tick)}%` }, short(tick))),
+      ...up.labels.map((tick) => svg("text", { class: "beside", y: `${100 - up.at(tick)}%` }, short(tick))),
       svg("text", { class: "across", x: "50%", y: "100%" }, xLabel),
       svg("text", { class: "up" }, yLabel),
       ...times.map((x) => line("mark", [across.at(x), 0], [across.at(x), MARK])),

@@ -65,6 +65,8 @@ def test_every_clipped_pixel_is_marked(
     page = opened(open_page, bright)
     settings(page)
     page.get_by_label("Mark clipped pixels").check()
+    # The box is beside its text.
+    assert page.get_by_label("Mark clipped pixels").evaluate("(box) => box.clientWidth") < 20
     page.keyboard.press("Escape")
     clipped = (image(client, bright) > 1).any(axis=2)
     # At an edge of what is clipped.
@@ -181,6 +183,12 @@ def test_region_and_lines_are_removed(open_page: Open, bright: str) -> None:
     empty = page.evaluate(DRAWN)
     click_at(page, 25, 30, (60, 40))
     expect(page.get_by_role("heading", name="Pixel 25, 30")).to_be_visible()
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    lines = page.evaluate(DRAWN)
+    tab(page, "Compare")
+    page.wait_for_function(f"(lines) => ({DRAWN})() < lines", arg=lines)
+    tab(page, "Pixel")
+    page.wait_for_function(f"(lines) => ({DRAWN})() === lines", arg=lines)
     page.get_by_role("button", name="All of it").click()
     page.wait_for_function(f"(empty) => ({DRAWN})() > empty", arg=empty)
     page.get_by_role("button", name="Remove", exact=True).click()

@@ -36,7 +36,7 @@ export function mount({ drawer }, watch) {
       target ? target / CODE_VALUE : null,
       others.map(({ seconds: x }) => x),
     );
-    numbers.hidden = !passes.length;
+    numbers.hidden = !points.length;
     table.replaceChildren(makeTable(".numbers", HEADINGS, passes.map(row)));
     words.replaceChildren(...summary(convergence));
   }

@@ -18,8 +18,10 @@ export function makeFirst(watch, screen, chosen) {
   const button = h("button.stage-first", { onclick: ask }, "This part first");
   const self = { element: button, region: /** @type {PixelRectangle | null} */ (null), show };
 
+  const isZoomed = () => screen.scale > screen.fitting;
+
   function wanted() {
-    if (screen.scale > screen.fitting) return screen.visible();
+    if (isZoomed()) return screen.visible();
     const pixel = chosen();
     return pixel && around(pixel, screen.width, screen.height);
   }
@@ -41,8 +43,8 @@ export function makeFirst(watch, screen, chosen) {
     const region = wanted();
     button.disabled = !region;
     button.title = region
-      ? "Render the visible part before the rest of each pass"
-      : "Click a pixel of that part, or zoom in on it";
+      ? `Render ${isZoomed() ? "the visible part" : "the part around the chosen pixel"} before the rest of each pass`
+      : "Render a part of the picture before the rest of each pass: zoom in on the part, or click a pixel of it";
     if (watch.final) self.region = null;
   }
 

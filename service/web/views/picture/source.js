@@ -1,4 +1,4 @@
-// The lines of the scene that a pointer refers to.
+// The part of the scene that a pointer refers to.
 
 import { jobPath, text } from "../../api.js";
 import { h } from "../../dom.js";
@@ -20,7 +20,7 @@ export function makeSource(id, name, signal) {
     const pointer = inScene(inRequest);
     scene ??= takenApart(await text(`${jobPath(id)}/request`, { signal })).scene;
     const place = places(scene, [pointer]).get(pointer);
-    title.textContent = place ? `Scene, line ${place.line}` : "Not in the scene: this is a default.";
+    title.textContent = place ? `Scene, ${pointer}` : "Not in the scene: this is a default.";
     lines.textContent = place ? excerpt(scene, place) : "";
     lines.hidden = !place;
     element.hidden = false;
@@ -41,8 +41,6 @@ function excerpt(text, { start, end, line }) {
       .filter((one) => one.trim())
       .map((one) => one.search(/\S/)),
   );
-  const shown = found
-    .slice(0, MOST_LINES)
-    .map((one, i) => `${String(line + i).padStart(4)}  ${one.slice(indent)}`);
-  return shown.join("\n") + (found.length > MOST_LINES ? "\n      …" : "");
+  const shown = found.slice(0, MOST_LINES).map((one) => one.slice(indent));
+  return shown.join("\n") + (found.length > MOST_LINES ? "\n…" : "");
 }

@@ -124,7 +124,7 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
     statistics.draw(context);
     const { pixel } = self;
     if (!pixel) return;
-    inspectorAt(pixel)?.draw(context, screen);
+    if (drawer.shown === "pixel") inspectorAt(pixel)?.draw(context, screen);
     screen.outline(context, square(pixel), CHOSEN);
   }
 
@@ -223,6 +223,6 @@ export function makeViewer({ viewer, controls, stage, drawer }, film, options) {
       if (self.pixel) inspector.show(self.pixel).then(() => screen.redraw());
     },
   };
-  drawer.addEventListener("change", address.changed);
+  drawer.addEventListener("change", () => (address.changed(), screen.redraw()));
   return self;
 }

@@ -91,7 +91,7 @@ export function makeZebra(developer) {
   }
 
   return {
-    element: h("label.zebra", { title }, box, " Mark clipped pixels"),
+    element: h("label.zebra", { title }, box, "Mark clipped pixels"),
     /** Note that a film has changed. */
     changed: () => (known = new WeakMap()),
     /** Draw the marks, before anything else is drawn over the picture. @param {CanvasRenderingContext2D} context */
