@@ -68,7 +68,7 @@ def test_running_job_is_cancelled(open_page: Open, client: httpx2.Client) -> Non
     job = endless(client, "stopped on its page")
     page = open_page(f"/jobs/{job}")
     expect(page.locator(".job-progress .state")).to_have_text("▶ running", timeout=TIMEOUT)
-    expect(page).to_have_title(re.compile(r"^▶ \d+ % stopped on its page"))
+    expect(page).to_have_title(re.compile(r"^▶ \d+\s% stopped on its page"))
     page.get_by_role("button", name="Cancel").click()
     question = page.get_by_role("dialog", name="stopped on its page")
     question.get_by_role("button", name="Keep it").click()
