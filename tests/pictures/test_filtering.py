@@ -126,7 +126,10 @@ def test_target_on_far_tiles(kind: str, side: int, tiles: int, error: float) -> 
     document["lights"] = [{"type": "directional", "direction": [0, -1, -0.2], "color": [1, 1, 1]}]
     document["materials"] = {"plain": phong(color_texture="board", ambient=0.2, diffuse=0.8)}
     files = {"tile": png(codes)}
-    seeds = [document | {"sampling": document["sampling"] | {"seed": seed}} for seed in (1, 2)]
-    references = [clipped(image_of(each, files=files)) for each in seeds]
-    image = clipped(image_of(document, TargetQuality(mode="target", error=error), files=files))
-    assert root_of_product(*(image - reference for reference in references)) <= error
+    seeds = [document | {"sampling": document["sampling"] | {"seed": seed}} for seed in range(1, 6)]
+    references = [clipped(image_of(each, files=files)) for each in seeds[:2]]
+    target = TargetQuality(mode="target", error=error)
+    images = [clipped(image_of(each, target, files=files)) for each in seeds[2:]]
+    errors = [root_of_product(*(image - reference for reference in references)) for image in images]
+    # One picture may miss its target, as 95 % are promised.
+    assert np.median(errors) <= error
