@@ -114,7 +114,7 @@ def _lit(scene: Scene, surface: InspectedSurface, light: InspectedLight) -> Reas
 
 
 def _weakened(light: Light) -> str:
-    """What besides the angle makes a visible light weak."""
+    """Causes of a weak visible light other than the angle, as a clause."""
     cone = "; its cone fades towards the edge" if isinstance(light, SpotLight) else ""
     physical = getattr(light, "falloff", "none") == "physical"
     return cone + ("; its physical falloff depends on the distance" if physical else "")

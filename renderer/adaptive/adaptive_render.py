@@ -83,11 +83,8 @@ class AdaptiveRender:
         """Requests of the next pass."""
         limit = TimeLimit(self._last_moment(), self.driver.ray_seconds)
         with self._counted():
-            passes = max(len(self.tally.passes), 1)
-            requests, self._expected = (
-                self.driver.requests(limit),
-                self.driver.forecast(self.between_cpu / passes),
-            )
+            requests = self.driver.requests(limit)
+            self._expected = self.driver.forecast(self.between_cpu / max(len(self.tally.passes), 1))
             self._rays = max(self.estimate.rays_wanted(), 1)
         self._late, self._traced = False, 0
         return requests

@@ -1,4 +1,4 @@
-"""What a pass exchanges with a worker: the levels of a tile's pixels, and the samples it returns."""
+"""Messages between a pass and its workers: requested levels of a tile's pixels, and their samples."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
