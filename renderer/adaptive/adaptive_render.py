@@ -85,7 +85,7 @@ class AdaptiveRender:
         with self._counted():
             requests = self.driver.requests(limit)
             self._expected = self.driver.forecast(self.between_cpu / max(len(self.tally.passes), 1))
-            self._rays = max(self.estimate.rays_wanted(), 1)
+            self._rays = self.estimate.rays_wanted()
         self._late, self._traced = False, 0
         return requests
 
