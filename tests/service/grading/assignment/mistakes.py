@@ -55,7 +55,7 @@ MISTAKES = (
         "normal_like_points", (*ROUND, *RAYS), {"normals_of_spheres": ROUND, "normals of spheres": CURVED}
     ),
     Mistake("blinn", LIT, {"halfway_vector": SHINE}),
-    Mistake("no_max", LIT, {"cosine_not_clamped": ("phong_matte",), "": ("shadow_hard", *SOFT)}),
+    Mistake("no_max", LIT, {"cosine_not_clamped": ("phong_matte", "shadow_hard"), "": SOFT}),
     Mistake("no_ambient", LIT, {"ambient_missing": ("phong_matte", "phong_highlights")}),
     Mistake("light_not_normalised", LIT, {"light_not_normalised": ROUND}),
     Mistake("no_shadows", LIT, {"shadows_missing": SHADOWS}),
